@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "objects_scene.hpp"
-#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/point_image.hpp"
 
 namespace process_visualizer::objects {
 namespace {

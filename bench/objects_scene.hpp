@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "../test/cpp/depth_camera.hpp"
-#include "process_visualizer/objects/link_geometry.hpp"
+#include "process_visualizer/objects/known_bodies.hpp"
 
 namespace process_visualizer::objects {
 

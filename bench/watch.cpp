@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/point_image.hpp"
 #include "sensed_scenes.hpp"
 
 namespace process_visualizer::objects {

@@ -5,27 +5,14 @@ find_package(PCL REQUIRED COMPONENTS common kdtree)
 
 # Only message classes, PCL and Eigen: no node, no master.
 set(objects_sources
-  src/objects/assignment.cpp
-  src/objects/cloud_points.cpp
   src/objects/clusters.cpp
   src/objects/distance_field.cpp
-  src/objects/hidden_place.cpp
   src/objects/known_bodies.cpp
-  src/objects/link_geometry.cpp
-  src/objects/motion.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp
-  src/objects/occlusions.cpp
-  src/objects/partly_hidden.cpp
-  src/objects/pieces.cpp
-  src/objects/played_jump.cpp
   src/objects/point_image.cpp
-  src/objects/robot_distance.cpp
-  src/objects/stray_points.cpp
   src/objects/support_planes.cpp
-  src/objects/surface_samples.cpp
-  src/objects/upright_box.cpp
 )
 set(objects_libraries
   ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${roscpp_serialization_LIBRARIES}
@@ -39,8 +26,6 @@ target_link_libraries(process_visualizer_objects
 add_dependencies(process_visualizer_objects process_visualizer_generate_messages_cpp)
 
 target_sources(process_visualizer_nodelets PRIVATE
-  src/objects/cell_models.cpp
-  src/objects/finder_parameters.cpp
   src/objects/object_finder_nodelet.cpp
 )
 target_link_libraries(process_visualizer_nodelets

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <utility>
-
-#include "process_visualizer/objects/disjoint_sets.hpp"
+#include <vector>
 
 namespace process_visualizer::objects {
 namespace {
 
+using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr std::int64_t kBits = 21, kHalf = std::int64_t{1} << (kBits - 1);
@@ -91,6 +93,163 @@ std::vector<Vector3f> thinned(const Cluster& points, float cube) {
     means.emplace_back(sum / static_cast<float>(order.begins[number + 1] - order.begins[number]));
   }
   return means;
+}
+
+// Boxes around them.
+
+namespace {
+
+constexpr float kColumn = 0.03F;            // m: heights are measured in columns of this width
+constexpr float kLayer = 0.03F;             // m: so much below its top counts in a column
+constexpr std::size_t kFewestInColumn = 8;  // points
+constexpr float kStrayShare = 500;          // one of so many points may lie beside the object
+constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
+constexpr float kSideSeen = 0.04F;  // m: so much of an upright side, seen from above, is not missed
+
+float cross(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// The convex hull, counter-clockwise (monotone chain).
+std::vector<Vector2f> hullOf(std::vector<Vector2f> points) {
+  std::sort(points.begin(), points.end(), [](const Vector2f& a, const Vector2f& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  });
+  std::vector<Vector2f> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t begin = hull.size();
+    for (const Vector2f& point : points) {
+      while (hull.size() >= begin + 2 &&
+             cross(hull.back() - hull[hull.size() - 2], point - hull.back()) <= 0)
+        hull.pop_back();
+      hull.push_back(point);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  return hull.empty() ? std::vector<Vector2f>{points.front()} : hull;
+}
+
+/// The area of the rectangle around a hull whose first edge has this direction.
+float areaAround(const std::vector<Vector2f>& hull, float yaw) {
+  Eigen::AlignedBox2f box;
+  for (const Vector2f& point : hull) box.extend(Eigen::Rotation2Df(-yaw) * point);
+  return box.sizes().prod();
+}
+
+/// A side of the smallest rectangle lies on an edge of the hull (Freeman and Shapira 1975).
+float yawOfSmallest(const std::vector<Vector2f>& hull) {
+  float best_yaw = 0, best_area = std::numeric_limits<float>::infinity();
+  for (std::size_t index = 0; index < hull.size(); ++index) {
+    const Vector2f edge = hull[(index + 1) % hull.size()] - hull[index];
+    const float yaw = std::atan2(edge.y(), edge.x()), area = areaAround(hull, yaw);
+    if (area < best_area) {
+      best_area = area;
+      best_yaw = yaw;
+    }
+  }
+  return best_yaw;
+}
+
+/// Least and greatest value without the few strays at both ends.
+std::pair<float, float> rangeOf(std::vector<float> values) {
+  const auto strays = static_cast<std::ptrdiff_t>(static_cast<float>(values.size()) / kStrayShare);
+  std::nth_element(values.begin(), values.begin() + strays, values.end());
+  const float least = values[strays];
+  std::nth_element(values.begin(), values.end() - 1 - strays, values.end());
+  return {least, values[values.size() - 1 - strays]};
+}
+
+/// The height of a column: the mean of what is near its top, where the sensor's noise is small. Of
+/// an upright face, whose points are as dense everywhere, that mean lies half of the layer below.
+float heightOf(const std::vector<float>& column) {
+  const float top = *std::max_element(column.begin(), column.end()),
+              bottom = *std::min_element(column.begin(), column.end());
+  float sum = 0;
+  int count = 0;
+  for (const float height : column) {
+    if (height < top - kLayer) continue;
+    sum += height;
+    ++count;
+  }
+  const float mean = sum / static_cast<float>(count);
+  const float even = static_cast<float>(column.size()) * kLayer / (top - bottom);
+  const bool is_face = top - bottom > 2 * kLayer && static_cast<float>(count) < 1.5F * even;
+  return is_face ? std::min(top, mean + kLayer / 3) : mean;
+}
+
+/// The height of the highest column.
+float topOf(const Cluster& points, float fallback) {
+  std::map<std::pair<int, int>, std::vector<float>> columns;
+  for (const Vector3f& point : points)
+    columns[{static_cast<int>(std::floor(point.x() / kColumn)),
+             static_cast<int>(std::floor(point.y() / kColumn))}]
+        .push_back(point.z());
+  float top = -std::numeric_limits<float>::infinity();
+  for (const auto& [place, column] : columns)
+    if (column.size() >= kFewestInColumn) top = std::max(top, heightOf(column));
+  return std::isfinite(top) ? top : fallback;
+}
+
+/// Whether a sensor would see more of an object's side if it reached down to the surface.
+bool wouldSeeSide(const UprightBox& box, float surface, const Vector3f& sensor) {
+  const float sensor_height = sensor.z() - surface, top = box.center.z() + box.size.z() / 2;
+  if (sensor_height <= top - surface) return true;
+  const float missing = box.center.z() - box.size.z() / 2 - surface;
+  const Vector2f from_center =
+      Eigen::Rotation2Df(-box.yaw) * Vector2f(sensor.head<2>() - box.center.head<2>());
+  const Vector2f beside = (from_center.cwiseAbs() - box.size.head<2>() / 2).cwiseMax(0);
+  return missing * beside.norm() / sensor_height > kSideSeen;
+}
+
+}  // namespace
+
+Vector3f inBox(const UprightBox& box, const Vector3f& place) {
+  return Eigen::AngleAxisf(-box.yaw, Vector3f::UnitZ()) * (place - box.center);
+}
+
+float distanceTo(const UprightBox& box, const Vector3f& place) {
+  return (inBox(box, place).cwiseAbs() - box.size / 2).cwiseMax(0).norm();
+}
+
+Eigen::AlignedBox2f footprint(const Cluster& points, float yaw) {
+  const Eigen::Rotation2Df turned(-yaw);
+  std::vector<float> along, across;
+  for (const Vector3f& point : points) {
+    const Vector2f place = turned * Vector2f(point.head<2>());
+    along.push_back(place.x());
+    across.push_back(place.y());
+  }
+  const auto [front, back] = rangeOf(std::move(along));
+  const auto [right, left] = rangeOf(std::move(across));
+  return {Vector2f(front, right), Vector2f(back, left)};
+}
+
+UprightBox boxAround(const Cluster& points) {
+  std::vector<Vector2f> base;
+  std::vector<float> heights;
+  for (const Vector3f& point : points) {
+    base.emplace_back(point.head<2>());
+    heights.push_back(point.z());
+  }
+  UprightBox box;
+  box.yaw = yawOfSmallest(hullOf(std::move(base)));
+  const Eigen::AlignedBox2f range = footprint(points, box.yaw);
+  auto [bottom, top] = rangeOf(std::move(heights));
+  top = std::max(bottom, topOf(points, top));
+  const Vector2f center = Eigen::Rotation2Df(box.yaw) * range.center();
+  box.center = {center.x(), center.y(), (bottom + top) / 2};
+  box.size = {range.sizes().x(), range.sizes().y(), top - bottom};
+  return box;
+}
+
+UprightBox standing(const UprightBox& seen, float surface, float tolerance,
+                    const Vector3f& sensor) {
+  const float bottom = seen.center.z() - seen.size.z() / 2;
+  if (bottom - surface > tolerance + kHover && wouldSeeSide(seen, surface, sensor)) return seen;
+  const float top = bottom + seen.size.z();
+  UprightBox box = seen;
+  box.center.z() = (surface + top) / 2;
+  box.size.z() = top - surface;
+  return box;
 }
 
 }  // namespace process_visualizer::objects

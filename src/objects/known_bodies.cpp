@@ -1,8 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/objects/known_bodies.hpp"
 
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "process_visualizer/cloud/require.hpp"
+#include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -11,6 +20,72 @@ using Eigen::AlignedBox3f;
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 using Eigen::Vector3i;
+
+Eigen::Affine3f toEigen(const urdf::Pose& pose) {
+  double x, y, z, w;
+  pose.rotation.getQuaternion(x, y, z, w);
+  return Eigen::Affine3f(
+      Eigen::Translation3f(
+          Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z).cast<float>()) *
+      Eigen::Quaterniond(w, x, y, z).normalized().cast<float>());
+}
+
+Eigen::Vector3f toEigen(const urdf::Vector3& vector) {
+  return Eigen::Vector3d(vector.x, vector.y, vector.z).cast<float>();
+}
+
+cloud::Surface scaledMesh(const urdf::Mesh& mesh, const ReadResource& read) {
+  cloud::Surface scaled;
+  cloud::append(scaled, cloud::readSurface(read(mesh.filename), mesh.filename),
+                Eigen::Affine3f(Eigen::Scaling(toEigen(mesh.scale))));
+  return scaled;
+}
+
+cloud::Surface surfaceOf(const urdf::Geometry& geometry, const ReadResource& read) {
+  switch (geometry.type) {
+    case urdf::Geometry::BOX:
+      return cloud::boxSurface(toEigen(dynamic_cast<const urdf::Box&>(geometry).dim));
+    case urdf::Geometry::CYLINDER: {
+      const auto& cylinder = dynamic_cast<const urdf::Cylinder&>(geometry);
+      const Eigen::Vector3d size(2 * cylinder.radius, 2 * cylinder.radius, cylinder.length);
+      return cloud::cylinderSurface(size.cast<float>());
+    }
+    case urdf::Geometry::SPHERE: {
+      const double diameter = 2 * dynamic_cast<const urdf::Sphere&>(geometry).radius;
+      return cloud::sphereSurface(Eigen::Vector3f::Constant(static_cast<float>(diameter)));
+    }
+    default:
+      return scaledMesh(dynamic_cast<const urdf::Mesh&>(geometry), read);
+  }
+}
+
+/// \param shapes  visuals or collisions
+template <typename Shapes>
+cloud::Surface surfaceOfAll(const Shapes& shapes, const ReadResource& read) {
+  cloud::Surface surface;
+  for (const auto& shape : shapes)
+    if (shape && shape->geometry)
+      cloud::append(surface, surfaceOf(*shape->geometry, read), toEigen(shape->origin));
+  return surface;
+}
+
+}  // namespace
+
+std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadResource& read) {
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf);
+  cloud::require(model != nullptr, "it is not a robot description (URDF)");
+  std::vector<LinkGeometry> geometries;
+  for (const auto& [name, link] : model->links_) {
+    cloud::Surface mesh = surfaceOfAll(link->visual_array, read);
+    if (mesh.empty()) mesh = surfaceOfAll(link->collision_array, read);
+    if (!mesh.empty()) geometries.push_back({withoutLeadingSlash(name), std::move(mesh)});
+  }
+  return geometries;
+}
+
+// Which body is where.
+
+namespace {
 
 constexpr float kSmallestCell = 0.08F;  // m
 constexpr float kMostCells = 64;        // along an axis
@@ -84,6 +159,66 @@ const KnownBody* PosedBodies::covering(const Vector3f& place, float padding) con
     }
   }
   return nullptr;
+}
+
+// Distances from robots.
+
+namespace {
+
+constexpr float kCube = 0.03F;  // m: first the means of such cubes are compared
+
+/// The distance of a point from the sphere around a body, which is no farther than the body.
+float atLeast(const KnownBody& body, const Isometry3f& from_body, const Vector3f& point) {
+  return (from_body * body.samples->center() - point).norm() - body.samples->radius();
+}
+
+/// Makes the best distance shorter where a body is nearer to one of the points.
+void shorten(RobotDistance& best, const Cluster& points, const KnownBody& body,
+             const Isometry3f& from_body) {
+  const Isometry3f to_body = from_body.inverse();
+  for (const Vector3f& point : points) {
+    if (atLeast(body, from_body, point) >= best.distance) continue;
+    const NearestPlace nearest = body.samples->nearest(to_body * point);
+    if (nearest.distance < best.distance)
+      best = {body.frame, nearest.distance, point, from_body * nearest.place};
+  }
+}
+
+/// The robots' links with a bound of their distance, nearest first.
+std::vector<std::pair<float, std::size_t>> inOrder(const Vector3f& center,
+                                                   const std::vector<KnownBody>& bodies,
+                                                   const std::vector<Isometry3f>& from_body) {
+  std::vector<std::pair<float, std::size_t>> order;
+  for (std::size_t body = 0; body < bodies.size(); ++body)
+    if (bodies[body].samples)
+      order.emplace_back(atLeast(bodies[body], from_body[body], center), body);
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+/// The points near one, which the mean of a cube may hide.
+Cluster around(const Cluster& points, const Vector3f& place) {
+  Cluster near;
+  for (const Vector3f& point : points)
+    if ((point - place).squaredNorm() < 3 * kCube * kCube) near.push_back(point);
+  return near;
+}
+
+}  // namespace
+
+std::optional<RobotDistance> distanceToRobots(const Cluster& points,
+                                              const std::vector<KnownBody>& bodies,
+                                              const std::vector<Isometry3f>& from_body) {
+  const Cluster means = thinned(points, kCube);
+  RobotDistance best;
+  best.distance = std::numeric_limits<float>::infinity();
+  const auto order = inOrder(means.front(), bodies, from_body);
+  for (const auto& [bound, body] : order) shorten(best, means, bodies[body], from_body[body]);
+  if (best.link.empty()) return std::nullopt;
+  const auto nearest = std::find_if(bodies.begin(), bodies.end(),
+                                    [&](const KnownBody& body) { return body.frame == best.link; });
+  shorten(best, around(points, best.on_object), *nearest, from_body[nearest - bodies.begin()]);
+  return best;
 }
 
 }  // namespace process_visualizer::objects

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <limits>
+#include <numeric>
 #include <utility>
 
+#include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
 
 namespace process_visualizer::objects {
@@ -21,6 +24,124 @@ constexpr float kAboveGap = 0.3F;      // m: nor farther apart
 constexpr float kPartGap = 0.1F;       // m: parts of one object are no farther apart
 constexpr float kNoiseShare = 0.1F;    // of the newest cloud in the estimate
 constexpr float kAround = 0.1F;        // m: so far around an object its surface is measured
+constexpr float kNear = 0.04F;         // m: how wrong the expected place may be
+constexpr float kFewestShare = 0.15F;  // of a group's points, of each object in it
+constexpr std::size_t kSample = 200;   // points of a group tell whose it is
+constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
+
+/// Which expected object is nearest to a place, of those that are nearer than `farthest` (m).
+std::size_t nearestTo(const Vector3f& place, const std::vector<ExpectedObject>& expected,
+                      const std::vector<std::size_t>& candidates, float farthest) {
+  std::size_t nearest = kNobody;
+  for (const std::size_t object : candidates) {
+    const UprightBox& box = expected[object].box;
+    const float reach = farthest + box.size.norm() / 2;
+    if ((place - box.center).squaredNorm() >= reach * reach) continue;
+    const float away = distanceTo(box, place);
+    if (away >= farthest) continue;
+    farthest = away;
+    nearest = object;
+  }
+  return nearest;
+}
+
+/// Whether the middle of one box lies in the other: such two are no two things.
+bool areOne(const UprightBox& one, const UprightBox& other) {
+  return distanceTo(one, other.center) == 0 || distanceTo(other, one.center) == 0;
+}
+
+/// How many points of a sample belong to each expected object.
+struct Counts {
+  std::size_t sample = 0;
+  std::vector<std::size_t> of_object;
+};
+
+/// \param pointAt  the place of a point of the group
+template <typename PointAt>
+Counts countsOf(std::size_t points, const PointAt& pointAt,
+                const std::vector<ExpectedObject>& expected) {
+  std::vector<std::size_t> all(expected.size());
+  std::iota(all.begin(), all.end(), 0);
+  Counts counts{0, std::vector<std::size_t>(expected.size())};
+  for (std::size_t point = 0; point < points; point += points / kSample + 1) {
+    const std::size_t object = nearestTo(pointAt(point), expected, all, kNear);
+    if (object != kNobody) ++counts.of_object[object];
+    ++counts.sample;
+  }
+  return counts;
+}
+
+/// The expected objects of which a group has points of their own.
+std::vector<std::size_t> objectsIn(const Indices& group, const Cluster& places,
+                                   const std::vector<ExpectedObject>& expected,
+                                   std::size_t fewest) {
+  const Counts counts = countsOf(
+      group.size(), [&](std::size_t point) { return places[group[point]]; }, expected);
+  const float least =
+      std::max(kFewestShare, static_cast<float>(fewest) / static_cast<float>(group.size()));
+  std::vector<std::size_t> objects;
+  for (std::size_t object = 0; object < expected.size(); ++object) {
+    const bool is_other = std::none_of(objects.begin(), objects.end(), [&](std::size_t it) {
+      return areOne(expected[it].box, expected[object].box);
+    });
+    const auto count = static_cast<float>(counts.of_object[object]);
+    if (is_other && count >= least * static_cast<float>(counts.sample)) objects.push_back(object);
+  }
+  return objects;
+}
+
+/// Which expected object, if any, more than half of a group's points belong to, as they lie in its
+/// box or near to it.
+std::optional<std::size_t> ownerOf(const Cluster& points,
+                                   const std::vector<ExpectedObject>& expected) {
+  const Counts counts = countsOf(
+      points.size(), [&](std::size_t point) { return points[point]; }, expected);
+  const auto most = std::max_element(counts.of_object.begin(), counts.of_object.end());
+  if (most == counts.of_object.end() || 2 * *most <= counts.sample) return std::nullopt;
+  return static_cast<std::size_t>(most - counts.of_object.begin());
+}
+
+/// Divides groups in which several expected objects touch: each point belongs to the nearest one.
+/// \param places  of all points
+/// \param fewest  points of an object
+std::vector<Indices> divided(const std::vector<Indices>& groups, const Cluster& places,
+                             const std::vector<ExpectedObject>& expected, std::size_t fewest) {
+  std::vector<Indices> parts;
+  for (const Indices& group : groups) {
+    const std::vector<std::size_t> objects = objectsIn(group, places, expected, fewest);
+    if (objects.size() < 2) {
+      parts.push_back(group);
+      continue;
+    }
+    std::vector<Indices> by_object(expected.size());
+    for (const std::uint32_t point : group)
+      by_object[nearestTo(places[point], expected, objects, std::numeric_limits<float>::infinity())]
+          .push_back(point);
+    for (const std::size_t object : objects) parts.push_back(std::move(by_object[object]));
+  }
+  return parts;
+}
+
+/// Which groups are parts of one thing that something hides in between: those that belong to one
+/// expected object, and those that may go on as one surface, and belong to none that is known to
+/// be smaller. \return for each group the first one of its thing
+std::vector<std::uint32_t> wholes(const std::vector<std::optional<std::size_t>>& owners,
+                                  const std::vector<ExpectedObject>& expected,
+                                  const std::vector<Bridge>& bridges) {
+  const auto mayGrow = [&](const std::optional<std::size_t>& owner) {
+    return !owner || !expected[*owner].is_whole || expected[*owner].is_moving;
+  };
+  DisjointSets sets(owners.size());
+  for (const Bridge& bridge : bridges) {
+    const auto &one = owners[bridge.one], &other = owners[bridge.other];
+    const bool is_same = one ? one == other : false;
+    const bool is_open = bridge.continues && mayGrow(one) && mayGrow(other) && !(one && other);
+    if (is_same || is_open) sets.join(bridge.one, bridge.other);
+  }
+  std::vector<std::uint32_t> firsts;
+  for (std::uint32_t group = 0; group < owners.size(); ++group) firsts.push_back(sets.first(group));
+  return firsts;
+}
 
 /// Points for the search of planes, in the global frame. What surrounds the region tells more about
 /// a surface than the little of it that a region may contain.

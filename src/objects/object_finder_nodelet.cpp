@@ -1,36 +1,189 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
+#include <resource_retriever/retriever.h>
+#include <ros/node_handle.h>
+#include <ros/param.h>
 #include <ros/ros.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
+#include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
-#include "process_visualizer/objects/cell_models.hpp"
-#include "process_visualizer/objects/cloud_points.hpp"
-#include "process_visualizer/objects/finder_parameters.hpp"
-#include "process_visualizer/objects/hidden_place.hpp"
+#include "process_visualizer/objects/known_bodies.hpp"
+#include "process_visualizer/objects/object_finder.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 #include "process_visualizer/objects/played_jump.hpp"
+#include "process_visualizer/objects/point_image.hpp"
 
 namespace process_visualizer::objects {
 namespace {
+
+using cloud::require;
+using XmlRpc::XmlRpcValue;
 
 constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
 constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
+
+/// A box and the frame it is given in.
+struct FramedBox {
+  std::string frame;
+  cloud::Box box;
+};
+
+/// The private parameters of the nodelet ObjectFinder.
+struct FinderParameters {
+  std::string frame;                ///< the global frame, z up
+  std::vector<std::string> robots;  ///< devices with `/NAME/robot_description`
+  std::vector<std::string> others;  ///< likewise, that are no robots
+  std::optional<FramedBox> region;  ///< where it is looked; everywhere without it
+  std::vector<FramedBox> expected;
+  Limits limits;
+  FinderSettings settings;
+};
+
+/// Reads values, and says in each problem where they stand.
+class Reader {
+ public:
+  explicit Reader(const ros::NodeHandle& node_handle) : node_handle_(node_handle) {}
+
+  double positive(const std::string& name, double fallback) const {
+    double value = fallback;
+    const bool is_number = node_handle_.getParam(name, value) || !node_handle_.hasParam(name);
+    require(is_number && std::isfinite(value) && value > 0,
+            place(name) + " must be a number greater than zero");
+    return value;
+  }
+
+  std::optional<double> optionalPositive(const std::string& name) const {
+    if (!node_handle_.hasParam(name)) return std::nullopt;
+    return positive(name, 0);
+  }
+
+  std::string frame(const std::string& name) const {
+    std::string value;
+    require(node_handle_.getParam(name, value) && !value.empty(),
+            place(name) + " must be a frame's name");
+    return withoutLeadingSlash(value);
+  }
+
+  std::vector<std::string> names(const std::string& name) const {
+    std::vector<std::string> value;
+    require(node_handle_.getParam(name, value) || !node_handle_.hasParam(name),
+            place(name) + " must be a list of names of devices");
+    return value;
+  }
+
+  std::vector<FramedBox> boxes(const std::string& name) const {
+    XmlRpcValue value;
+    std::vector<FramedBox> boxes;
+    if (!node_handle_.getParam(name, value)) return boxes;
+    require(value.getType() == XmlRpcValue::TypeArray, place(name) + " must be a list of boxes");
+    for (int number = 0; number < value.size(); ++number)
+      boxes.push_back(box(value[number], place(name) + "[" + std::to_string(number) + "]"));
+    return boxes;
+  }
+
+ private:
+  std::string place(const std::string& name) const {
+    return "parameter " + node_handle_.resolveName(name);
+  }
+
+  static FramedBox box(XmlRpcValue& value, const std::string& place) {
+    require(value.getType() == XmlRpcValue::TypeStruct && value.hasMember("frame") &&
+                value["frame"].getType() == XmlRpcValue::TypeString,
+            place + " must have a frame's name, a center and a size");
+    try {
+      return {withoutLeadingSlash(value["frame"]),
+              cloud::Box(vector(value, "center"), vector(value, "size"))};
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(place + ": " + error.what());
+    }
+  }
+
+  static Eigen::Vector3d vector(XmlRpcValue& box, const std::string& name) {
+    const std::string problem = name + " must be three numbers in m";
+    require(box.hasMember(name) && box[name].getType() == XmlRpcValue::TypeArray &&
+                box[name].size() == 3,
+            problem);
+    Eigen::Vector3d vector;
+    for (int axis = 0; axis < 3; ++axis) {
+      XmlRpcValue& number = box[name][axis];
+      require(
+          number.getType() == XmlRpcValue::TypeInt || number.getType() == XmlRpcValue::TypeDouble,
+          problem);
+      vector[axis] = number.getType() == XmlRpcValue::TypeInt ? static_cast<int>(number)
+                                                              : static_cast<double>(number);
+    }
+    return vector;
+  }
+
+  const ros::NodeHandle& node_handle_;
+};
+
+FinderSettings settingsOf(const Reader& reader) {
+  FinderSettings settings;
+  settings.padding = static_cast<float>(reader.positive("padding", settings.padding));
+  settings.gap = static_cast<float>(reader.positive("gap", settings.gap));
+  settings.surface = static_cast<float>(reader.positive("surface", settings.surface));
+  settings.fewest = static_cast<std::size_t>(
+      reader.positive("fewest_points", static_cast<double>(settings.fewest)));
+  if (const auto noise = reader.optionalPositive("noise"))
+    settings.noise = DepthNoise{static_cast<float>(*noise)};
+  return settings;
+}
+
+/// \param node_handle  the private one of the nodelet
+/// \throws std::invalid_argument that names the parameter and what it must be
+FinderParameters readFinderParameters(const ros::NodeHandle& node_handle) {
+  const Reader reader(node_handle);
+  const std::vector<FramedBox> regions = reader.boxes("region");
+  require(regions.size() < 2, "parameter " + node_handle.resolveName("region") +
+                                  " must be a list of one box, or empty");
+  return {reader.frame("frame"),    reader.names("robots"),
+          reader.names("others"),   regions.empty() ? std::nullopt : std::optional(regions.front()),
+          reader.boxes("expected"), {reader.positive("warn", 0.5), reader.positive("stop", 0.2)},
+          settingsOf(reader)};
+}
+
+std::vector<std::uint8_t> readResource(const std::string& url) {
+  resource_retriever::Retriever retriever;
+  const resource_retriever::MemoryResource resource = retriever.get(url);
+  return {resource.data.get(), resource.data.get() + resource.size};
+}
+
+/// The links of a device's model, from the parameter `/NAME/robot_description`.
+/// \param reach  of their distance fields, m
+/// \throws std::invalid_argument that names the parameter and says what is wrong
+std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_robot) {
+  const std::string name = "/" + device + "/robot_description";
+  std::string urdf;
+  require(ros::param::get(name, urdf), "the parameter " + name + " is not set yet");
+  std::vector<KnownBody> bodies;
+  try {
+    for (const LinkGeometry& link : linkGeometries(urdf, readResource))
+      bodies.emplace_back(link.frame, link.mesh, reach, is_robot);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument("the model in " + name + " cannot be used: " + error.what());
+  }
+  return bodies;
+}
 
 }  // namespace
 
@@ -133,9 +286,9 @@ void ObjectFinderNodelet::complain(const tf2::TransformException& error) {
 void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
   const Points points = pointsOf(cloud);
   // A blind sensor must not look like a clear cell.
-  cloud::require(std::any_of(points.places.begin(), points.places.end(),
-                             [](const auto& place) { return place.allFinite(); }),
-                 "it has no points, the sensor sees nothing");
+  require(std::any_of(points.places.begin(), points.places.end(),
+                      [](const auto& place) { return place.allFinite(); }),
+          "it has no points, the sensor sees nothing");
   const Scene scene = sceneOf(cloud.header);
   const std::vector<Label> labels = finder_->label(points, scene);
   if (unknown_publisher_.getNumSubscribers() > 0)

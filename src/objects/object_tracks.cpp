@@ -1,17 +1,249 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/objects/object_tracks.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "process_visualizer/objects/assignment.hpp"
-#include "process_visualizer/objects/partly_hidden.hpp"
-
 namespace process_visualizer::objects {
+// How an object moves on.
+
 namespace {
 
+using Eigen::Index;
+using Eigen::Vector2f;
 using Eigen::Vector3f;
+
+constexpr std::size_t kMostSights = 60;
+constexpr std::size_t kFewestSights = 2, kFewestForTurn = 4, kFewestForBend = 6;
+constexpr double kShortest = 0.09, kShortestForBend = 0.3;  // s
+constexpr float kSlowest = 0.03F;                           // m/s
+constexpr float kSlowestTurn = 0.15F;                       // rad/s
+constexpr float kUneven = 0.1F;                             // rad: RMS beside an even turn
+constexpr float kSharpestBend = 3;                          // rad/s
+
+}  // namespace
+
+void Motion::add(double stamp, const Vector3f& place, float yaw) {
+  sights_.push_back({stamp, {place.x(), place.y(), place.z(), yaw}});
+  while (sights_.size() > kMostSights || stamp - sights_.front().stamp > kWindow)
+    sights_.pop_front();
+  fit();
+}
+
+/// Fits polynomials to what was seen (least squares): of first order in time, and of second order
+/// if there is enough of it.
+void Motion::fit() {
+  velocity_.setZero();
+  bend_ = turn_ = 0;
+  const double last = sights_.back().stamp, span = last - sights_.front().stamp;
+  if (sights_.size() < kFewestSights || span < kShortest) return;
+  const auto count = static_cast<Eigen::Index>(sights_.size());
+  Eigen::MatrixX3f powers(count, 3);
+  Eigen::MatrixX4f states(count, 4);
+  for (Eigen::Index row = 0; row < count; ++row) {
+    const auto time = static_cast<float>(sights_[row].stamp - last);
+    powers.row(row) << 1, time, time * time;
+    states.row(row) = sights_[row].state.transpose();
+  }
+  const Eigen::MatrixX2f linear = powers.leftCols<2>();
+  const Eigen::MatrixXf even = linear.colPivHouseholderQr().solve(states);
+  velocity_ = even.row(1).head<3>().transpose();
+  const float rms =
+      ((linear * even.col(3)) - states.col(3)).norm() / std::sqrt(static_cast<float>(count));
+  if (sights_.size() >= kFewestForTurn && std::abs(even(1, 3)) > kSlowestTurn && rms < kUneven)
+    turn_ = even(1, 3);
+  if (sights_.size() < kFewestForBend || span < kShortestForBend || velocity_.norm() < kSlowest)
+    return;
+  const Eigen::MatrixXf bent = powers.colPivHouseholderQr().solve(states);
+  velocity_.head<2>() = bent.row(1).head<2>().transpose();
+  const Eigen::Vector2f speed = velocity_.head<2>(), change = 2 * bent.row(2).head<2>().transpose();
+  const float square = std::max(speed.squaredNorm(), kSlowest * kSlowest);
+  bend_ = (speed.x() * change.y() - speed.y() * change.x()) / square;
+  bend_ = std::clamp(bend_, -kSharpestBend, kSharpestBend);
+}
+
+Vector3f Motion::shiftAt(double stamp) const {
+  if (sights_.empty() || velocity_.norm() < kSlowest) return Vector3f::Zero();
+  const auto passed = static_cast<float>(std::min(stamp - sights_.back().stamp, kLongestCoast));
+  Vector3f shift = velocity_ * passed;
+  if (std::abs(bend_) < 1e-3F) return shift;
+  const float along = std::sin(bend_ * passed) / bend_,
+              aside = (1 - std::cos(bend_ * passed)) / bend_;
+  shift.x() = along * velocity_.x() - aside * velocity_.y();
+  shift.y() = along * velocity_.y() + aside * velocity_.x();
+  return shift;
+}
+
+Vector3f Motion::velocity() const {
+  return velocity_.norm() < kSlowest ? Vector3f(Vector3f::Zero()) : velocity_;
+}
+
+float Motion::turnAt(double stamp) const {
+  if (sights_.empty()) return 0;
+  return turn_ * static_cast<float>(std::min(stamp - sights_.back().stamp, kLongestCoast));
+}
+
+// The box of an object of which something hides a part.
+
+namespace {
+
+constexpr float kAtSide = 0.02F;   // m: the points so near to a side tell whether it is hidden
+constexpr float kOutwards = 0.6F;  // cosine: of directions that lead out of a side
+constexpr int kFewestEnds = 3;     // that show a side
+constexpr float kGrown = 0.02F;    // m: an object that reaches farther is larger than it was
+
+/// Along one direction: what is seen, and how much more of its rim at either end is a real end than
+/// is cut.
+struct Extent {
+  float least, most;
+  int ends_at_least = 0, ends_at_most = 0;
+
+  void add(float place, float outwards, bool is_cut) {
+    if (place < least + kAtSide && outwards < -kOutwards) ends_at_least += is_cut ? -1 : 1;
+    if (place > most - kAtSide && outwards > kOutwards) ends_at_most += is_cut ? -1 : 1;
+  }
+};
+
+/// Where the whole begins and ends.
+/// \param size  of the whole; a larger one that is seen is believed
+Extent whole(const Extent& seen, float size, float expected_center) {
+  const float length = seen.most - seen.least, half = size / 2;
+  if (length > size + kGrown) return seen;
+  const bool has_least = seen.ends_at_least >= kFewestEnds,
+             has_most = seen.ends_at_most >= kFewestEnds;
+  float center = (seen.least + seen.most) / 2;
+  if (has_least != has_most)
+    center = has_least ? seen.least + half : seen.most - half;
+  else if (!has_least && length < size)
+    center = std::clamp(expected_center, seen.most - half, seen.least + half);
+  return {center - half, center + half};
+}
+
+/// The top is believed if it is about where it is expected, or higher: if it is lower, something
+/// hides what is above.
+float topOf(const UprightBox& expected, const UprightBox& seen) {
+  const float known = expected.center.z() + expected.size.z() / 2;
+  const float top = seen.center.z() + seen.size.z() / 2;
+  return top > known - kAtSide ? top : known;
+}
+
+}  // namespace
+
+UprightBox completed(const UprightBox& expected, const FoundObject& found) {
+  const Eigen::Rotation2Df turned(-expected.yaw);
+  const Eigen::AlignedBox2f seen = footprint(found.places, expected.yaw);
+  Extent along{seen.min().x(), seen.max().x()}, across{seen.min().y(), seen.max().y()};
+  for (const Rim& it : found.rim) {
+    const Vector2f place = turned * Vector2f(it.place.head<2>());
+    const Vector2f outwards = turned * Vector2f(it.outwards.head<2>());
+    along.add(place.x(), outwards.x(), it.is_cut);
+    across.add(place.y(), outwards.y(), it.is_cut);
+  }
+  const Vector2f center = turned * Vector2f(expected.center.head<2>());
+  along = whole(along, expected.size.x(), center.x());
+  across = whole(across, expected.size.y(), center.y());
+  const Vector2f middle((along.least + along.most) / 2, (across.least + across.most) / 2);
+  UprightBox box = expected;
+  box.center.head<2>() = turned.inverse() * middle;
+  box.center.z() = topOf(expected, found.box) - expected.size.z() / 2;
+  box.size.head<2>() << along.most - along.least, across.most - across.least;
+  return box;
+}
+
+// Which of the things that are found is which object.
+
+namespace {
+
+/// The Hungarian method with potentials: rows are added one after the other, each along the
+/// shortest path of alternating pairs. Row and column 0 stand for none.
+class Hungarian {
+ public:
+  /// \param costs  not more rows than columns
+  explicit Hungarian(const Eigen::MatrixXf& costs)
+      : costs_(costs),
+        row_potentials_(costs.rows() + 1, 0),
+        column_potentials_(costs.cols() + 1, 0),
+        row_of_(costs.cols() + 1, 0) {
+    for (Index row = 1; row <= costs.rows(); ++row) add(row);
+  }
+
+  /// The row of a column (both from 0); -1 for none.
+  Index rowOf(Index column) const { return row_of_[column + 1] - 1; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  void add(Index row) {
+    distances_.assign(costs_.cols() + 1, kInfinity);
+    before_.assign(costs_.cols() + 1, 0);
+    is_visited_.assign(costs_.cols() + 1, false);
+    row_of_[0] = row;
+    Index column = 0;
+    while (row_of_[column] != 0) column = nextAfter(column);
+    for (; column != 0; column = before_[column]) row_of_[column] = row_of_[before_[column]];
+  }
+
+  /// Visits a column, and returns the one that is nearest then.
+  Index nextAfter(Index column) {
+    is_visited_[column] = true;
+    const Index row = row_of_[column];
+    Index nearest = 0;
+    double step = kInfinity;
+    for (Index other = 1; other <= costs_.cols(); ++other) {
+      if (is_visited_[other]) continue;
+      const double way =
+          costs_(row - 1, other - 1) - row_potentials_[row] - column_potentials_[other];
+      if (way < distances_[other]) {
+        distances_[other] = way;
+        before_[other] = column;
+      }
+      if (distances_[other] < step) {
+        step = distances_[other];
+        nearest = other;
+      }
+    }
+    lower(step);
+    return nearest;
+  }
+
+  void lower(double step) {
+    for (Index column = 0; column <= costs_.cols(); ++column) {
+      if (is_visited_[column]) {
+        row_potentials_[row_of_[column]] += step;
+        column_potentials_[column] -= step;
+      } else {
+        distances_[column] -= step;
+      }
+    }
+  }
+
+  const Eigen::MatrixXf& costs_;
+  std::vector<double> row_potentials_, column_potentials_, distances_;
+  std::vector<Index> row_of_, before_;
+  std::vector<bool> is_visited_;
+};
+
+}  // namespace
+
+std::vector<std::optional<std::size_t>> bestPairs(const Eigen::MatrixXf& costs) {
+  std::vector<std::optional<std::size_t>> columns(costs.rows());
+  const bool is_wide = costs.rows() <= costs.cols();
+  const Eigen::MatrixXf wide = is_wide ? costs : costs.transpose();
+  const Hungarian hungarian(wide);
+  for (Index column = 0; column < wide.cols(); ++column) {
+    const Index row = hungarian.rowOf(column);
+    if (row < 0 || wide(row, column) >= kForbidden) continue;
+    columns[is_wide ? row : column] = static_cast<std::size_t>(is_wide ? column : row);
+  }
+  return columns;
+}
+
+// Tracks.
+
+namespace {
 
 constexpr int kTimesUntilSure = 3;
 constexpr float kFarthest = 0.25F;    // m: an object is not farther from where it is expected,

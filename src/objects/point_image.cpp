@@ -3,16 +3,33 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
+#include <utility>
+
+#include "process_visualizer/cloud/cloud_layout.hpp"
 
 namespace process_visualizer::objects {
 namespace {
 
+using Eigen::Array3f;
+using Eigen::Isometry3f;
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
+constexpr std::int32_t kNoPoint = -1;
 constexpr double kMostPixels = 4e6;  // of an image that is made of any points
+
+/// Which point of a cloud each pixel of a camera has. There is a column and a row without points on
+/// each side. There are no pixels at all if no image can be made of the points.
+struct PointImage {
+  std::size_t width = 0, height = 0;
+  std::vector<std::int32_t> points;
+};
 
 PointImage emptyImage(std::size_t width, std::size_t height) {
   return {width + 2, height + 2, std::vector<std::int32_t>((width + 2) * (height + 2), kNoPoint)};
@@ -69,10 +86,284 @@ PointImage imageOfAny(const Points& points) {
   return image;
 }
 
-}  // namespace
-
+/// The image of a cloud. Points that are not in rows are put into the pixels of a camera in whose
+/// optical frame (z forward) they are: points that follow each other in a row of its image tell
+/// their width.
 PointImage imageOf(const Points& points) {
   return points.height > 1 ? imageOfRows(points) : imageOfAny(points);
+}
+
+/// How far from a sensor two points on one surface may be apart at a distance (m) from it: 1 cm,
+/// and two steps of a Kinect's depth (3 mm at 1 m, growing with the square of the distance).
+float toleranceAt(float range) { return 0.01F + 2 * 0.003F * range * range; }
+
+}  // namespace
+
+Points pointsOf(const sensor_msgs::PointCloud2& cloud) {
+  const cloud::CoordinateOffsets offsets = cloud::checkedOffsets(cloud);
+  Points points;
+  points.width = cloud.width;
+  points.height = cloud::rowsWithPoints(cloud);
+  points.places.reserve(points.width * points.height);
+  for (std::size_t row = 0; row < points.height; ++row) {
+    const std::uint8_t* point = cloud.data.data() + row * cloud.row_step;
+    for (std::size_t column = 0; column < cloud.width; ++column, point += cloud.point_step)
+      points.places.push_back(cloud::positionAt(point, offsets));
+  }
+  return points;
+}
+
+sensor_msgs::PointCloud2 freePart(const sensor_msgs::PointCloud2& cloud,
+                                  const std::vector<Label>& labels) {
+  sensor_msgs::PointCloud2 part;
+  part.header = cloud.header;
+  part.fields = cloud.fields;
+  part.point_step = cloud.point_step;
+  part.is_dense = true;
+  for (std::size_t index = 0; index < labels.size(); ++index) {
+    if (labels[index] != Label::kFree) continue;
+    const std::size_t row = index / cloud.width, column = index % cloud.width;
+    const std::uint8_t* point =
+        cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+    part.data.insert(part.data.end(), point, point + cloud.point_step);
+  }
+  part.row_step = static_cast<std::uint32_t>(part.data.size());
+  part.width = part.row_step / part.point_step;
+  part.height = 1;
+  return part;
+}
+
+// What the sensor makes up.
+
+namespace {
+
+constexpr int kFewNeighbours = 4;  // of eight
+
+/// The distance of each pixel's point from the sensor where it is free; where it is not, it is like
+/// no other.
+std::vector<float> freeRanges(const PointImage& image, const Points& points,
+                              const std::vector<Label>& labels) {
+  std::vector<float> ranges(image.points.size(), -std::numeric_limits<float>::infinity());
+  for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    const std::int32_t point = image.points[pixel];
+    if (point != kNoPoint && labels[point] == Label::kFree)
+      ranges[pixel] = points.places[point].norm();
+  }
+  return ranges;
+}
+
+}  // namespace
+
+void markStrayPoints(const Points& points, std::vector<Label>& labels) {
+  const PointImage image = imageOf(points);
+  if (image.points.empty()) return;
+  const std::vector<float> ranges = freeRanges(image, points, labels);
+  const auto row = static_cast<std::ptrdiff_t>(image.width);
+  // Those beside it first: they are most often alike, and four are enough.
+  const std::ptrdiff_t around[] = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
+  for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    if (!(ranges[pixel] >= 0)) continue;
+    const float tolerance = toleranceAt(ranges[pixel]);
+    int alike = 0;
+    for (const std::ptrdiff_t step : around) {
+      if (std::abs(ranges[pixel + step] - ranges[pixel]) < tolerance) ++alike;
+      if (alike == kFewNeighbours) break;
+    }
+    if (alike < kFewNeighbours) labels[image.points[pixel]] = Label::kStray;
+  }
+}
+
+// What hides parts of groups of points, and where groups end.
+
+namespace {
+
+constexpr std::int32_t kNoGroup = -1;
+constexpr std::size_t kPixelStride = 3;  // px: between the rows and columns that are looked at
+constexpr int kFewestLines = 2;          // that show a bridge
+constexpr std::size_t kBeside = 24;      // px: so far beyond a group is looked for what hides it
+constexpr float kLongestGap = 0.25F;     // m: surfaces farther apart are not taken for one
+constexpr float kSteepest = 0.5F;        // of a surface across the line of sight
+constexpr float kTouching = 0.03F;       // m
+constexpr float kRobotMargin = 0.01F;    // m
+
+/// A pixel that shows something.
+struct Sight {
+  std::uint32_t point;
+  std::int32_t group;
+  float range;  ///< from the sensor, m
+  bool is_robot;
+};
+
+/// Whether a pixel may hide what continues the surface that the other one shows.
+bool hides(const Sight& one, const Sight& other) {
+  if (one.is_robot) return one.range < other.range + kRobotMargin;
+  return one.range < other.range - toleranceAt(other.range);
+}
+
+class Search {
+ public:
+  Search(const Points& points, const std::vector<Label>& labels, const std::vector<Indices>& groups)
+      : points_(points),
+        labels_(labels),
+        image_(imageOf(points)),
+        groups_(points.places.size(), kNoGroup) {
+    result_.rims.resize(groups.size());
+    for (std::size_t group = 0; group < groups.size(); ++group)
+      for (const std::uint32_t point : groups[group])
+        groups_[point] = static_cast<std::int32_t>(group);
+  }
+
+  Occlusions run() {
+    const auto [rows, columns] = spans();
+    for (std::size_t row = 0; row < rows.size(); row += kPixelStride)
+      lookAlong(row * image_.width, 1, rows[row], image_.width);
+    for (std::size_t column = 0; column < columns.size(); column += kPixelStride)
+      lookAlong(column, image_.width, columns[column], image_.height);
+    for (const auto& [groups, votes] : votes_)
+      if (votes.all >= kFewestLines)
+        result_.bridges.push_back({groups.first, groups.second, votes.continuing >= kFewestLines});
+    return std::move(result_);
+  }
+
+ private:
+  struct Votes {
+    int all = 0, continuing = 0;
+  };
+
+  /// From the first to the last pixel of any group.
+  struct Span {
+    std::size_t first = std::numeric_limits<std::size_t>::max(), last = 0;
+
+    void add(std::size_t place) {
+      first = std::min(first, place);
+      last = std::max(last, place);
+    }
+  };
+
+  /// Of the rows and the columns.
+  std::pair<std::vector<Span>, std::vector<Span>> spans() const {
+    std::vector<Span> rows(image_.height), columns(image_.width);
+    for (std::size_t row = 0; row < image_.height; ++row) {
+      for (std::size_t column = 0; column < image_.width; ++column) {
+        const std::int32_t point = image_.points[row * image_.width + column];
+        if (point == kNoPoint || groups_[point] == kNoGroup) continue;
+        rows[row].add(column);
+        columns[column].add(row);
+      }
+    }
+    return {std::move(rows), std::move(columns)};
+  }
+
+  /// Looks along one line of pixels, in both directions: what is nearer at its end is a bridge only
+  /// if it is reached from the other one.
+  void lookAlong(std::size_t start, std::size_t step, const Span& span, std::size_t count) {
+    if (span.first > span.last) return;
+    readLine(start, step, span.first - std::min(span.first, kBeside),
+             std::min(span.last + kBeside, count));
+    for (std::size_t place = 1; place < line_.size(); ++place)
+      endBetween(line_[place - 1], line_[place]);
+    findBridges();
+    std::reverse(line_.begin(), line_.end());
+    findBridges();
+  }
+
+  void readLine(std::size_t start, std::size_t step, std::size_t begin, std::size_t end) {
+    line_.clear();
+    for (std::size_t place = begin; place < end; ++place) {
+      const std::int32_t point = image_.points[start + place * step];
+      if (point == kNoPoint || labels_[point] == Label::kNowhere || labels_[point] == Label::kStray)
+        continue;
+      line_.push_back({static_cast<std::uint32_t>(point), groups_[point],
+                       points_.places[point].norm(), labels_[point] == Label::kRobot});
+    }
+  }
+
+  /// Notes where groups end between two pixels that follow each other.
+  void endBetween(const Sight& one, const Sight& other) {
+    if (one.group == other.group) return;
+    const bool touch =
+        one.group != kNoGroup && other.group != kNoGroup && distance(one, other) < kTouching;
+    if (one.group != kNoGroup)
+      result_.rims[one.group].push_back({one.point, other.point, touch || hides(other, one)});
+    if (other.group != kNoGroup)
+      result_.rims[other.group].push_back({other.point, one.point, touch || hides(one, other)});
+  }
+
+  /// For each pixel, the last one before it that does not hide what continues it is on top of a
+  /// stack.
+  void findBridges() {
+    stack_.clear();
+    for (const Sight& it : line_) {
+      const std::size_t before = stack_.size();
+      while (!stack_.empty() && hides(stack_.back(), it)) stack_.pop_back();
+      if (stack_.size() < before && !stack_.empty()) vote(stack_.back(), it);
+      stack_.push_back(it);
+    }
+  }
+
+  void vote(const Sight& one, const Sight& other) {
+    if (one.group == kNoGroup || other.group == kNoGroup || one.group == other.group) return;
+    const auto [least, most] = std::minmax(one.group, other.group);
+    Votes& votes = votes_[{least, most}];
+    ++votes.all;
+    const float gap = distance(one, other);
+    if (gap < kLongestGap &&
+        std::abs(one.range - other.range) < toleranceAt(one.range) + kSteepest * gap)
+      ++votes.continuing;
+  }
+
+  float distance(const Sight& one, const Sight& other) const {
+    return (points_.places[one.point] - points_.places[other.point]).norm();
+  }
+
+  const Points& points_;
+  const std::vector<Label>& labels_;
+  PointImage image_;
+  std::vector<std::int32_t> groups_;  ///< of each point
+  std::vector<Sight> line_, stack_;   ///< memory that is kept
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Votes> votes_;
+  Occlusions result_;
+};
+
+}  // namespace
+
+Occlusions occlusionsOf(const Points& points, const std::vector<Label>& labels,
+                        const std::vector<Indices>& groups) {
+  if (groups.empty()) return {};
+  return Search(points, labels, groups).run();
+}
+
+// Whether a place is hidden.
+
+namespace {
+
+constexpr float kInner = 0.8F;      // of the box: its rim may be seen although the rest is hidden
+constexpr std::size_t kStride = 7;  // of the points that are looked at; rows have other lengths
+
+/// Which part of the way from one place through another one lies in a box around the origin, as
+/// multiples of their distance; the second is smaller if there is none.
+std::pair<float, float> partInside(const Vector3f& half, const Vector3f& from, const Vector3f& to) {
+  const Array3f way = (to - from).array();
+  const Array3f a = (-half - from).array() / way, b = (half - from).array() / way;
+  return {a.min(b).maxCoeff(), a.max(b).minCoeff()};
+}
+
+}  // namespace
+
+bool isHidden(const UprightBox& box, const Points& points, const std::vector<Label>& labels,
+              const Isometry3f& global_from_cloud) {
+  const Isometry3f box_from_cloud = Eigen::AngleAxisf(-box.yaw, Vector3f::UnitZ()) *
+                                    Eigen::Translation3f(-box.center) * global_from_cloud;
+  const Vector3f sensor = box_from_cloud.translation(), half = kInner / 2 * box.size;
+  std::size_t hiding = 0, others = 0;
+  for (std::size_t index = 0; index < labels.size(); index += kStride) {
+    if (labels[index] == Label::kNowhere) continue;
+    const auto [begin, end] = partInside(half, sensor, box_from_cloud * points.places[index]);
+    if (!(begin < end && end > 0)) continue;
+    const bool is_hiding = begin > 1 || (end > 1 && labels[index] == Label::kRobot);
+    ++(is_hiding ? hiding : others);
+  }
+  return hiding > others;
 }
 
 }  // namespace process_visualizer::objects

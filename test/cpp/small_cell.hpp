@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "depth_camera.hpp"
-#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/point_image.hpp"
 
 namespace process_visualizer::objects {
 

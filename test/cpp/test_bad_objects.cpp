@@ -9,9 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "process_visualizer/objects/cloud_points.hpp"
-#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/point_image.hpp"
 
 namespace process_visualizer::objects {
 namespace {

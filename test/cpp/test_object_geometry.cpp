@@ -13,10 +13,7 @@
 #include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/distance_field.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
-#include "process_visualizer/objects/link_geometry.hpp"
-#include "process_visualizer/objects/robot_distance.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
-#include "process_visualizer/objects/upright_box.hpp"
 
 namespace process_visualizer::objects {
 namespace {

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "process_visualizer/objects/partly_hidden.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
 #include "small_cell.hpp"
 
 namespace process_visualizer::objects {

@@ -9,7 +9,6 @@
 #include <random>
 #include <vector>
 
-#include "process_visualizer/objects/assignment.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 #include "process_visualizer/objects/played_jump.hpp"

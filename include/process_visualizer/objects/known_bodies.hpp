@@ -3,15 +3,31 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "process_visualizer/cloud/surface.hpp"
+#include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/distance_field.hpp"
-#include "process_visualizer/objects/surface_samples.hpp"
 
 namespace process_visualizer::objects {
+
+/// The surface of a link of a model, in the link's frame.
+struct LinkGeometry {
+  std::string frame;
+  cloud::Surface mesh;
+};
+
+/// Returns the bytes of a resource (`package://…`, `file://…`).
+using ReadResource = std::function<std::vector<std::uint8_t>(const std::string& url)>;
+
+/// The links of a robot description that have a shape: what is visible of them, which is what a
+/// camera sees, or else their collision geometry.
+/// \throws std::invalid_argument that says what is wrong with the description or one of its meshes
+std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadResource& read);
 
 /// A part of the cell that has a model, such as a robot's link.
 struct KnownBody {
@@ -55,5 +71,19 @@ class PosedBodies {
   std::size_t words_;        ///< for each cell
   std::vector<Word> masks_;  ///< bit i of a cell: body i may be near
 };
+
+/// The shortest way from an object to a robot.
+struct RobotDistance {
+  std::string link;
+  float distance;  ///< m
+  Eigen::Vector3f on_object, on_robot;
+};
+
+/// The distance of points from the robots among the bodies; nothing if there is none.
+/// \param points  at least one, m
+/// \param from_body  a transform for each body into the frame of the points
+std::optional<RobotDistance> distanceToRobots(const Cluster& points,
+                                              const std::vector<KnownBody>& bodies,
+                                              const std::vector<Eigen::Isometry3f>& from_body);
 
 }  // namespace process_visualizer::objects

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
@@ -8,14 +9,18 @@
 
 #include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/objects/clusters.hpp"
-#include "process_visualizer/objects/depth_noise.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
-#include "process_visualizer/objects/pieces.hpp"
-#include "process_visualizer/objects/robot_distance.hpp"
-#include "process_visualizer/objects/stray_points.hpp"
-#include "process_visualizer/objects/upright_box.hpp"
+#include "process_visualizer/objects/point_image.hpp"
+#include "process_visualizer/objects/support_planes.hpp"
 
 namespace process_visualizer::objects {
+
+/// Where an object that is followed is thought to be.
+struct ExpectedObject {
+  UprightBox box;
+  bool is_whole;           ///< whether it has been seen without anything that hid a part of it
+  bool is_moving = false;  ///< fast: what moves may change its shape, as a person does
+};
 
 /// What is looked at, and how.
 struct FinderSettings {

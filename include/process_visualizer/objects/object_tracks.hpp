@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -9,10 +10,60 @@
 #include <utility>
 #include <vector>
 
-#include "process_visualizer/objects/motion.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
 
 namespace process_visualizer::objects {
+
+/// How an object moves on: on a circle in the plane, evenly upwards or downwards, and turning
+/// evenly, as it did in the last `kWindow` seconds in which it was seen.
+class Motion {
+ public:
+  /// \param stamp  later than those before, s
+  /// \param place  m
+  /// \param yaw  rad, without jumps
+  void add(double stamp, const Eigen::Vector3f& place, float yaw);
+
+  /// By how much it has moved since it was seen last, m. What is slower than 3 cm/s stands: that is
+  /// less than what noise may look like.
+  Eigen::Vector3f shiftAt(double stamp) const;
+
+  /// How fast it moved when it was seen last, m/s; nothing where it stands, or is seen too shortly.
+  Eigen::Vector3f velocity() const;
+
+  /// By how much it has turned since then, rad; nothing if it turned slowly or unevenly.
+  float turnAt(double stamp) const;
+
+  static constexpr double kWindow = 0.6;        ///< s
+  static constexpr double kLongestCoast = 1.0;  ///< s: then it is thought to stand
+
+ private:
+  struct Sight {
+    double stamp;
+    Eigen::Vector4f state;  ///< place, yaw
+  };
+
+  void fit();
+
+  std::deque<Sight> sights_;
+  Eigen::Vector3f velocity_ = Eigen::Vector3f::Zero();  ///< m/s, at the last sight
+  float bend_ = 0;                                      ///< of the direction, rad/s
+  float turn_ = 0;                                      ///< of the yaw, rad/s
+};
+
+/// A cost of pairs that must not be.
+constexpr float kForbidden = 1e3F;
+
+/// Pairs rows with columns so that as many as possible have a partner and the sum of the costs is
+/// then the least (Kuhn 1955, Munkres 1957), in O(n² m) for n rows and m columns or the reverse.
+/// \param costs  from 0 to 1, or kForbidden
+/// \return the column of each row, if it has one
+std::vector<std::optional<std::size_t>> bestPairs(const Eigen::MatrixXf& costs);
+
+/// The box of an object of which something may hide a part. Where a side is hidden, it is as far
+/// from the opposite one as it is known to be; between two that are hidden, the box stays where it
+/// is expected as far as what is seen of it permits.
+/// \param expected  the whole object where it is thought to be
+UprightBox completed(const UprightBox& expected, const FoundObject& found);
 
 /// An object that is followed from cloud to cloud.
 struct TrackedObject {

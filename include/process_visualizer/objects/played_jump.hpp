@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 namespace process_visualizer::objects {
 
@@ -14,15 +15,33 @@ namespace process_visualizer::objects {
 class PlayedJump {
  public:
   /// Takes a state of the player. Returns whether the position has jumped since the last one.
-  bool follow(const PlayerState& state);
+  bool follow(const PlayerState& state) {
+    const auto before = std::exchange(segment_, state.segment);
+    if (before == state.segment) return false;
+    if (before) time_ = state.since;
+    return before.has_value();
+  }
 
   /// Whether something with this stamp is from before the jump, and shows another moment.
-  bool isBefore(ros::Time stamp) const;
+  bool isBefore(ros::Time stamp) const {
+    if (!time_) return false;
+    const double after = (stamp - *time_).toSec();
+    return after < 0.0 && after > -kPresent;
+  }
 
   /// Whether the poses around this stamp may be from before the jump and from after it.
-  bool isJustAfter(ros::Time stamp) const;
+  bool isJustAfter(ros::Time stamp) const {
+    if (!time_) return false;
+    const double after = (stamp - *time_).toSec();
+    return after >= 0.0 && after < kSettling;
+  }
 
  private:
+  /// In which the first joint positions after a jump come, and become poses, s.
+  static constexpr double kSettling = 0.15;
+  /// Stamps that are farther from a jump are those of the recording, and say nothing of it, s.
+  static constexpr double kPresent = 2.0;
+
   std::optional<std::uint32_t> segment_;
   std::optional<ros::Time> time_;  ///< of the jump, as stamps of what is played show it
 };
