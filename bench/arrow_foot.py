@@ -33,8 +33,8 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import Float32MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.motion.rotations import rotated
 from process_visualizer.nodes.view_picture import ViewWatcher, wait_for_master
+from process_visualizer.robot.rotations import rotated
 from sewing_cell.arms import UPPER
 
 ROBOT = 'ur_rt_upper'

@@ -24,9 +24,9 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from std_msgs.msg import Float32MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import matrix_from_quaternion as matrix
-from process_visualizer.motion.rotations import (
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import matrix_from_quaternion as matrix
+from process_visualizer.robot.rotations import (
     product,
     quaternion_from_rotation_vector,
     rotated,

@@ -19,9 +19,9 @@ from typing import Dict, List, NamedTuple, Optional
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.process_scan import processes_of_run
+from process_visualizer.launching.part_report import NodeReport, NodeState
 from process_visualizer.launching.run import Run
+from process_visualizer.launching.run_record import processes_of_run
 from process_visualizer.nodes.view_picture import ViewWatcher, wait_for_master
 
 _TICKS_PER_S = os.sysconf('SC_CLK_TCK')

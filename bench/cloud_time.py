@@ -26,10 +26,10 @@ from players import ros_master
 from sensor_msgs.msg import PointCloud2
 
 from process_visualizer.clients.player_client import PlayerClient
-from process_visualizer.motion.rotations import matrix_from_quaternion
+from process_visualizer.robot.rotations import matrix_from_quaternion
 from sewing_cell import pinhole
 from sewing_cell.mesh_picture import Picture
-from sewing_cell.robot_picture import draw_robot
+from sewing_cell.scene import draw_robot
 
 CONFIG = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
 DEVICES = 'ur_rt_upper,kinect,simulator'

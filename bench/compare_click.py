@@ -16,17 +16,15 @@ from typing import Callable, Dict, Sequence
 
 from PyQt5.QtCore import QEventLoop, QTimer
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import ghost_request
 from process_visualizer.gui.app.main import make_application
-from process_visualizer.gui.models.comparison.bands_model import BandsModel
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
+from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
+from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack
 
 _TIMEOUT_S, _PERIOD_MS = 120.0, 2
 

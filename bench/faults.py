@@ -28,8 +28,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float32MultiArray, String
 
-from process_visualizer.launching.asked_master import AskedMaster
-from process_visualizer.launching.ros_api import process_id_at
+from process_visualizer.launching.ros_api import AskedMaster, process_id_at
 from process_visualizer.launching.ros_master import RosMaster
 
 CONFIG = '''<visualizer>

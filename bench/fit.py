@@ -23,8 +23,7 @@ from still_cell import RATE_HZ, StillCell
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.clients.sensor_fit_client import FitError, fit_sensor
-from process_visualizer.motion.pose_difference import pose_difference
-from process_visualizer.motion.rotations import matrix_from_ypr, ypr_from_matrix
+from process_visualizer.robot.rotations import matrix_from_ypr, pose_difference, ypr_from_matrix
 
 PERIOD_S = 20.0
 

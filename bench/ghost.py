@@ -21,14 +21,13 @@ import rosbag
 from process_visualizer.cell.model import TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import ghost_request
-from process_visualizer.curves.tool_on_tf import joint_matching
-from process_visualizer.descriptions.robot_description import describe_device
-from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.curves.source_locators import joint_matching
 from process_visualizer.nodes.ghost.ghost_display import RATE_HZ, ghost_arrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
+from process_visualizer.robot.description import describe_device
+from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
-from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows
-from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
+from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS = 100

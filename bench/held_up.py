@@ -25,9 +25,8 @@ from PyQt5.QtWidgets import QApplication, QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.watchdog import BEAT_MS, Entry, Watchdog, read_report
-from process_visualizer.gui.models.recording.replay_model import ReplayPhase
-from process_visualizer.gui.toolkit.style import apply_theme
-from process_visualizer.gui.toolkit.theme import DARK, LIGHT
+from process_visualizer.gui.live.replay_model import ReplayPhase
+from process_visualizer.gui.toolkit.theme import DARK, LIGHT, apply_theme
 
 LIMIT_MS = 50.0
 PEER_LIMIT_S = 0.02

@@ -20,16 +20,16 @@ from PyQt5.QtWidgets import QApplication
 from roslib.packages import find_node
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.clients.recorder_memory import RecorderMemory
+from process_visualizer.clients.bag_recorder import RecorderMemory
 from process_visualizer.gui.app.main import make_application
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
-from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
-from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
-from process_visualizer.gui.models.recording.replay_model import ReplayModel
+from process_visualizer.gui.compare.compare_model import CompareModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurvesModel
+from process_visualizer.gui.live.live_panel import LivePanel
+from process_visualizer.gui.live.replay_model import ReplayModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.live.live_panel import LivePanel
 
 CHANNELS, RATE_HZ = 20, 125.0
 MEASURED_S, SETTLE_S = 20.0, 35.0

@@ -31,12 +31,12 @@ from process_visualizer.msg import GhostPhase
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.ros_names import GHOST, GHOST_PHASE_TOPIC
-from process_visualizer.runs.comparison.live_reference import live_reference
+from process_visualizer.runs.comparison.ghost import live_reference
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import ForceDriver, JointDriver, MachineDriver
-from sewing_cell.ticker import Ticker
+from sewing_cell.simulator import Ticker
 
 CONFIG = os.path.join(os.path.dirname(__file__), '..', 'sewing_cell', 'devices', 'simulated.xml')
 DEVICES = 'ur_rt_upper,ur_rt_lower,sewing_machine'

@@ -17,7 +17,7 @@ import rospy
 from bench_window import BenchWindow, pause, until
 from sensor_msgs.msg import JointState
 
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
 
 ROBOT, RECORDED_S = 'ur_rt_upper', 25.0
 SAME, AWAY = 1e-6, 0.05  # rad

@@ -25,7 +25,7 @@ import rospkg
 
 from process_visualizer.cell.model import DeviceType
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import describe_devices
+from process_visualizer.robot.description import describe_devices
 
 PROGRAM = 'objects_benchmark'
 DELAYS_S = (0.0, 0.005)

@@ -24,7 +24,7 @@ from robots_bag import robots_bag
 
 _READERS = {
     'process_visualizer': """
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 def open_bag(path): return Recording([path])
 def first_at(bag, part):
     index = bag.index

@@ -20,8 +20,8 @@ import rospy
 from arrow_direction import cells
 from arrow_truth import Model, Screen, ToolPath, wait_for_arrow
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.nodes.view_picture import wait_for_master
+from process_visualizer.robot.kinematics import Kinematics, Placement
 
 CELL = Path(__file__).resolve().parents[1] / 'scripts' / 'own_cell'
 sys.path.insert(0, str(CELL))

@@ -32,10 +32,9 @@ from rosbags.typesys.msg import normalize_msgtype
 from sensor_msgs.msg import Image, JointState
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.messages.definition_checksum import definition_checksum
-from process_visualizer.messages.message_definition import parse_definitions
-from process_visualizer.messages.message_values import message_values
-from process_visualizer.messages.stamps import StampLocator
+from process_visualizer.bagio.message_definition import definition_checksum, parse_definitions
+from process_visualizer.bagio.message_layout import StampLocator
+from process_visualizer.bagio.message_values import message_values
 
 _UNUSUAL = ('uint8 kIdle=0\nuint8 state', 'float64 EPS=1e-3\nfloat64 x', 'float64 X=1.50\nint8 x',
             'int8 A=+3\nint8 b', 'uint8 A=007\nint8 b', 'int32 x\r\nint32 y\r\n',
@@ -46,8 +45,8 @@ _REPEATS = 200
 _PICTURE_BYTES = 20_000_000
 _BOMB_BYTES = 700 << 20
 _BOMBS = {
-    'ours': 'from process_visualizer.bags.chunk_store import Chunk, decompressed\n'
-            'from process_visualizer.bags.bag_errors import RecordError\n'
+    'ours': 'from process_visualizer.bagio.chunk_store import Chunk, decompressed\n'
+            'from process_visualizer.bagio.bag_errors import RecordError\n'
             'try: decompressed(data, Chunk(0, len(data), "bz2", 1000))\n'
             'except RecordError: pass',
     'rosbags': 'from rosbags.rosbag1.reader import bz2_decompress\nbz2_decompress(data)'}

@@ -21,7 +21,7 @@ import rospy
 from recorders import OwnRecorder, load_program, topics_of_load
 from roslib.packages import find_node
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 
 
 def main() -> int:

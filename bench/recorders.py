@@ -12,8 +12,7 @@ import rosbag
 import rospy
 from roslib.packages import find_node
 
-from process_visualizer.clients.bag_recorder import BagRecorder
-from process_visualizer.clients.recording_options import RecordingOptions
+from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 
 _TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 _TIMEOUT_S = 60.0

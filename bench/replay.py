@@ -26,10 +26,10 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from sensor_msgs.msg import JointState
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
 from process_visualizer.clients.remote_follower import RemoteFollower
-from process_visualizer.gui.models.recording.replay_model import ReplayPhase
-from process_visualizer.report.report import make_report
+from process_visualizer.gui.live.replay_model import ReplayPhase
 
 ROBOT = 'ur_rt_upper'
 LEAST_S, MOST_S, WAYS = 2.0, 20.0, 5

@@ -28,12 +28,11 @@ import rospy
 from cell_run import process_sample
 from faults import CONFIG, process_of
 
-from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 from process_visualizer.clients.player_client import PlayerClient, PlayerError
-from process_visualizer.clients.recording_options import RecordingOptions
-from process_visualizer.launching.process_scan import names_of, processes_of_run
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run import Run
+from process_visualizer.launching.run_record import names_of, processes_of_run
 
 PERIOD_S, BAG_S, START_S = 1.0, 60.0, 120.0
 SETTLE_S = 20.0

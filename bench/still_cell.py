@@ -17,9 +17,9 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.cell.model import Cell, Device, Pose
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import describe_devices
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.robot.description import describe_devices
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import quaternion_from_ypr
 from sewing_cell import layout, pinhole
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera

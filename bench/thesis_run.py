@@ -13,11 +13,10 @@ from arrival_recorder import ArrivalRecorder
 from geometry_msgs.msg import TwistStamped
 from velocity import TOPICS, VELOCITY, running_cell
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 from process_visualizer.clients.player_client import PlayerClient
-from process_visualizer.clients.recording_options import RecordingOptions
-from process_visualizer.motion.float32_multi_array import float32_values
+from process_visualizer.nodes.robot.message_reader import float32_values
 
 _DEVICES_WITHOUT_KINECT = 'ur_rt_upper,ur_rt_lower,sewing_machine,cell_stand,simulator'
 _WARM_UP_S = 10.0  # until every node has started and the first images are drawn

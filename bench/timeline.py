@@ -21,14 +21,14 @@ from unittest.mock import Mock
 import numpy as np
 from PyQt5.QtWidgets import QApplication, QWidget
 
-from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.timeline_lanes import Lane
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.timeline_view import TimelineView
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
-from process_visualizer.gui.toolkit.shown_time import whole
-from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
-from process_visualizer.gui.views.playback.timeline_view import TimelineView
+from process_visualizer.gui.toolkit.theme import apply_style
+from process_visualizer.gui.toolkit.time_axis import whole
 
 _LENGTH_S, _COLUMNS, _LANES = 3600.0, 72_000, 7
 _AROUND_S, _STEPS, _FACTOR = 1800.0, 120, 1.06

@@ -38,12 +38,11 @@ from velocity_paused import STATE, Comparison, Standing, command, report, standi
 from velocity_plot import write_plot
 from velocity_truth import ROBOT, SEED, Truth
 
-from process_visualizer.clients.bag_recorder import BagRecorder
-from process_visualizer.clients.recording_options import RecordingOptions
-from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.srv import Seek, SetRate
 
 POSE, VELOCITY = f'/{ROBOT}/tcf', f'/{ROBOT}/tool_velocity'

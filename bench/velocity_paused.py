@@ -13,8 +13,8 @@ from std_srvs.srv import Trigger
 from velocity_truth import ROBOT, Truth
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 from process_visualizer.msg import PlayerState
+from process_visualizer.robot.recorded_velocity import measuring_times, speeds
 from process_visualizer.srv import Seek, SetRate, Step
 
 POSE, VELOCITY, MARKERS = (f'/{ROBOT}/{name}' for name in ('tcf', 'tool_velocity', 'marker_array'))

@@ -32,22 +32,22 @@ from mutated_bags import damaged  # noqa: E402
 from small_bags import devices, whole_bags  # noqa: E402
 from std_msgs.msg import Float32MultiArray  # noqa: E402
 
-from process_visualizer.bags.json_text import parsed_json  # noqa: E402
-from process_visualizer.cell.errors import ConfigurationError  # noqa: E402
-from process_visualizer.cell.stored_configuration import stored_configuration  # noqa: E402
-from process_visualizer.cell.xml_parser import XmlParser  # noqa: E402
-from process_visualizer.messages.message_definition import (  # noqa: E402
+from process_visualizer.bagio.json_text import parsed_json  # noqa: E402
+from process_visualizer.bagio.message_definition import (  # noqa: E402
     DefinitionError,
     parse_definitions,
 )
-from process_visualizer.messages.stamps import StampLocator  # noqa: E402
-from process_visualizer.motion.frame_tree import Frame, FrameTree  # noqa: E402
-from process_visualizer.nodes.robot.robot_messages import (  # noqa: E402
+from process_visualizer.bagio.message_layout import StampLocator  # noqa: E402
+from process_visualizer.cell.errors import ConfigurationError  # noqa: E402
+from process_visualizer.cell.stored_configuration import stored_configuration  # noqa: E402
+from process_visualizer.cell.xml_parser import XmlParser  # noqa: E402
+from process_visualizer.nodes.robot.message_reader import (  # noqa: E402
     POSE_DECODERS,
     WRENCH_DECODERS,
 )
 from process_visualizer.playback.player_control import PlayerControl  # noqa: E402
 from process_visualizer.playback.timeline import CommandRefused, Timeline  # noqa: E402
+from process_visualizer.robot.frames import Frame, FrameTree  # noqa: E402
 
 Fed = Callable[[int], bool]
 """Takes the input of a number; returns whether it was refused, and raises what is a find."""

@@ -9,8 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / 'src'))
 
-from process_visualizer.cell.documents.reference import updated_reference  # noqa: E402
-from process_visualizer.cell.documents.xsd_schema import schema_text  # noqa: E402
+from process_visualizer.cell.documents import schema_text, updated_reference  # noqa: E402
 
 
 def main() -> None:

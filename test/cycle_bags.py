@@ -10,7 +10,7 @@ import rosbag
 from genpy import Duration, Time
 from std_msgs.msg import Float32, Float32MultiArray, String
 
-from process_visualizer.bags.recorder_topics import CONFIGURATION
+from process_visualizer.bagio.recorder_topics import CONFIGURATION
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 

@@ -13,7 +13,7 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import Float32, String
 
-from process_visualizer.bags.recorder_topics import CONFIGURATION
+from process_visualizer.bagio.recorder_topics import CONFIGURATION
 
 ELSEWHERE = '/home/somebody/cells'
 _ROBOT = '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r">{}<link name="base"/>{}</robot>'

@@ -6,9 +6,9 @@ from typing import Iterator, List, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.curves.live.recent_part import RecentPart
-from process_visualizer.messages.connection import Connection
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.curves.live_curves import RecentPart
 
 HEADER = bytes([8, 0, 0, 0, 4, 0, 0, 0]) + b'op=\x02'
 

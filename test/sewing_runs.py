@@ -9,7 +9,7 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import String
 
-from process_visualizer.bags.recorder_topics import CONFIGURATION
+from process_visualizer.bagio.recorder_topics import CONFIGURATION
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 from sewing_cell.cycle import SewingCycle

@@ -11,14 +11,12 @@ import rospy
 from simulated_node import SimulatedNode, SimulatedPublisher, SimulatedServer
 from std_srvs.srv import TriggerRequest
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.health.other_publishers import OtherPublisher, Others
 from process_visualizer.msg import PlayerState
-from process_visualizer.playback.clock import Clock, Result
-from process_visualizer.playback.timeline import FOREVER_NS, NS_PER_S
+from process_visualizer.playback.timeline import FOREVER_NS, NS_PER_S, Clock, Result
 from process_visualizer.player.bag_player import BagPlayer, PlayerSettings, Surroundings
-from process_visualizer.player.bag_publishers import PlaybackListener, PublishedTopic
-from process_visualizer.player.topic_conflicts import OtherNodes
+from process_visualizer.player.bag_publishers import OtherNodes, PlaybackListener, PublishedTopic
 from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.srv import (
     ReadTopicRequest,

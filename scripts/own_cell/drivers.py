@@ -21,7 +21,7 @@ from sensor_msgs.msg import JointState, PointCloud2, PointField, Temperature
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.robot.kinematics import Kinematics, Placement
 
 UR_JOINTS = {'shoulder_pan_joint': 0.2, 'shoulder_lift_joint': -1.5, 'elbow_joint': 1.9,
              'wrist_1_joint': -2.0, 'wrist_2_joint': -1.571, 'wrist_3_joint': 0.0}

@@ -78,7 +78,7 @@ JointPositions JointMatching::matchByName(const JointPositions& measured) const 
 }
 
 std::vector<std::string> movableJoints(const std::string& urdf) {
-  // as MOVABLE in motion/kinematics.py
+  // as MOVABLE in robot/kinematics.py
   static const std::set<std::string> kMovable = {"revolute", "continuous", "prismatic"};
   std::vector<std::string> names;
   try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh file as triangles with normals and colours, for process_visualizer/descriptions/
-// colored_mesh.py. assimp reads it, as in RViz, so both see the same.
+// A mesh file as triangles with normals and colours, for process_visualizer/robot/
+// visuals.py. assimp reads it, as in RViz, so both see the same.
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>

@@ -20,7 +20,7 @@ from sewing_runs import CELL, write_sewing_run
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.curves.position_values import PositionValues, key_of
-from process_visualizer.motion.variables import variable_text
+from process_visualizer.robot.arrows import variable_text
 
 WIDE, PHONE = (1920, 1080), (390, 844)
 WITH_WEBGL = ('--use-angle=swiftshader', '--enable-unsafe-swiftshader')

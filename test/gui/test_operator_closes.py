@@ -14,9 +14,9 @@ from screen_mouse import move_to, press, press_key_in, release, topmost_blue
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
-from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.bagio.catalogue import read_catalogue
 from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
-from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.rviz.window_geometry import Rectangle
 
 RVIZ = Rectangle(460, 0, 1140, 620)

@@ -17,7 +17,7 @@ from sewing_bag import write_sewing_bag
 from test_operator_session import CONFIG
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.gui.cell.devices_panel import DevicesView
 from process_visualizer.nodes.view_picture import save_picture
 from process_visualizer.ros_names import GHOST_TOPIC
 from sewing_cell.cycle import SewingCycle

@@ -12,7 +12,7 @@ from operator_at_work import Operator, processes
 from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
 
-from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.gui.cell.devices_panel import DevicesView
 
 REALTIME = 'In real-time mode.'
 

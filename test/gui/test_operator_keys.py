@@ -9,7 +9,7 @@ import pytest
 from operator_at_work import Operator, launch_small_cell
 from screen_mouse import press_key_in
 
-from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import Phase
 
 RVIZ = r'\.rviz\*? - RViz'
 

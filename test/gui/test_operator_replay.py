@@ -12,12 +12,12 @@ from PyQt5.QtCore import QPoint, Qt
 from surroundings import wait_until
 from test_operator_session import launch, open_the_cell
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.gui.models.recording.recording_types import Phase
-from process_visualizer.gui.models.recording.replay_model import ReplayModel, ReplayPhase
-from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import Completeness, make_report
+from process_visualizer.gui.live.live_timeline import LiveTimeline
+from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.nodes.view_picture import save_picture
-from process_visualizer.report.report import Completeness, make_report
 
 AMBER, LEAST_AMBER = '#f5a623', 10000
 BACK_S = 6.0

@@ -10,13 +10,13 @@ import pytest
 from operator_at_work import Operator, nodes, processes, registrations
 from PyQt5.QtCore import QPoint, Qt
 
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.curves.live.live_curves import LiveWindow
-from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
-from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.curves.live_curves import LiveWindow
+from process_visualizer.gui.cell.devices_panel import DevicesView
+from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.live.live_timeline import LiveTimeline
+from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
-from process_visualizer.gui.views.cell.devices_view import DevicesView
-from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
 RECORDED_S = 6.0

@@ -19,8 +19,8 @@ from PyQt5.QtWidgets import QPlainTextEdit
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from process_visualizer.gui.views.cell.devices_view import DevicesView
-from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.gui.cell.devices_panel import DevicesView
+from process_visualizer.robot.kinematics import Kinematics, Placement
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
 HOLD_S = 0.6

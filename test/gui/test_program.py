@@ -16,9 +16,9 @@ from running_program import SMALL_CELL_NODES, Program, Surroundings, gui
 from std_msgs.msg import Float64
 from surroundings import wait_until
 
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.bags.reindex import reindex
-from process_visualizer.gui.app.settings import Settings
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.reindex import reindex
+from process_visualizer.gui.app.kept_state import Settings
 
 Start = Callable[..., Program]
 

@@ -31,7 +31,7 @@ from player_testing import (
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from process_visualizer.terminal.player_program import NOT_ALL
+from process_visualizer.player.player_program import NOT_ALL
 
 
 def played(*arguments: str, **environment: str) -> Tuple[int, str]:
@@ -80,8 +80,8 @@ class SlowMaster:
 
 FAULTY_PLAYER = """
 import sys
-from process_visualizer.bags.recording import Recording
-from process_visualizer.terminal.player_program import main
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.player.player_program import main
 
 class FaultyRecording(Recording):
     def message(self, position):

@@ -15,7 +15,7 @@ from player_testing import Listener, Player, cell_rows, temporary_folder, write_
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
-from process_visualizer.terminal.player_program import NOT_ALL
+from process_visualizer.player.player_program import NOT_ALL
 
 DRIVER = """
 import sys, rospy

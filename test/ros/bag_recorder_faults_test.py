@@ -33,11 +33,10 @@ from rosbags.rosbag1 import Reader
 from std_msgs.msg import String, UInt32
 from surroundings import suspended
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.clients.recorder_memory import RecorderMemory
-from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.clients.bag_recorder import RecorderError, RecorderMemory, RecordingOptions
 from process_visualizer.clients.service_connection import ServiceUnreachable
-from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.curves.live_curves import RecentPart
 
 PATIENCE_S = 8.0
 """Twice the time after which the recorder takes a publisher for one with a changed type."""

@@ -24,12 +24,12 @@ from recorder_testing import (
 from std_msgs.msg import String, UInt32
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recorder_topics import recorded_configuration
-from process_visualizer.bags.recording import Recording
-from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
+from process_visualizer.bagio.marks import read_marks
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import Completeness, make_report
+from process_visualizer.clients.bag_recorder import RecorderError, RecordingOptions
 from process_visualizer.msg import RecorderState
-from process_visualizer.report.report import Completeness, make_report
 
 COUNT = 300
 CONFIGURATION = {'file': '/c.xml', 'files': {'/c.xml': '<visualizer/>'}, 'arguments': {}}

@@ -10,7 +10,7 @@ import yaml
 from display_data import IMAGE_COLORS, JOINT
 from geometry_msgs.msg import TransformStamped
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.rviz.displays import device_displays
 

@@ -26,11 +26,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.cell.model import Location, ProcessEvent, RunSpan
 from process_visualizer.clients.ghost_client import GhostError, follow_ghost, show_ghost
-from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import GhostPhase, PlayerState
+from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST_PHASE_TOPIC, GHOST_TOPIC, PLAYER_STATE_TOPIC
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.runs.comparison.live_reference import LiveReference, ReferenceEvent
+from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference, ReferenceEvent
 from process_visualizer.srv import SetFrame
 
 TIMEOUT_S = 60.0

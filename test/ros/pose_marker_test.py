@@ -20,8 +20,7 @@ from visualization_msgs.msg import (
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Pose, RegionOfInterest
-from process_visualizer.gui.ros.box_marker import BoxMarker
-from process_visualizer.gui.ros.pose_marker import PoseMarker
+from process_visualizer.gui.ros.rviz_markers import BoxMarker, PoseMarker
 
 TOPIC = '/process_visualizer/calibration'
 TURNED = math.sqrt(0.5)

@@ -18,8 +18,7 @@ from rosgraph_msgs.msg import Clock
 from roslib.packages import find_node
 from std_msgs.msg import UInt32
 
-from process_visualizer.clients.bag_recorder import BagRecorder
-from process_visualizer.clients.recording_options import RecordingOptions
+from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 
 TIMEOUT_S = 60.0
 _names = itertools.count()

@@ -27,8 +27,8 @@ from recorder_testing import (
 from roslib.packages import find_node
 from std_msgs.msg import String, UInt8MultiArray, UInt32
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.reindex import reindex
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import reindex
 
 NUMBERS, IMAGES, LATCHED = new_topic(), new_topic(), new_topic()
 LARGE = 12

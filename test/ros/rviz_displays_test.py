@@ -23,7 +23,7 @@ from display_places import DEVICE, ROBOT, drawn_pixels, frames, topic, view_text
 from surroundings import SOFTWARE_GRAPHICS, virtual_screen
 from tf2_ros import StaticTransformBroadcaster
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.nodes.view_picture import save_picture
 from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 

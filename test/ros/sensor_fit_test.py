@@ -21,7 +21,7 @@ from still_cell import CLOUD, StillCell
 
 from process_visualizer.cell.model import BaseFrame, Device, RegionOfInterest
 from process_visualizer.clients.sensor_fit_client import FitError, fit_sensor
-from process_visualizer.motion.pose_difference import pose_difference
+from process_visualizer.robot.rotations import pose_difference
 
 PICTURE = 120  # 4 s: the upper robot brings covers
 TIMEOUT_S = 30.0

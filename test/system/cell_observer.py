@@ -27,8 +27,8 @@ from process_visualizer.cell.model import Device, Pose
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.sensor_fit_client import fit_sensor
-from process_visualizer.motion.pose_difference import pose_difference
 from process_visualizer.msg import DetectedObjects
+from process_visualizer.robot.rotations import pose_difference
 from process_visualizer.srv import SetFrame
 
 CLOUD = '/camera/depth_registered/points'

@@ -19,8 +19,7 @@ from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, Plan
 from process_visualizer.launching.launched_cell import LaunchedCell
-from process_visualizer.launching.node_state import NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeState, PartReport, PartState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.ros_names import SENSOR_FIT
 

@@ -16,15 +16,14 @@ from recorded_rows import Row
 from recorded_rows import write_bag as rows_bag
 from sensor_msgs.msg import JointState
 
-from process_visualizer.bags.recorder_topics import MARKS
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.recorder_topics import MARKS
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
-from process_visualizer.curves.live.live_curves import LiveCurve, LiveCurves
-from process_visualizer.curves.live.rolling_columns import COLUMN_S, RollingColumns
+from process_visualizer.curves.live_curves import COLUMN_S, LiveCurve, LiveCurves, RollingColumns
 from process_visualizer.curves.samples import found_series, read_samples, sampled
-from process_visualizer.messages.connection import Connection
 
 DURATION_S = 24.0
 ARM = """<robot name="arm"><link name="base"/><link name="wrist"/><link name="tool"/>

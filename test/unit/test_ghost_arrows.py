@@ -11,22 +11,21 @@ import pytest
 
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import describe_device
-from process_visualizer.motion.joint_track import joint_track
-from process_visualizer.motion.kinematics import Kinematics
-from process_visualizer.motion.rotations import (
+from process_visualizer.nodes.ghost.ghost_robot import BESIDE_M, GhostRobot
+from process_visualizer.nodes.ghost.ghost_robot import GhostArrow as DrawnArrow
+from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW
+from process_visualizer.robot.description import describe_device
+from process_visualizer.robot.joints import joint_track
+from process_visualizer.robot.kinematics import Kinematics
+from process_visualizer.robot.rotations import (
     matrix_from_quaternion,
     quaternion_from_ypr,
     rotated,
 )
-from process_visualizer.nodes.ghost.ghost_arrow import BESIDE_M
-from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow as DrawnArrow
-from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
-from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW
 from process_visualizer.runs.alignment.alignment import Alignment, Means
 from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.ghost_arrows import GhostArrow, ghost_arrows
+from process_visualizer.runs.comparison.ghost import GhostArrow, ghost_arrows
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 

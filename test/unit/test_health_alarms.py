@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Mode, Variable, WarningLimits
-from process_visualizer.curves.curves import Curve
-from process_visualizer.curves.recorded_alarms import recorded_alarms
+from process_visualizer.curves.curves import Curve, recorded_alarms
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, AlarmBoard, Condition
 from process_visualizer.health.alarm_conditions import (
@@ -28,8 +27,7 @@ from process_visualizer.health.alarm_conditions import (
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.health.node_warnings import NodeWarning, Severity
 from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
 
 HERE = Location('cell.xml', 1)

@@ -10,8 +10,15 @@ from hypothesis import strategies as st
 from process_visualizer.health.alarm_board import Action, AlarmBoard
 from process_visualizer.health.alarm_conditions import object_conditions
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import HOLD_S, NearObject, ObjectWatch, SeenObject
-from process_visualizer.health.object_spans import Moment, ObjectSpans, times
+from process_visualizer.health.near_objects import (
+    HOLD_S,
+    Moment,
+    NearObject,
+    ObjectSpans,
+    ObjectWatch,
+    SeenObject,
+    times,
+)
 
 WARN_M, STOP_M = 0.5, 0.2
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion import arrows
+from process_visualizer.robot import arrows
 
 
 @pytest.mark.parametrize('magnitude, length', [

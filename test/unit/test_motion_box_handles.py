@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import RegionOfInterest
-from process_visualizer.motion.box_handles import FACES, SHORTEST_M, dragged, handle_places
+from process_visualizer.gui.ros.rviz_markers import FACES, SHORTEST_M, dragged, handle_places
 
 BOX = RegionOfInterest('world', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), Location('cell.xml', 1))
 PLACES = st.tuples(*[st.floats(-10, 10)] * 3)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Bool, Float32, Float32MultiArray, Int64, String, UInt8MultiArray
 
-from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.bagio.number_places import FieldPath
 
 
 def wrench() -> WrenchStamped:

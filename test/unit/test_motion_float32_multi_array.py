@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.float32_multi_array import float32_values
+from process_visualizer.nodes.robot.message_reader import float32_values
 
 
 def serialised(values, dimensions=(), offset=0):

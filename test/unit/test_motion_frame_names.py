@@ -2,7 +2,7 @@
 """Which link a driver means that knows neither the prefix nor the namespace of the model."""
 import pytest
 
-from process_visualizer.motion.frame_names import meant_frame, prefix_advice
+from process_visualizer.robot.frames import meant_frame, prefix_advice
 
 
 @pytest.mark.parametrize(('name', 'links', 'prefix', 'expected'), [

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.frame_tree import Frame, FrameTree
+from process_visualizer.robot.frames import Frame, FrameTree
 
 ZERO = (0.0, 0.0, 0.0)
 

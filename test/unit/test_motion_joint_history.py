@@ -2,7 +2,7 @@
 """The positions of joints at times between, before and after the states that came."""
 import pytest
 
-from process_visualizer.motion.joint_history import JointHistory
+from process_visualizer.robot.joints import JointHistory
 
 
 def test_positions_between_states() -> None:

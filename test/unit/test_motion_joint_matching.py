@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from process_visualizer.motion.joint_matching import JointMatching
+from process_visualizer.robot.joints import JointMatching
 
 
 @pytest.mark.parametrize('names', [('shoulder', 'left/elbow'), ('l_shoulder', 'elbow'),

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.joint_track import joint_track
+from process_visualizer.robot.joints import joint_track
 
 TIMES = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=20, unique=True).map(sorted)
 

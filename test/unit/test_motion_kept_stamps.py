@@ -7,7 +7,7 @@ from typing import List, Tuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.kept_stamps import MAX_AGE_NS, KeptStamps
+from process_visualizer.nodes.depth_processor import MAX_AGE_NS, KeptStamps
 
 MS = 1_000_000
 START_NS = 1_700_000_000_000 * MS

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import matrix_from_quaternion, matrix_from_ypr
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
 UR = ('shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',

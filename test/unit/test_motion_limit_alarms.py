@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.limit_alarms import (
+from process_visualizer.robot.limit_alarms import (
     BEGIN_S,
     END_S,
     LimitAlarm,

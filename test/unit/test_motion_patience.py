@@ -2,7 +2,7 @@
 """What is missing is told after a time."""
 from __future__ import annotations
 
-from process_visualizer.motion.patience import Patience
+from process_visualizer.nodes.common.complaints import Patience
 
 
 def test_only_what_is_missing_for_long_is_told() -> None:

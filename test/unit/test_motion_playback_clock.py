@@ -2,7 +2,7 @@
 """Bag times from the player's states: rates, pauses, steps, jumps, slips, and the age of data."""
 import pytest
 
-from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
 
 
 def clock_of(*states):

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.motion.pose_difference import pose_difference
-from process_visualizer.motion.rotations import matrix_from_ypr, ypr_from_matrix
+from process_visualizer.robot.rotations import matrix_from_ypr, pose_difference, ypr_from_matrix
 
 ANGLES = st.floats(-math.pi, math.pi)
 

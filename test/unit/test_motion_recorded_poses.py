@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.velocity.recorded_poses import (
+from process_visualizer.robot.recorded_velocity import (
     AHEAD_S,
     LONGEST_S,
     Part,

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
-from process_visualizer.motion.velocity.speed_series import WINDOW_S, speeds
-from process_visualizer.motion.velocity.velocity_estimator import VelocityEstimator
+from process_visualizer.robot.recorded_velocity import WINDOW_S, RecordedVelocity, speeds
+from process_visualizer.robot.velocity import VelocityEstimator
 
 PERIOD_S = 0.008
 # multiples of 0.7 ms never meet the ends of windows and gaps, where rounding would decide

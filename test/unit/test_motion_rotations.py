@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from process_visualizer.motion import rotations
+from process_visualizer.robot import rotations
 
 angles = st.floats(-np.pi, np.pi)
 ypr_vectors = st.tuples(angles, st.floats(-np.pi / 2, np.pi / 2), angles)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from process_visualizer.motion.velocity.sending_period import SendingPeriod
-from process_visualizer.motion.velocity.tool_velocity import ToolVelocity
+from process_visualizer.robot.velocity import SendingPeriod, ToolVelocity
 
 PERIOD_S = 0.008
 VELOCITY = np.array([0.05, -0.12, 0.02])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from process_visualizer.motion.source_conflict import SourceConflict
+from process_visualizer.nodes.robot.message_reader import SourceConflict
 
 
 def test_a_forgotten_node_is_named() -> None:

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.velocity.speed_series import (
+from process_visualizer.robot.recorded_velocity import (
     WINDOW_S,
     measuring_times,
     sending_period_s,
     speeds,
 )
-from process_visualizer.motion.velocity.velocity_estimator import GAP_S, VelocityEstimator
+from process_visualizer.robot.velocity import GAP_S, VelocityEstimator
 
 # multiples of 0.7 ms never meet the ends of windows and gaps, where rounding would decide
 steps_s = st.one_of(st.sampled_from([11, 3, 71, 428, 2143, 28571]), st.integers(1, 300)).map(

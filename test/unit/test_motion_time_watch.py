@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ROS time that stands still or goes back is named; a coarse clock is not."""
-from process_visualizer.motion.time_watch import TimeWatch
+from process_visualizer.nodes.robot.message_reader import TimeWatch
 
 
 def test_time_that_goes_on_is_right():

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import (
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import (
     conjugate,
     quaternion_from_rotation_vector,
     quaternion_from_ypr,
     rotated,
 )
-from process_visualizer.motion.tool_learning import Body, Finding, ToolLearner
+from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
 PANDA = [f'panda_joint{number}' for number in range(1, 8)]

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from process_visualizer.motion.kinematics import Placement
-from process_visualizer.motion.tool_place import ToolDifference, ToolPlace, base_place
+from process_visualizer.nodes.robot.tool_placing import ToolDifference, ToolPlace, base_place
+from process_visualizer.robot.kinematics import Placement
 
 TURNED = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))  # a quarter turn about z
 

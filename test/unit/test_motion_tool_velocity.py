@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from process_visualizer.motion.velocity.tool_velocity import HOLD_S, ToolVelocity
+from process_visualizer.robot.velocity import HOLD_S, ToolVelocity
 
 VELOCITY = np.array([0.05, -0.12, 0.02])
 TURNING = np.array([0.3, -0.5, 0.8])  # rad/s in the base frame

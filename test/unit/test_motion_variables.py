@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.variables import (
+from process_visualizer.robot.arrows import (
     MAX_LENGTH_M,
     arrow_feet,
     text_position,

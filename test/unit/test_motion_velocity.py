@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.velocity.velocity_estimator import ScaledClock, VelocityEstimator
+from process_visualizer.robot.velocity import ScaledClock, VelocityEstimator
 
 PERIOD_S = 0.008
 VELOCITY = np.array([0.05, -0.12, 0.02])

@@ -7,7 +7,7 @@ from typing import List, Tuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.nodes.common.complaint_book import HOLD_S, ComplaintBook
+from process_visualizer.nodes.common.complaints import HOLD_S, ComplaintBook
 
 MESSAGES = st.lists(st.tuples(st.floats(0.001, 5.0), st.booleans()), min_size=1, max_size=40)
 """When each message comes, after the one before [s], and whether it is good."""

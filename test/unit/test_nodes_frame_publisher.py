@@ -11,10 +11,10 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from simulated_node import SimulatedNode
 
-from process_visualizer.motion.frame_tree import FrameTree
 from process_visualizer.nodes.frame_publisher import FramePublisher
-from process_visualizer.parameters.frame_parameters import read_frames
+from process_visualizer.parameters.cell_parameters import read_frames
 from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.robot.frames import FrameTree
 from process_visualizer.ros_names import SILENT_NODE_KEY
 from process_visualizer.srv import SetFrameRequest, SetFrameResponse
 

@@ -11,15 +11,15 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.link_visuals import ShapeKind, link_visuals
-from process_visualizer.descriptions.robot_description import describe_device
-from process_visualizer.motion.joint_track import joint_track
-from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.nodes.ghost.ghost_robot import EXAGGERATION, GhostRobot
+from process_visualizer.robot.description import describe_device
+from process_visualizer.robot.joints import joint_track
+from process_visualizer.robot.kinematics import Kinematics
+from process_visualizer.robot.visuals import ShapeKind, link_visuals
 from process_visualizer.runs.alignment.alignment import Alignment, Means
 from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
+from process_visualizer.runs.comparison.ghost import ghost_tracks
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.run import Channel, ChannelKind, Run
 

@@ -12,14 +12,13 @@ from simulated_node import SimulatedNode
 from visualization_msgs.msg import Marker
 
 from process_visualizer.clients.ghost_client import ghost_request
-from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.markers import LIFETIME_S
-from process_visualizer.nodes.ghost.ghost_arrow import BESIDE_M
 from process_visualizer.nodes.ghost.ghost_display import RATE_HZ, GhostDisplay
+from process_visualizer.nodes.ghost.ghost_robot import BESIDE_M
+from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST_TOPIC, PLAYER_STATE_TOPIC
-from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
+from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack
 
 LENGTH_M = 1.3
 ARM = f'''<robot name="arm">

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Dict, List
 
-from process_visualizer.motion.limit_alarms import Limits
-from process_visualizer.nodes.common.limit_state import LimitState
+from process_visualizer.nodes.common.complaints import LimitState
+from process_visualizer.robot.limit_alarms import Limits
 from process_visualizer.ros_names import LIMIT_KEY
 
 

@@ -15,12 +15,11 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.cell.model import Location, ProcessEvent, RunSpan
 from process_visualizer.clients.ghost_client import follow_request
-from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import GhostPhase
 from process_visualizer.nodes.ghost.ghost_display import GhostDisplay
+from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST_PHASE_TOPIC, GHOST_TOPIC
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.runs.comparison.live_reference import LiveReference, ReferenceEvent
+from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference, ReferenceEvent
 
 RATE_HZ = 125.0
 HERE = Location('cell.xml', 1)

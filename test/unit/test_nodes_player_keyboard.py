@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 from terminal_session import DEADLINE_S, TerminalSession
 
-from process_visualizer.terminal.player_keyboard import Keyboard
+from process_visualizer.player.keyboard import Keyboard
 
 SOURCE = Path(__file__).resolve().parents[2] / 'src'
 PLAYER = '''
 import signal
 import threading
-from process_visualizer.terminal.player_keyboard import Keyboard
+from process_visualizer.player.keyboard import Keyboard
 
 def read(keyboard):
     for key in iter(keyboard.read_key, None):

@@ -4,11 +4,11 @@ import os
 import subprocess
 import sys
 
-from process_visualizer.terminal.player_program import INTERRUPTED, PRIORITY
+from process_visualizer.player.player_program import INTERRUPTED, PRIORITY
 
 REPORT = """
 import os
-from process_visualizer.terminal.player_program import take_priority
+from process_visualizer.player.player_program import take_priority
 os.nice({nice})
 take_priority()
 print(os.getpriority(os.PRIO_PROCESS, 0))
@@ -45,7 +45,7 @@ def test_without_the_right_it_goes_on():
 
 INTERRUPTED_WHILE_IT_OPENS = """
 import sys
-from process_visualizer.terminal.player_program import main
+from process_visualizer.player.player_program import main
 
 def interrupted(paths):
     raise KeyboardInterrupt

@@ -8,7 +8,7 @@ import sys
 ENDS = """
 import threading
 import rospy
-from process_visualizer.nodes.common.process_end import at_shutdown
+from process_visualizer.nodes.common.node_handle import at_shutdown
 
 given, called = [], []
 

@@ -5,7 +5,7 @@ from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Header, Int32
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.player.rate_control import begins_with_header
+from process_visualizer.player.bag_player import begins_with_header
 
 
 @pytest.mark.parametrize('definition, expected', [

@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.rotations import matrix_from_quaternion
+from process_visualizer.robot.rotations import matrix_from_quaternion
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))
 
@@ -29,7 +29,7 @@ from arrow_truth import (  # noqa: E402
     report,
 )
 
-from process_visualizer.motion.kinematics import Kinematics, Placement  # noqa: E402
+from process_visualizer.robot.kinematics import Kinematics, Placement  # noqa: E402
 
 SETTLED_S, DURATION_S = 1.5, 3.0
 

@@ -14,9 +14,8 @@ from robot_stage import RobotStage, array, transform
 from simulated_player import SimulatedPlayer
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
-from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 from process_visualizer.player.bag_player import HEAD_START_NS
+from process_visualizer.robot.recorded_velocity import RecordedVelocity, measuring_times, speeds
 from process_visualizer.srv import ReadTopicRequest
 
 LENGTH_MS, GAP_MS = 12_000, (8_000, 10_500)

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.rotations import matrix_from_quaternion
-from process_visualizer.motion.tool_place import ToolPlace
 from process_visualizer.nodes.common.markers import STALE_COLOR, VectorSample
 from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
+from process_visualizer.nodes.robot.tool_placing import ToolPlace
 from process_visualizer.parameters.reading import Parameters
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.robot.rotations import matrix_from_quaternion
 
 PARAMETERS = RobotParameters.read(Parameters({'force_frame': 'r/force'}, '/r/robot_proc'), 'r')
 # Half a turn about x.

@@ -8,11 +8,8 @@ import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension
 
-from process_visualizer.motion.rotations import (
-    matrix_from_quaternion,
-    matrix_from_rotation_vector,
-)
-from process_visualizer.nodes.robot.robot_messages import POSE_DECODERS, WRENCH_DECODERS
+from process_visualizer.nodes.robot.message_reader import POSE_DECODERS, WRENCH_DECODERS
+from process_visualizer.robot.rotations import matrix_from_quaternion, matrix_from_rotation_vector
 
 
 def decode(decoders, message):

@@ -13,7 +13,7 @@ from simulated_node import any_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.robot.kinematics import Kinematics, Placement
 
 PARAMETERS = {'force_frame': 'r/force',
               'topics': {'joint_states': {'name': '/r/q_act'},

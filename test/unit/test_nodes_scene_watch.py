@@ -13,7 +13,7 @@ from std_msgs.msg import Float32
 from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.scene_watch import SceneWatch
-from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
+from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.ros_names import CONCERNED_KEY
 
 STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from simulated_node import SimulatedNode
 
-from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
-from process_visualizer.nodes.robot.recorded_motion import RecordedMoment
-from process_visualizer.nodes.robot.twist_source import TwistSource
+from process_visualizer.nodes.robot.twist_source import RecordedMoment, TwistSource
+from process_visualizer.robot.recorded_velocity import RecordedVelocity
 
 TIMES_S = np.linspace(0.0, 1.0, 101)
 POSITIONS = np.outer(TIMES_S, [0.1, 0.0, 0.0])

@@ -9,22 +9,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.field_path import FieldPath
-from process_visualizer.motion.frame_tree import Frame
+from process_visualizer.bagio.number_places import FieldPath
 from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
-from process_visualizer.parameters.frame_parameters import read_frames, written_frames
+from process_visualizer.parameters.cell_parameters import (
+    SceneParameters,
+    WatchedDevice,
+    read_frames,
+    written_frames,
+)
 from process_visualizer.parameters.reading import Parameters
 from process_visualizer.parameters.robot_parameters import (
     RobotParameters,
     TextParameters,
     TopicParameters,
 )
-from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.variable_parameters import (
     VariableColors,
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.robot.frames import Frame
 
 SHARES = st.integers(0, 10).map(lambda it: it / 10)
 COLORS = st.tuples(SHARES, SHARES, SHARES, SHARES)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from process_visualizer.bags.recorder_topics import CALIBRATION
-from process_visualizer.gui.models.recording.bag_target import FOR_ANYBODY
-from process_visualizer.motion.kinematics import MOVABLE
-from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS
+from process_visualizer.bagio.recorder_topics import CALIBRATION
+from process_visualizer.gui.recording.recording_choices import FOR_ANYBODY
+from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS
+from process_visualizer.robot.kinematics import MOVABLE
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,

@@ -12,10 +12,10 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import Float32, String
 
-from process_visualizer.bags.recorder_topics import CONFIGURATION, MARKS
+from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.commands.command_line import main
+from process_visualizer.player.player_program import exit_code
 from process_visualizer.shown_text import say, shown, shown_in_line
-from process_visualizer.terminal.player_program import exit_code
 
 _TITLE = '\x1b]0;owned\x07'
 _ODD = f'a{_TITLE}\x9b2J\u202e\r\x00\x7fz'

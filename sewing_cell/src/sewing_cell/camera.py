@@ -4,22 +4,68 @@
 What stands still is drawn once, with a few variants of noise; a frame copies it, and draws the
 covers and the robots into it.
 """
-
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
-from sewing_cell import layout, pinhole, scene
+from sewing_cell import layout, picture_library, pinhole, scene
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import CoverPair, SewingCycle
-from sewing_cell.depth_noise import DepthNoise
-from sewing_cell.intruder import Intruder
-from sewing_cell.lookahead import Lookahead
 from sewing_cell.mesh_picture import Picture
-from sewing_cell.robot_picture import draw_robot, link_poses
+from sewing_cell.scene import Intruder, draw_robot, link_poses
+
+_NOISE_STEPS = 0.35
+_HOLE_SHARE = 4e-4
+
+
+class DepthNoise:
+    """The errors of pictures of a shape, drawn once in a few variants: a frame gets one of them."""
+
+    def __init__(self, shape: tuple[int, int], random: np.random.Generator,
+                 variants: int = 1) -> None:
+        self._noise_steps = [_noise(shape, random) for _ in range(variants)]
+
+    def measured(self, depth_m: np.ndarray, variant: int = 0) -> np.ndarray:
+        """Depth in mm (uint16) as it is measured, 0 in shadows and holes.
+
+        ``depth_m`` is the true one, float32.
+        """
+        return picture_library.measure(depth_m, self._noise_steps[variant])
+
+
+def _noise(shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
+    """Noise of the disparity in steps, NaN in holes."""
+    noise = np.float32(_NOISE_STEPS) * random.standard_normal(shape, dtype=np.float32)
+    noise[random.random(shape) < _HOLE_SHARE] = np.nan
+    return noise
+
+
+class Lookahead:
+    """Row ``tick`` of ``function(times)``, a block at a time.
+
+    numpy needs nearly the same time for one row as for a block of them.  ``function`` takes
+    times (n,) in s and returns an array whose first dimension is n.
+    """
+
+    def __init__(
+        self, function: Callable[[np.ndarray], np.ndarray], rate_hz: float, size: int = 25
+    ) -> None:
+        self._function, self._rate_hz, self._size = function, rate_hz, size
+        self._block = -1
+        self._rows: list = []
+
+    def __call__(self, tick: int) -> list:
+        """The row of ``tick`` as a list (a number where the function returns numbers)."""
+        block, row = divmod(tick, self._size)
+        if block != self._block:
+            ticks = np.arange(block * self._size, (block + 1) * self._size)
+            self._rows = self._function(ticks / self._rate_hz).tolist()
+            self._block = block
+        return self._rows[row]
+
 
 _VARIANTS = 4
 _COLOUR_NOISE = 2.5

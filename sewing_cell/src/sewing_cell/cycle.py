@@ -4,19 +4,45 @@
 All are pure functions of the time in s since the start, of the seed and of the quality.  Times
 may be arrays ``(...)``; vectors then have the shape ``(..., n)``.
 """
-
 from __future__ import annotations
 
-from typing import NamedTuple, Union
+from typing import TYPE_CHECKING, NamedTuple, Union
 
 import numpy as np
 
 from sewing_cell import layout
 from sewing_cell.arms import ARMS, Arm
-from sewing_cell.noise import Noise
-from sewing_cell.profiles import Course, Profile, between, smooth_step, steady_feed, window
-from sewing_cell.schedule import Phase, Schedule
+from sewing_cell.schedule import (
+    Course,
+    Phase,
+    Profile,
+    Schedule,
+    between,
+    smooth_step,
+    steady_feed,
+    window,
+)
 from sewing_cell.steering import Steering
+
+if TYPE_CHECKING:
+    import numpy.typing as npt  # numpy has it since 1.20
+
+_SIZE = 65521  # prime: a stride never falls into a short loop
+_STRIDE = 9973
+_TICKS_PER_SECOND = 1000
+
+
+class Noise:
+    """Standard normal noise; the same seed, channel and time give the same value."""
+
+    def __init__(self, seed: int) -> None:
+        self._table = np.random.default_rng([seed, 1]).standard_normal(_SIZE)
+
+    def __call__(self, channel: npt.ArrayLike, time_s: npt.ArrayLike) -> np.ndarray:
+        """Noise of ``channel`` (whole numbers) at ``time_s``; both are broadcast."""
+        tick = np.rint(np.asarray(time_s) * _TICKS_PER_SECOND).astype(np.int64)
+        return self._table[(tick + np.asarray(channel) * _STRIDE) % _SIZE]
+
 
 #: One time or many, in s since the start.
 Times = Union[float, np.ndarray]

@@ -10,7 +10,7 @@ import numpy as np
 
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import EDGE_COUNTS_PER_M, EDGE_MAXIMUM, SewingCycle, Times, ToolState
-from sewing_cell.profiles import between, smooth_step
+from sewing_cell.schedule import between, smooth_step
 
 #: The size of each fault, in its unit, where none is given.
 SIZES: Dict[str, float] = {

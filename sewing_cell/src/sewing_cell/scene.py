@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The static objects in the Kinect's view, in ``world``, and their picture from above.
-
-What the cell shows as a model is drawn as the same model, so that cloud and model agree.
-"""
-
+"""What the Kinects see beside the covers: static objects, the robots, and something unforeseen."""
 from __future__ import annotations
+
+from functools import lru_cache
+from typing import Mapping
 
 import numpy as np
 import rospkg
 
 from sewing_cell import layout, pinhole
-from sewing_cell.collada import read_mesh
-from sewing_cell.mesh_picture import Picture, box_mesh, joined
+from sewing_cell.arms import Arm
+from sewing_cell.kinematics import link_frames
+from sewing_cell.mesh_picture import Mesh, Picture, box_mesh, joined, read_mesh
+
+# The static objects in the Kinect's view, in ``world``, and their picture from above.
+#
+# What the cell shows as a model is drawn as the same model, so that cloud and model agree.
 
 _TILE_M, _JOINT_M = 0.5, 0.008
 _FRAME, _SUPPLY, _FLOOR = (92, 96, 102), (120, 134, 150), (118, 116, 112)
@@ -50,3 +54,66 @@ def _tiles(points: np.ndarray) -> np.ndarray:
     on_floor = points[..., 2] < layout.FLOOR_Z + 1e-4
     joint = (np.mod(points[..., :2], _TILE_M) < _JOINT_M).any(axis=-1)
     return np.where(on_floor & joint, 0.8, 1.0)
+
+
+# The Kinect's picture of the robots: the meshes of their links, as the URDF has them.
+
+ROBOT_MESHES = (*(f"ur-link{number}" for number in range(8)), "ur-tool")
+"""Of the frames that ``link_frames`` returns, in their order."""
+
+
+def link_poses(
+    arm: Arm, joints: np.ndarray, camera: np.ndarray = pinhole.POSITION
+) -> np.ndarray:
+    """Poses (..., 9, 4, 4) of an arm's links and tool in a camera, given its joints (..., 6) [rad].
+
+    ``camera`` (3,) is the camera's place in ``world`` [m].
+    """
+    base = np.eye(4)
+    base[:3, :3] = arm.base_rotation
+    return pinhole.camera_from_world(camera) @ base @ link_frames(joints)
+
+
+def draw_robot(picture: Picture, poses: np.ndarray) -> None:
+    """Draw a robot whose links and tool have the poses (9, 4, 4) in the camera."""
+    for mesh, pose in zip(_meshes(), poses):
+        picture.draw(mesh, pose)
+
+
+@lru_cache(maxsize=1)
+def _meshes() -> tuple[Mesh, ...]:
+    folder = rospkg.RosPack().get_path("process_visualizer")
+    return tuple(read_mesh(f"{folder}/meshes/{name}.dae") for name in ROBOT_MESHES)
+
+
+_PERIOD_S = 8.0  # of the hand's way in and out
+
+
+class Intruder:
+    """A thing's size [m] and colour, and its centre in ``world`` [m] outside and inside."""
+
+    def __init__(self, size: tuple[float, float, float], outside: tuple[float, float, float],
+                 inside: tuple[float, float, float], colour: tuple[int, int, int]) -> None:
+        self.size = np.array(size)
+        self._outside, self._inside = np.array(outside), np.array(inside)
+        self._mesh = box_mesh(-self.size / 2, self.size / 2, colour)
+
+    def centre(self, time_s: float) -> np.ndarray:
+        """Return where it is, (3,) [m]: it moves in and out evenly, and without a jerk."""
+        share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / _PERIOD_S)
+        return self._outside + share * (self._inside - self._outside)
+
+    def draw(self, picture: Picture, time_s: float,
+             camera: np.ndarray = pinhole.POSITION) -> None:
+        """Draw it where it is in front; ``camera`` (3,) is the camera's place in ``world`` [m]."""
+        pose = pinhole.camera_from_world(camera) @ pinhole.moved_by(self.centre(time_s))
+        picture.draw(self._mesh, pose)
+
+
+_ON_SUPPLY = (-0.45, 0.90, 0.105)
+
+#: A box on the supply table, and a hand that comes near the upper robot's gripper.
+INTRUDERS: Mapping[str, Intruder] = {
+    "box": Intruder((0.30, 0.20, 0.15), _ON_SUPPLY, _ON_SUPPLY, (196, 160, 104)),
+    "hand": Intruder((0.20, 0.10, 0.06), (-1.0, 0.15, 0.30), (-0.78, 0.15, 0.22), (222, 170, 140)),
+}

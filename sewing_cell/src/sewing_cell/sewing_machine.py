@@ -11,21 +11,25 @@ import rospy
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.motion.variables import offset_words
-from process_visualizer.nodes.common.live_number import LiveNumber
+from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
 from process_visualizer.nodes.common.markers import (
     Pace,
+    ShownValue,
+    TextPlace,
+    ValueBoard,
     VectorSample,
     mesh_marker,
     value_text,
 )
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.playback_follower import PlaybackFollower
-from process_visualizer.nodes.common.private_parameters import private_parameters
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
-from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.nodes.common.node_handle import (
+    NodeHandle,
+    PlaybackFollower,
+    spin_to_end,
+    start_node,
+)
 from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import ParameterError, Parameters
+from process_visualizer.robot.arrows import offset_words
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 LOG_PERIOD_S = 5.0

@@ -4,17 +4,18 @@
 Each group of topics has its rate and its thread.  Message number k of a topic is the cell at
 k / rate seconds after the start, so that runs with the same seed carry the same data.
 """
-
 from __future__ import annotations
 
 import sys
+import threading
+from dataclasses import dataclass
 from functools import partial
-from typing import Callable
+from typing import Any, Callable, Optional, Sequence, TypeVar
 
 import rospy
 
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
+from sewing_cell.arms import ARMS
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import (
     KINECTS,
@@ -24,9 +25,188 @@ from sewing_cell.driver_groups import (
     MachineDriver,
     publish_truth,
 )
-from sewing_cell.faults import FaultyCycle, drawn_fault
-from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
-from sewing_cell.ticker import Ticker
+from sewing_cell.faults import KINDS, FaultyCycle, drawn_fault
+from sewing_cell.scene import INTRUDERS
+from sewing_cell.schedule import Schedule
+from sewing_cell.steering import QUALITIES
+
+# The simulator's private ROS parameters, read and checked.
+
+_FASTEST_HZ = 1000.0
+
+GetParameter = Callable[[str, Any], Any]
+_Number = TypeVar("_Number", int, float)
+
+
+class ParameterError(ValueError):
+    """A parameter cannot be used; the message names it and says what to give instead."""
+
+
+@dataclass(frozen=True)
+class SimulatorParameters:
+    """Rates in Hz (0: that group is off), the cycle's period in s, the quality and the seed.
+
+    ``fault`` is one of ``faults.KINDS``, or empty.  Its moment in the cycle [s], its size and its
+    arm are given, or None: then the seed decides.  Without ``fault_cycle`` every cycle has it.
+    ``intruder`` is one of ``intruder.INTRUDERS``, or None.
+    """
+
+    joint_rate: float
+    force_rate: float
+    sensor_rate: float
+    image_rate: float
+    period: float
+    quality: str
+    seed: int
+    fault: str = ""
+    fault_start: Optional[float] = None
+    fault_size: Optional[float] = None
+    fault_arm: Optional[str] = None
+    fault_cycle: Optional[int] = None
+    second_kinect: bool = False
+    intruder: Optional[str] = None
+
+    @classmethod
+    def read(cls, get: GetParameter) -> SimulatorParameters:
+        """From ``get(name, default)``, which is rospy.get_param.  Raises ParameterError."""
+        return cls(
+            joint_rate=_rate(get, "~joint_rate", 125.0),
+            force_rate=_rate(get, "~force_rate", 94.0),
+            sensor_rate=_rate(get, "~sensor_rate", 50.0),
+            image_rate=_rate(get, "~image_rate", 30.0),
+            period=_period(get),
+            quality=_quality(get),
+            seed=_seed(get),
+            fault=_one_of(get, "~fault", KINDS) or "",
+            fault_start=_optional(get, "~fault_start", float),
+            fault_size=_optional(get, "~fault_size", float),
+            fault_arm=_one_of(get, "~fault_arm", tuple(arm.name for arm in ARMS)),
+            fault_cycle=_optional(get, "~fault_cycle", int),
+            second_kinect=_boolean(get, "~second_kinect"),
+            intruder=_one_of(get, "~intruder", tuple(INTRUDERS)),
+        )
+
+
+def _boolean(get: GetParameter, name: str) -> bool:
+    value = get(name, False)
+    if not isinstance(value, bool):
+        raise ParameterError(f"{name} is {value!r}; give true or false")
+    return value
+
+
+def _rate(get: GetParameter, name: str, default: float) -> float:
+    rate = _number(get, name, default, float)
+    if not 0.0 <= rate <= _FASTEST_HZ:
+        raise ParameterError(
+            f"{name} is {rate} Hz; give 0 (off) or up to {_FASTEST_HZ:.0f} Hz"
+        )
+    return rate
+
+
+def _period(get: GetParameter) -> float:
+    period = _number(get, "~period", 20.0, float)
+    try:
+        return Schedule(period).period_s
+    except ValueError as error:
+        raise ParameterError(f"~period: {error}") from error
+
+
+def _quality(get: GetParameter) -> str:
+    quality = get("~quality", "good")
+    if quality not in QUALITIES:
+        raise ParameterError(f"~quality is '{quality}'; give one of {', '.join(QUALITIES)}")
+    return str(quality)
+
+
+def _one_of(get: GetParameter, name: str, names: Sequence[str]) -> Optional[str]:
+    """One of some names; None for an empty text, as launch files write it."""
+    value = get(name, "")
+    if value == "":
+        return None
+    if value not in names:
+        raise ParameterError(f"{name} is '{value}'; give one of {', '.join(names)}")
+    return str(value)
+
+
+def _optional(get: GetParameter, name: str, kind: type[_Number]) -> Optional[_Number]:
+    return None if get(name, "") == "" else _number(get, name, kind(0), kind)
+
+
+def _seed(get: GetParameter) -> int:
+    seed = _number(get, "~seed", 0, int)
+    if seed < 0:
+        raise ParameterError(f"~seed is {seed}; give a whole number from 0 up")
+    return seed
+
+
+def _number(get: GetParameter, name: str, default: _Number, kind: type[_Number]) -> _Number:
+    value = get(name, default)
+    accepted = (int,) if kind is int else (int, float)
+    if isinstance(value, bool) or not isinstance(value, accepted):
+        what = "whole number" if kind is int else "number"
+        raise ParameterError(f"{name} is {value!r}; give a {what}")
+    return kind(value)
+
+
+class Ticker:
+    """Calls ``action(tick, late_s)`` at ``start_s + tick / rate_hz`` of the node's monotonic clock.
+
+    ``tick`` is 0, 1, ..., and ``late_s`` says how long ago it was due.  Ticks that are over when
+    their turn comes are skipped, and ``on_skip(count)`` is told.  An exception ends the ticking and
+    is given to ``on_failure``.
+    """
+
+    def __init__(
+        self,
+        node: NodeHandle,
+        name: str,
+        rate_hz: float,
+        action: Callable[[int, float], None],
+        on_skip: Callable[[int], None],
+        on_failure: Callable[[Exception], None],
+    ) -> None:
+        self._node, self._rate_hz, self._start_s = node, rate_hz, 0.0
+        self._action, self._on_skip, self._on_failure = action, on_skip, on_failure
+        self._tick, self._stopped = 0, False
+        self._acting = threading.RLock()  # an action may stop its own ticker
+        self._worker = node.worker(self._step, name)
+
+    def start(self, start_s: float) -> None:
+        """Begin ticking; tick 0 is due at ``start_s`` of the monotonic clock."""
+        self._start_s = start_s
+        self._worker.wake()
+
+    def stop(self, timeout_s: float = 0.3) -> None:
+        """Stop at once, and wait until an action that is under way is over, but no longer."""
+        self._stopped = True
+        if self._acting.acquire(timeout=timeout_s):
+            self._acting.release()
+
+    def _step(self) -> Optional[float]:
+        """Act if it is time; return how long to wait [s], None for ever."""
+        with self._acting:
+            if self._stopped:
+                return None
+            now_s = self._node.monotonic_s()
+            if now_s >= self._due_s():
+                try:
+                    self._act(now_s)
+                except Exception as error:
+                    self._stopped = True
+                    self._on_failure(error)
+            return max(0.0, self._due_s() - self._node.monotonic_s())
+
+    def _act(self, now_s: float) -> None:
+        newest = int((now_s - self._start_s) * self._rate_hz)
+        if newest > self._tick:
+            self._on_skip(newest - self._tick)
+            self._tick = newest
+        self._action(self._tick, now_s - self._due_s())
+        self._tick += 1
+
+    def _due_s(self) -> float:
+        return self._start_s + self._tick / self._rate_hz
+
 
 _FIRST_TICK_S = 0.1  # until all the threads run
 _SWITCH_INTERVAL_S = 0.0005  # drawing an image must not hold up the joints' thread

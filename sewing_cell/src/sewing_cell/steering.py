@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sewing_cell.profiles import Course, between, product, window
-from sewing_cell.schedule import Schedule
+from sewing_cell.schedule import Course, Schedule, between, product, window
 
 QUALITIES = ("good", "poor")
 

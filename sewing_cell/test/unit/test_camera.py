@@ -8,10 +8,9 @@ import pytest
 
 from sewing_cell import layout, pinhole
 from sewing_cell.arms import UPPER
-from sewing_cell.camera import Camera, Frame
+from sewing_cell.camera import Camera, DepthNoise, Frame
 from sewing_cell.cycle import SewingCycle
-from sewing_cell.depth_noise import DepthNoise
-from sewing_cell.intruder import INTRUDERS
+from sewing_cell.scene import INTRUDERS
 
 RATE_HZ = 30.0
 SEWING = 240  # number of a picture while the machine sews

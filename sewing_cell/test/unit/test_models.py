@@ -17,10 +17,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.descriptions.link_visuals import ShapeKind, link_visuals
-from process_visualizer.descriptions.xacro_file import expand_xacro
-from process_visualizer.motion.kinematics import Placement
-from sewing_cell import robot_picture
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.visuals import ShapeKind, link_visuals
+from process_visualizer.robot.xacro_file import expand_xacro
+from sewing_cell.scene import ROBOT_MESHES
 
 SEWING_CELL = Path(__file__).resolve().parents[2]
 URDF = SEWING_CELL / "urdf"
@@ -240,7 +240,7 @@ def test_the_simulator_draws_the_robots_as_their_models(robots: Models, name: st
     links = [f"{name}/{link}" for link in (*(f"link{i}" for i in range(8)), "tool")]
     assert sorted(links) == sorted(it.link for it in visuals)
     for visual in visuals:
-        mesh = robot_picture.MESHES[links.index(visual.link)]
+        mesh = ROBOT_MESHES[links.index(visual.link)]
         assert visual[1:] == (Placement(), ShapeKind.MESH, (1.0, 1.0, 1.0),
                               f"package://process_visualizer/meshes/{mesh}.dae", None)
 

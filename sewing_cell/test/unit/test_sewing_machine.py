@@ -11,8 +11,8 @@ from simulated_node import SimulatedNode
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.rotations import matrix_from_ypr
 from process_visualizer.parameters.reading import ParameterError, Parameters
+from process_visualizer.robot.rotations import matrix_from_ypr
 from sewing_cell.sewing_machine import (
     FEED_DIRECTION,
     UPPER_ARROW,

@@ -18,8 +18,7 @@ from sewing_cell.arms import ARMS
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import KINECTS, KinectDriver
 from sewing_cell.kinematics import forward
-from sewing_cell.simulator import Simulator
-from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
+from sewing_cell.simulator import ParameterError, Simulator, SimulatorParameters
 
 RATES_HZ = {
     "/ur_rt_upper/q_act": (Float32MultiArray, 125),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from simulated_node import SimulatedNode
 
-from sewing_cell.lookahead import Lookahead
-from sewing_cell.ticker import Ticker
+from sewing_cell.camera import Lookahead
+from sewing_cell.simulator import Ticker
 
 RATE_HZ = 100.0
 

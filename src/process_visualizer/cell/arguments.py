@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Dict, Mapping, Optional
 
-from process_visualizer.cell.element_reader import ElementReader, Parsed
+from process_visualizer.cell.element_reader import Element, ElementReader, Parsed
 from process_visualizer.cell.elements import ROOT
-from process_visualizer.cell.errors import Location, ProblemList
+from process_visualizer.cell.errors import Location, ProblemList, advice
 from process_visualizer.cell.substitution import Arguments
-from process_visualizer.cell.suggestions import advice
-from process_visualizer.cell.xml_reader import Element
 
 
 def read_arguments(root: Element, given: Mapping[str, str],

@@ -7,6 +7,7 @@ from typing import Any, Dict, Iterable, Optional, Tuple, cast
 
 from process_visualizer.cell.element_reader import Parsed
 from process_visualizer.cell.elements import CONDITIONS
+from process_visualizer.cell.errors import nearest
 from process_visualizer.cell.model import (
     Arrow,
     BaseFrame,
@@ -35,7 +36,6 @@ from process_visualizer.cell.model import (
     Vector3,
     WarningLimits,
 )
-from process_visualizer.cell.suggestions import nearest
 
 _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 'required',
                               'launch-prefix', 'clear_params', 'cwd')

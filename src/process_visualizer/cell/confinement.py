@@ -10,9 +10,9 @@ import re
 from dataclasses import replace
 from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
 
+from process_visualizer.cell.element_reader import Element
 from process_visualizer.cell.errors import Location, Problem, shortened
-from process_visualizer.cell.provenance import Provenance, in_a_package, is_below
-from process_visualizer.cell.xml_reader import Element
+from process_visualizer.cell.trust import Provenance, in_a_package, is_below
 
 _RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
 """What may be resolved: with anything else a value could be code, or a secret of this computer."""

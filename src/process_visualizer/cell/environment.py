@@ -9,7 +9,7 @@ import rospkg
 from catkin.find_in_workspaces import find_in_workspaces
 from roslib.packages import find_node
 
-from process_visualizer.cell.errors import Location, Problem, ProblemList
+from process_visualizer.cell.errors import Location, Problem, ProblemList, missing_file, nearest
 from process_visualizer.cell.model import (
     Cell,
     Device,
@@ -20,7 +20,6 @@ from process_visualizer.cell.model import (
     RoslaunchElement,
 )
 from process_visualizer.cell.substitution import package_advice
-from process_visualizer.cell.suggestions import missing_file, nearest
 
 
 def check_environment(cell: Cell, mode: Optional[Mode] = None,

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Mapping, Optional, Tuple
 
 from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.cell.provenance import OPENED, Provenance
+from process_visualizer.cell.trust import OPENED, Provenance
 
 Vector3 = Tuple[float, float, float]
 Color = Tuple[float, float, float]

@@ -2,10 +2,11 @@
 """The topics that the nodes of the program publish for devices (thesis, appendix D.2)."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Tuple
+from dataclasses import replace
+from typing import Dict, Iterable, Set, Tuple
 
 from process_visualizer.cell.builder import absolute_topic
-from process_visualizer.cell.model import Device, DeviceType
+from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.ros_names import FINDER_OUTPUTS, ROBOT_OUTPUTS
 
 _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
@@ -25,3 +26,22 @@ def _outputs(device: Device) -> Tuple[str, ...]:
     return _OUTPUTS[device.type] + (
         ('marker_array',) if any(it.is_shown for it in device.variables) else ()) + (
         () if device.objects is None else FINDER_OUTPUTS)
+
+
+def with_variable_topics(devices: Iterable[Device]) -> Tuple[Device, ...]:
+    """Return the devices with the topics of their variables that no <topic> names.
+
+    Topics that the program itself publishes are left out, as they are not recorded.
+    """
+    found = tuple(devices)
+    taken = {topic.name for device in found for topic in device.topics} | set(outputs(found))
+    return tuple(_completed(device, taken) for device in found)
+
+
+def _completed(device: Device, taken: Set[str]) -> Device:
+    topics = list(device.topics)
+    for variable in device.variables:
+        if variable.topic not in taken:
+            taken.add(variable.topic)
+            topics.append(Topic(variable.topic, None, None, True, variable.location))
+    return replace(device, topics=tuple(topics))

@@ -2,27 +2,39 @@
 """Rules about several elements of a configuration."""
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterable, List, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Sequence, Set, Tuple
+
+import yaml
 
 from process_visualizer.cell.arguments import passed_arguments
 from process_visualizer.cell.builder import absolute_topic
-from process_visualizer.cell.display_rules import check_display
 from process_visualizer.cell.element_reader import Parsed
-from process_visualizer.cell.elements import MESSAGE_TYPES
-from process_visualizer.cell.errors import Location, ProblemList
+from process_visualizer.cell.elements import DISPLAY_TYPES, MESSAGE_TYPES
+from process_visualizer.cell.errors import (
+    Location,
+    ProblemList,
+    advice,
+    nearest,
+    quoted,
+    root_as_global_frame,
+    shortened,
+)
 from process_visualizer.cell.model import (
     IMAGE_FUNCTIONS,
     ROBOT_FUNCTIONS,
     Device,
     DeviceType,
+    Display,
+    Fusion,
     Node,
+    Property,
+    RoslaunchElement,
     Topic,
     TopicFunction,
 )
-from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
+from process_visualizer.cell.outputs import outputs
 from process_visualizer.cell.stored_configuration import MODEL_ENDINGS
-from process_visualizer.cell.suggestions import advice, nearest, root_as_global_frame
-from process_visualizer.cell.values import path_below
+from process_visualizer.cell.values import boolean, number, path_below, plain_yaml
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,
@@ -43,6 +55,139 @@ from process_visualizer.ros_names import (
     VARIABLE_PROC,
     VIEW_RELAY,
 )
+
+
+def check_display(display: Display, problems: ProblemList) -> None:
+    """Check that type, topic, properties and children of a display fit together."""
+    display_type = DISPLAY_TYPES[display.type]
+    what = f'a display of type "{display.type}"'
+    if display_type.needs_topic and display.topic is None:
+        problems.add(display.location, 'rviz', f'{what} needs the attribute "topic" '
+                                               f'({display_type.message_type})')
+    if display_type.topic_key is None and display.topic is not None:
+        problems.add(display.location, 'rviz', f'{what} shows no topic; remove the attribute '
+                                               '"topic"')
+    if display.children and display.type != 'Group':
+        problems.add(display.location, 'rviz', f'{what} cannot hold others; only "Group" can')
+    _check_properties(display, display.properties, problems)
+    for child in display.children:
+        check_display(child, problems)
+
+
+def _check_properties(display: Display, properties: Sequence[Property],
+                      problems: ProblemList) -> None:
+    names: Set[str] = set()
+    for item in properties:
+        where = item.location or display.location
+        if item.name in names:
+            problems.add(where, 'property', f'the property "{item.name}" is given twice; keep one')
+        if item.value is None and not item.children:
+            problems.add(where, 'property', 'has neither a value nor properties below it; give '
+                                            'the attribute "value"')
+        names.add(item.name)
+        _check_properties(display, item.children, problems)
+
+
+# Rules of the elements that are passed on to roslaunch, which would refuse them only later.
+
+_VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
+    'int': (int, 'a whole number'),
+    'double': (number, 'a number'),
+    'bool': (boolean, 'True or False'),
+    'boolean': (boolean, 'True or False'),
+}
+
+
+def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
+                   problems: ProblemList) -> None:
+    """Check that names of machines are unique, and that nodes run on declared machines.
+
+    A password is refused: it would stand in launch files, parameters and recordings.
+    """
+    names: List[str] = []
+    for machine in machines:
+        name = machine.values['name']
+        if 'password' in machine.given:
+            problems.add(machine.location, 'machine', _no_password(machine))
+        if name in names:
+            problems.add(machine.location, 'machine', f'a machine named {quoted(name)} already '
+                                                      'exists; choose another name')
+        names += [name] if name else []
+    for node in (child for device in devices for child in device.all('node')):
+        name = node.values['machine']
+        if name and name not in names:
+            problems.add(node.location, 'node', f'there is no machine {quoted(name)}; '
+                         + (advice(name, names) if names else 'no <machine> is declared'))
+
+
+def _no_password(machine: Parsed) -> str:
+    user, address = machine.values['user'], machine.values['address']
+    whom = f'{user}@{address}' if user and address else 'USER@ADDRESS'
+    return ('the attribute "password" is not accepted: it would stand in launch files, parameters '
+            f'and recordings; remove it, and let SSH use a key ("ssh-copy-id {whom}", with an '
+            'agent: "ssh-add")')
+
+
+def check_node(node: Node, problems: ProblemList) -> None:
+    """Check that attributes and parameters of a node fit together."""
+    if all(boolean(node.attributes.get(name, 'False')) for name in ('respawn', 'required')):
+        problems.add(node.location, 'node', '"respawn" and "required" cannot both be True; '
+                                            'keep one')
+    for child in node.children:
+        check_parameter(child, problems)
+
+
+def check_parameter(element: RoslaunchElement, problems: ProblemList) -> None:
+    """Check that the value of a ``<param>`` has its type, and that a ``<rosparam>`` is YAML."""
+    if element.tag == 'param':
+        _check_param(element, problems)
+    elif element.tag == 'rosparam':
+        _check_rosparam(element, problems)
+
+
+def _check_param(element: RoslaunchElement, problems: ProblemList) -> None:
+    value, value_type = (element.attributes.get(name) for name in ('value', 'type'))
+    if value is None or value_type not in (*_VALUE_TYPES, 'yaml'):
+        return
+    if value_type == 'yaml':
+        _check_yaml(value, element, problems)
+        return
+    convert, what = _VALUE_TYPES[value_type]
+    try:
+        convert(value)
+    except ValueError:
+        problems.add(element.location, 'param', f'{quoted(value)} is not {what}, which the type '
+                                                f'"{value_type}" requires')
+
+
+def _check_rosparam(element: RoslaunchElement, problems: ProblemList) -> None:
+    command = element.attributes.get('command', 'load')
+    file = element.attributes.get('file')
+    if command == 'dump' and file is None:
+        problems.add(element.location, 'rosparam', 'the attribute "file" is missing; dump writes '
+                                                   'to a file')
+    if command == 'delete' and file is not None:
+        problems.add(element.location, 'rosparam', 'delete needs no file; remove the attribute '
+                                                   '"file"')
+    if command == 'load' and file is None:
+        value = _check_yaml(element.text, element, problems)
+        if not isinstance(value, (dict, type(None))) and 'param' not in element.attributes:
+            problems.add(element.location, 'rosparam', 'the YAML is a single value; give the '
+                                                       'attribute "param" to name it')
+
+
+def _check_yaml(text: str, element: RoslaunchElement, problems: ProblemList) -> object:
+    try:
+        return plain_yaml(text)
+    except yaml.MarkedYAMLError as error:
+        reason = error.problem or 'not understood'
+    except (yaml.YAMLError, ValueError) as error:
+        reason = str(error)
+    except RecursionError:
+        reason = 'it is nested too deeply'
+    problems.add(element.location, element.tag, f'not valid YAML: {shortened(reason)}')
+    return None
+
 
 _IMAGE_TYPES = ', '.join(f'"{function.value}"' for function in IMAGE_FUNCTIONS)
 _PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_PLAYER, BAG_RECORDER, RVIZ,
@@ -295,3 +440,111 @@ def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
     if low is not None and high is not None and low > high:
         problems.add(parsed.location, 'variable', f'low ({low}) is greater than high ({high}); '
                                                   'swap them')
+
+
+# Rules about the events of the process, and about what a run is.
+
+def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], phases: Sequence[Parsed],
+              problems: ProblemList) -> None:
+    """Report events of one name, a second run, and a misspelt event of the run or of a phase.
+
+    A run may also begin or end at a mark, whose label only a recording knows.
+    """
+    first: Dict[str, Location] = {}
+    for event in events:
+        name = event.values.get('name')
+        if name in first:
+            problems.add(event.location, 'event', f'an event named "{name}" already exists '
+                                                  f'({first[name]}); choose another name')
+        elif name:
+            first[name] = event.location
+    for run in runs[1:]:
+        if run.location.file != runs[0].location.file:  # otherwise it has been reported
+            problems.add(run.location, 'run', f'occurs more than once ({runs[0].location}); '
+                                              'keep one')
+    for run in runs:
+        for end in ('begin', 'end'):
+            _check_name(run, end, first, problems)
+    for phase in phases:
+        for end in ('from', 'to'):
+            _check_name(phase, end, first, problems)
+
+
+def check_event_topics(events: Sequence[Parsed], devices: Sequence[Device],
+                       problems: ProblemList) -> None:
+    """Report events of topics that no recording would have."""
+    recorded = {topic.name for device in devices for topic in device.topics if topic.record}
+    for event in events:
+        topic = event.values.get('topic')
+        if topic and absolute_topic('', topic) not in recorded:
+            problems.add(event.location, 'event', f'the topic "{topic}" is not recorded; add it to '
+                                                  'its device with <topic>')
+
+
+def _check_name(run: Parsed, end: str, names: Dict[str, Location], problems: ProblemList) -> None:
+    given = run.values.get(end)
+    if given and given not in names:
+        meant = nearest(given, names)
+        if meant is not None:
+            problems.add(run.location, run.tag, f'attribute "{end}": there is no event "{given}"; '
+                                              f'did you mean "{meant}"?')
+
+
+_DATA = (TopicFunction.POINTCLOUD, TopicFunction.DEPTH_IMAGE)
+
+
+def check_sensors(devices: Sequence[Device], problems: ProblemList) -> None:
+    """Check that each depth sensor has its own data, and that only clouds are joined."""
+    _check_own_data(devices, problems)
+    for device in devices:
+        if device.fusion is not None:
+            _check_fusion(device, device.fusion, devices, problems)
+
+
+def _check_own_data(devices: Sequence[Device], problems: ProblemList) -> None:
+    """Two sensors on one topic would be drawn on top of each other, each as a mixture of both."""
+    owners: Dict[str, Device] = {}
+    for device in devices:
+        for topic in device.topics:
+            owner = owners.setdefault(topic.name, device) if _is_data(topic) else device
+            if owner is not device:
+                problems.add(topic.location, 'topic',
+                             f'"{topic.name}" belongs to the depth sensor "{owner.name}" already '
+                             f'({owner.location}); start each driver in a namespace of its own, '
+                             'and name the topic there')
+
+
+def _is_data(topic: Topic) -> bool:
+    return topic.function in _DATA
+
+
+def _check_fusion(device: Device, fusion: Fusion, devices: Sequence[Device],
+                  problems: ProblemList) -> None:
+    if device.type is not DeviceType.DEPTH_SENSOR:
+        problems.add(fusion.location, 'fusion', 'belongs to depth sensors only; this device has '
+                                                f'the type "{device.type.value}"')
+    if device.roi is not None or any(topic.function is not None for topic in device.topics):
+        problems.add(fusion.location, 'fusion', 'the device has a cloud of its own; give the '
+                                                'joined cloud a device of its own')
+    clouds = [other.name for other in devices if other.fusion is None and other.has_cloud]
+    for name in fusion.sensors:
+        if name not in clouds:
+            expected = advice(name, clouds) if clouds else 'describe the sensors as devices'
+            problems.add(fusion.location, 'fusion', f'there is no depth sensor "{name}" with a '
+                                                    f'cloud; {expected}')
+
+
+def check_outputs(devices: Sequence[Device], problems: ProblemList) -> None:
+    """Report topics that are outputs: a node would mistake its own messages for a driver's.
+
+    They are not recorded either: in playback the nodes compute them again.
+    """
+    owners = outputs(devices)
+    for device in devices:
+        for topic in device.topics:
+            owner = owners.get(topic.name)
+            if owner is not None:
+                problems.add(topic.location, 'topic', f'"{topic.name}" is published by the '
+                                                      f'program itself for the device "{owner}"; '
+                                                      'name the topic of its driver, or rename '
+                                                      'the device if that topic has this name')

@@ -9,8 +9,7 @@ from typing import Dict, Mapping, Optional
 import rospkg
 from roslaunch.substitution_args import SubstitutionException, resolve_args
 
-from process_visualizer.cell.errors import quoted
-from process_visualizer.cell.suggestions import advice, nearest
+from process_visualizer.cell.errors import advice, nearest, quoted
 
 _COMMAND = re.compile(r'\$\(\s*([^\s)]*)\s*([^\s)]*)')
 _NESTED = re.compile(r'\$\([^)]*\$\(')

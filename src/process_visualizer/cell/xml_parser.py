@@ -15,9 +15,9 @@ from process_visualizer.cell.builder import (
     build_run,
 )
 from process_visualizer.cell.confinement import confined, confined_arguments, refused_include
-from process_visualizer.cell.element_reader import ElementReader, Parsed
+from process_visualizer.cell.element_reader import Element, ElementReader, Parsed, read_xml
 from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
-from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
+from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList, missing_file
 from process_visualizer.cell.model import (
     Cell,
     Device,
@@ -26,15 +26,18 @@ from process_visualizer.cell.model import (
     RoslaunchElement,
     RunSpan,
 )
-from process_visualizer.cell.output_rules import check_outputs
-from process_visualizer.cell.provenance import OPENED, Provenance
-from process_visualizer.cell.roslaunch_rules import check_machines
-from process_visualizer.cell.rules import check_device, check_devices, check_node_names
-from process_visualizer.cell.run_rules import check_event_topics, check_run
-from process_visualizer.cell.sensor_rules import check_sensors
-from process_visualizer.cell.suggestions import missing_file
-from process_visualizer.cell.variable_topics import with_variable_topics
-from process_visualizer.cell.xml_reader import Element, read_xml
+from process_visualizer.cell.outputs import with_variable_topics
+from process_visualizer.cell.rules import (
+    check_device,
+    check_devices,
+    check_event_topics,
+    check_machines,
+    check_node_names,
+    check_outputs,
+    check_run,
+    check_sensors,
+)
+from process_visualizer.cell.trust import OPENED, Provenance
 
 _MOST_FILES = 100
 """Limit of included files; files that include each other twice would multiply for ever."""

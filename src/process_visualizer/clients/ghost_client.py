@@ -8,9 +8,7 @@ from process_visualizer.clients.service_connection import ServiceConnection, Ser
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostEvent, GhostRobot
 from process_visualizer.ros_names import GHOST
-from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.runs.comparison.live_reference import LiveReference
+from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack, LiveReference
 from process_visualizer.srv import (
     FollowGhost,
     FollowGhostRequest,

@@ -9,8 +9,8 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.cell.model import Device, DeviceType
-from process_visualizer.descriptions.link_visuals import LinkVisual, ShapeKind, link_visuals
-from process_visualizer.motion.kinematics import Placement
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.visuals import LinkVisual, ShapeKind, link_visuals
 
 KINDS = {ShapeKind.MESH: Marker.MESH_RESOURCE, ShapeKind.BOX: Marker.CUBE,
          ShapeKind.CYLINDER: Marker.CYLINDER, ShapeKind.SPHERE: Marker.SPHERE}

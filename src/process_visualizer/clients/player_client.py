@@ -6,8 +6,11 @@ from typing import Any, Callable, Dict, Optional, Type
 
 from std_srvs.srv import Trigger
 
-from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
-from process_visualizer.clients.state_follower import StateFollower
+from process_visualizer.clients.service_connection import (
+    ServiceConnection,
+    ServiceUnreachable,
+    StateFollower,
+)
 from process_visualizer.msg import PlayerState
 from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step

@@ -20,8 +20,7 @@ from rosgraph.network import (
     write_ros_handshake_header,
 )
 
-from process_visualizer.launching.asked_master import AskedMaster
-from process_visualizer.launching.limited_transport import LimitedTransport
+from process_visualizer.launching.ros_api import AskedMaster, LimitedTransport
 
 _TIMEOUT_S = 5.0
 _START_S, _RETRY_S = 20.0, 0.1

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Tuple
 
+import geometry_msgs.msg
 import rosgraph
 import rospy
 
 from process_visualizer.cell.model import Device, Pose, TopicFunction
 from process_visualizer.clients.model_markers import models_of
-from process_visualizer.clients.pose_messages import pose_of
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
 from process_visualizer.ros_names import SENSOR_FIT
 from process_visualizer.srv import FitSensor
+
+
+def pose_of(message: geometry_msgs.msg.Pose) -> Pose:
+    """Return position [m] and yaw pitch roll [rad] of a message."""
+    position, turned = message.position, message.orientation
+    matrix = matrix_from_quaternion((turned.x, turned.y, turned.z, turned.w))
+    yaw, pitch, roll = ypr_from_matrix(matrix).tolist()
+    return Pose((position.x, position.y, position.z), (yaw, pitch, roll))
+
 
 _TIMEOUT_S = 60.0
 _CLOUD = 'sensor_msgs/PointCloud2'

@@ -11,13 +11,16 @@ from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 import rosgraph
 import rospy
 
-from process_visualizer.bags.json_text import parsed_json
+from process_visualizer.bagio.json_text import parsed_json
+from process_visualizer.bagio.message_definition import (
+    Connection,
+    definition_problem,
+    with_definition,
+)
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.provenance import Origin
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
-from process_visualizer.discovery.evidence.own_topics import device_topics
-from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic, Source
-from process_visualizer.discovery.evidence.topic_facts import (
+from process_visualizer.cell.trust import Origin
+from process_visualizer.discovery.bag_look import (
     is_description,
     seen_descriptions,
     seen_topics,
@@ -28,10 +31,9 @@ from process_visualizer.discovery.new_configuration import (
     new_configuration,
     of_stored,
 )
-from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
-from process_visualizer.launching.ros_api import is_registered
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.installed_definitions import definition_problem, with_definition
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
+from process_visualizer.discovery.topic_groups import device_topics
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster, is_registered
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0

@@ -8,8 +8,8 @@ import re
 import sys
 from typing import Callable, Dict, List, Optional, Sequence
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.recording_calibration import (
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.recording_calibration import (
     calibration_path,
     saved_poses,
     with_saved_poses,
@@ -18,36 +18,40 @@ from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands.bag_commands import add_bag_commands, execute_bag_command
-from process_visualizer.commands.calibration_command import (
+from process_visualizer.commands.bag_commands import (
+    add_bag_commands,
     add_calibration_options,
+    execute_bag_command,
     execute_calibration,
 )
-from process_visualizer.commands.check_command import check
 from process_visualizer.commands.compare_command import (
     add_compare_options,
     add_runs_options,
     execute_compare,
     execute_runs,
 )
+from process_visualizer.commands.configuration_commands import (
+    add_new_options,
+    add_trust_options,
+    check,
+    execute_new,
+    execute_trust,
+    overview,
+)
 from process_visualizer.commands.cut_command import add_cut_options, execute_cut
-from process_visualizer.commands.new_command import add_new_options, execute_new
-from process_visualizer.commands.overview import overview
-from process_visualizer.commands.record_command import record
-from process_visualizer.commands.record_options import add_record_options, record_options
+from process_visualizer.commands.record_command import add_record_options, record, record_options
 from process_visualizer.commands.run_command import run_plan
 from process_visualizer.commands.share_command import add_share_options, execute_share
-from process_visualizer.commands.trust_command import add_trust_options, execute_trust
 from process_visualizer.commands.view_command import add_view_options, execute_view
-from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers, choose_devices
 from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.health.mixed_sources import MixedSources, refuse_mixture
-from process_visualizer.launching.other_cell import OtherCell
+from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
-from process_visualizer.remote.address import ports_of
+from process_visualizer.remote.link_words import ports_of
 from process_visualizer.remote.offer import DEFAULT_PORTS
+from process_visualizer.robot.description import describe_devices
 from process_visualizer.shown_text import say
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '

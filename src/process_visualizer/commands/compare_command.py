@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands.scene_camera import SceneError
-from process_visualizer.commands.scene_pictures import scene_pictures
+from process_visualizer.commands.scene_pictures import SceneError, scene_pictures
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text

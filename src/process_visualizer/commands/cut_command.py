@@ -9,13 +9,11 @@ import sys
 from contextlib import suppress
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from process_visualizer.bags.bag_cut import COMPRESSIONS, Span, cut
-from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_parts import recording_parts
+from process_visualizer.bagio.bag_cut import COMPRESSIONS, Span, cut
+from process_visualizer.bagio.marks import read_marks
+from process_visualizer.bagio.recording import Recording, recording_parts
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.curves.curves import read_curves
-from process_visualizer.curves.recorded_alarms import recorded_alarms
+from process_visualizer.curves.curves import read_curves, recorded_alarms
 from process_visualizer.health.figures import clock_seconds, clock_text
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.shown_text import say

@@ -17,9 +17,9 @@ from process_visualizer.health.alarm_conditions import part_of_node, watch_condi
 from process_visualizer.health.mixed_sources import explanation, others_beside
 from process_visualizer.health.other_publishers import Others, PublisherWatch
 from process_visualizer.health.user_limits import give_real_time_advice
+from process_visualizer.launching.cell_owner import refuse_other_cell
 from process_visualizer.launching.cell_watch import CellLook, CellWatch
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.other_cell import refuse_other_cell
+from process_visualizer.launching.part_report import NodeReport, NodeState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.roslaunch_process import (
     Start,

@@ -5,29 +5,46 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 from contextlib import ExitStack
 from typing import Any, Dict, List, Optional, Sequence
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_calibration import saved_poses, with_saved_poses
-from process_visualizer.bags.recording_parts import recording_parts
+from process_visualizer.bagio.recording import Recording, recording_parts
+from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands.whole_file import write_whole
 from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.places import Span
+from process_visualizer.page.robots import Span
 from process_visualizer.page.run_page import Judged, PageCell, run_entry
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
-from process_visualizer.runs.comparison.verdict import band_text
-from process_visualizer.runs.comparison.wording import clock
-from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
-from process_visualizer.runs.recorded.recorded_cell import recorded_cell
-from process_visualizer.runs.recorded.run_cutting import NoCycle
+from process_visualizer.runs.comparison.wording import band_text, clock
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
+
+
+def write_whole(path: str, text: str) -> None:
+    """Write a text in UTF-8; what is there already is replaced only when all of it is written.
+
+    Raises:
+        OSError: it cannot be written; what was there is as it was.
+    """
+    folder = os.path.dirname(os.path.abspath(path))
+    number, beside = tempfile.mkstemp(prefix=f'.{os.path.basename(path)}-', dir=folder)
+    try:
+        with os.fdopen(number, 'w', encoding='utf-8', errors='backslashreplace') as file:
+            file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(beside, 0o666 & ~mask)
+        os.replace(beside, path)
+    except BaseException:
+        os.unlink(beside)
+        raise
+
 
 LONGEST_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""

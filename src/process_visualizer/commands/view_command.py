@@ -15,8 +15,12 @@ import rosgraph
 
 from process_visualizer.commands.run_command import StopRequested, raise_stop_once
 from process_visualizer.launching.ros_master import RosMaster
-from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs, new_run_folder
-from process_visualizer.remote.address import Address, address_of
+from process_visualizer.launching.run_record import (
+    RunRecord,
+    clean_up_crashed_runs,
+    new_run_folder,
+)
+from process_visualizer.remote.link_words import Address, address_of
 from process_visualizer.shown_text import say
 from process_visualizer.viewing.finding import CellNotFound, find_relay
 

@@ -15,8 +15,8 @@ from process_visualizer.cell.model import (
     WarningLimits,
 )
 from process_visualizer.cell.values import COLORS
-from process_visualizer.descriptions.robot_frames import pose_frames
-from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
+from process_visualizer.robot.arrows import FORCE_COLOR, VELOCITY_COLOR
+from process_visualizer.robot.tool_frame import pose_frames
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
     (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), COLORS['orange'], (0.3, 0.5, 0.9))

@@ -6,10 +6,10 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_errors import RecordError
-from process_visualizer.bags.bag_records import OP_MESSAGE, fields_of, operation, sized_part, u32_at
-from process_visualizer.bags.record_batches import RecordBatch
-from process_visualizer.messages.number_places import Locator, Place, Places
+from process_visualizer.bagio.bag_errors import RecordError
+from process_visualizer.bagio.bag_file import OP_MESSAGE, fields_of, operation, sized_part, u32_at
+from process_visualizer.bagio.number_places import Locator, Place, Places
+from process_visualizer.bagio.recording import RecordBatch
 
 _MOST_PATTERNS = 200
 """Of the records of one connection; messages that differ from all of these are left out."""

@@ -7,17 +7,12 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.record_batches import record_batches
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.curves.source_locators import (
-    SourceLocators,
-    measured_s,
-    source_locators,
-)
-from process_visualizer.motion.velocity.speed_series import speeds
+from process_visualizer.curves.source_locators import SourceLocators, measured_s, source_locators
+from process_visualizer.robot.recorded_velocity import speeds
 
 
 class ReadingCancelled(Exception):

@@ -2,23 +2,232 @@
 """Locators of the numbers of a process variable in the messages of a recording."""
 from __future__ import annotations
 
-from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+)
 
 import numpy as np
+import yaml
+from rosgraph.names import ns_join
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Device
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.bag_index import BagIndex
+from process_visualizer.bagio.message_definition import Connection, DefinitionError
+from process_visualizer.bagio.number_places import (
+    FieldLocator,
+    FloatArrayLocator,
+    JointLocator,
+    Locator,
+    TransformLocator,
+    transforms_in,
+)
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.model import Device, RoslaunchElement, TopicFunction
+from process_visualizer.cell.values import plain_yaml
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, tool_from_joints
 from process_visualizer.curves.number_columns import Numbers
-from process_visualizer.curves.tool_on_tf import Messages, tool_on_tf
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.message_definition import DefinitionError
-from process_visualizer.messages.number_places import FieldLocator, FloatArrayLocator, Locator
-from process_visualizer.motion.placements import interpolated
-from process_visualizer.motion.tool_path import MovingPart, SentTransform, ToolPath
-from process_visualizer.motion.velocity.speed_series import measuring_times
-from process_visualizer.motion.velocity.velocity_estimator import GAP_S
-from process_visualizer.ros_names import FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE, WRENCH_STAMPED
+from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS, usable_offsets
+from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.joints import JointMatching
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.placements import (
+    FrameSources,
+    MovingPart,
+    SentTransform,
+    ToolPath,
+    interpolated,
+)
+from process_visualizer.robot.recorded_velocity import measuring_times
+from process_visualizer.robot.rotations import quaternion_from_ypr
+from process_visualizer.robot.tool_frame import pose_frames, tool_frame
+from process_visualizer.robot.velocity import GAP_S
+from process_visualizer.ros_names import (
+    FLOAT_ARRAY,
+    JOINT_STATE,
+    POSE_STAMPED,
+    STATIC_TF_TOPIC,
+    TF_MESSAGE,
+    WRENCH_STAMPED,
+)
+
+_Named = Iterator[Tuple[str, Any]]
+
+
+def given_parameters(device: Device, group: str) -> Dict[str, Any]:
+    """Return what <param> and <rosparam> set below a group of a device's namespace, by name.
+
+    Of values that stand elsewhere (files, commands) only YAML files are read. What roslaunch
+    would refuse is left out: then the cell does not run, but a recording can be looked at.
+    """
+    begin = ns_join(f'/{device.name}', group) + '/'
+    return {name[len(begin):]: value for element in device.parameters
+            for name, value in _set_by(element, f'/{device.name}') if name.startswith(begin)}
+
+
+def _set_by(element: RoslaunchElement, namespace: str) -> _Named:
+    given = element.attributes
+    if element.tag == 'param':
+        return _values(ns_join(namespace, given['name']), _loaded(given.get('value', '')))
+    if given.get('command', 'load') != 'load':
+        return iter(())
+    place = ns_join(ns_join(namespace, given.get('ns', '')), given.get('param', ''))
+    return _values(place, _loaded(_text(element)))
+
+
+def _text(element: RoslaunchElement) -> str:
+    if 'file' not in element.attributes:
+        return element.text
+    try:
+        with open(element.attributes['file'], encoding='utf-8') as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError):
+        return ''
+
+
+def _loaded(text: str) -> Any:
+    try:
+        return plain_yaml(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return None
+
+
+def _values(name: str, value: Any) -> _Named:
+    """Yield each value of a group by its whole name."""
+    if not isinstance(value, dict):
+        yield name, value
+        return
+    for key, inner in value.items():
+        yield from _values(ns_join(name, str(key)), inner)
+
+
+# Tool poses in a recording's tf, with the frames that the cell itself adds.
+
+_BLOCKS, _BLOCK = 5, 100
+"""In so many parts of a recording, so many messages of each publisher are looked at."""
+
+
+class Messages(Protocol):
+    """Messages that have come: a recording, or what a recorder has in memory."""
+
+    @property
+    def index(self) -> BagIndex:
+        """Their connections and times."""
+
+    def message(self, position: int) -> memoryview:
+        """Return the bytes of one; raises BagDamaged if it cannot be read."""
+
+
+Parts = Tuple[Dict[int, Locator], ...]
+
+
+def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
+               connections: Sequence[int]) -> Optional[Tuple[ToolPath, Parts]]:
+    """Return how a tool is found from transforms, and what finds the numbers of its moving parts.
+
+    Frames that the recording does not have are those of the device's model, which the cell's
+    robot_state_publisher sends; what moves them are the recorded joint states. The model is
+    loaded where it is needed. None where nothing that moves leads to the tool.
+    """
+    frames = _recorded_frames(messages, connections)
+    _add_tool(frames, device)
+    description = _description(device) if source.model else None
+    base, tool = pose_frames(device, description) if source.model else source.frames
+    path, matching = frames.path(base, tool), None
+    if path is None:
+        description = description or _description(device)
+        if description is not None:
+            matching = joint_matching(device, description)
+            frames.add_model(Kinematics(description.text), matching.offset)
+            path = frames.path(base, tool)
+    if path is None or not path.moving:
+        return None
+    return path, tuple(_locators(messages, part, device, matching, connections)
+                       for part in path.moving)
+
+
+def _add_tool(frames: FrameSources, device: Device) -> None:
+    """Add the frame in which a configured tool is: cell_frames sends it."""
+    tool = tool_frame(device, None)
+    if device.tool is not None and tool.frame != tool.parent:
+        x, y, z, w = (float(it) for it in quaternion_from_ypr(tool.pose.ypr))
+        frames.add_fixed(tool.parent, tool.frame, Placement(tool.pose.xyz, (x, y, z, w)))
+
+
+def joint_matching(device: Device, description: RobotDescription) -> JointMatching:
+    """Return what joint_proc makes of joints, with the offsets that the configuration gives it."""
+    prefix = '' if device.model is None else device.model.prefix
+    return JointMatching(device.name, list(description.joints),
+                         usable_offsets(given_parameters(device, JOINT_OFFSETS)), prefix)
+
+
+def _description(device: Device) -> Optional[RobotDescription]:
+    """A model that cannot be used counts for none: a recording needs none to be looked at."""
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
+def _recorded_frames(messages: Messages, connections: Sequence[int]) -> FrameSources:
+    frames = FrameSources()
+    for data in _some_messages(messages, connections):
+        for transform in transforms_in(data):
+            frames.add_sent(SentTransform(transform.parent, transform.child))
+    index = messages.index
+    for data in _some_messages(messages, index.connections_of(STATIC_TF_TOPIC)):
+        for it in transforms_in(data):
+            x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
+            frames.add_fixed(it.parent, it.child, Placement((x, y, z), tuple(turn)))
+    return frames
+
+
+def _some_messages(messages: Messages, connections: Sequence[int]) -> List[memoryview]:
+    found = []
+    for connection in connections:
+        positions = messages.index.positions(connection)
+        begins = np.linspace(0, max(len(positions) - _BLOCK, 0), _BLOCKS).astype(int).tolist()
+        rows = sorted({row for begin in begins for row in range(begin, begin + _BLOCK)})
+        for position in positions[rows[:len(positions)]].tolist():
+            try:
+                found.append(messages.message(position))
+            except BagDamaged:
+                continue
+    return found
+
+
+def _locators(messages: Messages, part: MovingPart, device: Device,
+              matching: Optional[JointMatching],
+              connections: Sequence[int]) -> Dict[int, Locator]:
+    if isinstance(part, SentTransform):
+        return {number: TransformLocator(*part) for number in connections}
+    if matching is None:
+        return {}
+    found = {}
+    for topic in device.topics_for(TopicFunction.JOINT_STATES):
+        for number in messages.index.connections_of(topic.name):
+            locator = joint_locator(messages.index.connections[number].type, part.name, matching)
+            if locator is not None:
+                found[number] = locator
+    return found
+
+
+def joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
+    """Return what finds a joint's position as joint_proc does: by its name, or in model order."""
+    if message_type == JOINT_STATE:
+        return JointLocator(matching.names(joint))
+    if message_type == FLOAT_ARRAY and joint in matching.joints:
+        return FloatArrayLocator(matching.joints.index(joint) + 1, (len(matching.joints),))
+    return None
+
 
 _PATHS: Dict[Tuple[Quantity, str], str] = {
     (Quantity.SPEED, POSE_STAMPED): 'pose.position',

@@ -2,10 +2,28 @@
 """A configuration that is being made: devices with the elements that will stand in the file."""
 from __future__ import annotations
 
+import re
+import textwrap
 from dataclasses import dataclass, field
-from typing import Dict, List, Optional, Tuple
+from typing import (
+    Collection,
+    Dict,
+    FrozenSet,
+    Iterable,
+    Iterator,
+    List,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+)
+from xml.sax.saxutils import quoteattr
 
 from process_visualizer.cell.elements import DEFAULT_FRAME
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType
+from process_visualizer.cell.outputs import outputs
+from process_visualizer.cell.values import PATTERNS
 
 
 @dataclass(frozen=True)
@@ -60,3 +78,154 @@ class Draft:
     frame: str = DEFAULT_FRAME
     devices: List[DraftDevice] = field(default_factory=list)
     remarks: List[str] = field(default_factory=list)
+
+
+# A draft of a configuration as the text of its file.
+
+_WIDTH = 96
+
+
+def draft_text(draft: Draft) -> str:
+    """Return the file's text."""
+    frame = '' if draft.frame == DEFAULT_FRAME else f' frame={quoteattr(draft.frame)}'
+    head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
+            'comment.', *draft.remarks]
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),
+             f'<visualizer{frame}>']
+    for device in draft.devices:
+        lines += _device(device)
+    return '\n'.join([*lines, '</visualizer>', ''])
+
+
+def _device(device: DraftDevice) -> Iterator[str]:
+    yield from comment_lines(device.comments, '  ')
+    opening = f'  <device type="{device.type}" name={quoteattr(device.name)}'
+    if not device.elements:
+        yield f'{opening} />'
+        return
+    yield f'{opening}>'
+    for element in device.elements:
+        yield from comment_lines([element.comment] if element.comment else [], '    ')
+        if element.active:
+            yield from _element(element, '    ')
+        else:
+            yield from (f'    <!-- {_safe(line)} -->' for line in _element(element, ''))
+    yield '  </device>'
+
+
+def _element(element: DraftElement, indent: str) -> Iterator[str]:
+    words = ' '.join([element.tag, *(f'{name}={quoteattr(value)}'
+                                     for name, value in element.attributes.items())])
+    if not element.children:
+        yield f'{indent}<{words} />'
+        return
+    yield f'{indent}<{words}>'
+    for child in element.children:
+        yield from _element(child, f'{indent}  ')
+    yield f'{indent}</{element.tag}>'
+
+
+def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
+    """Return paragraphs as the lines of a comment; nothing without any."""
+    lines = [line for it in paragraphs
+             for line in textwrap.wrap(_safe(it), _WIDTH, break_long_words=False)]
+    if len(lines) < 2:
+        return [f'{indent}<!-- {line} -->' for line in lines]
+    return [f'{indent}<!--', *(f'{indent}  {line}' for line in lines), f'{indent}-->']
+
+
+def _safe(text: str) -> str:
+    """The text as it may stand in a comment: without two hyphens, or what XML has no sign for."""
+    shown = ''.join(it if it.isprintable() and it not in '\ufffe\uffff' else '?' for it in text)
+    return shown.replace('--', '-\u2010').rstrip('-')
+
+
+# Names for what is made of other names: devices after namespaces, words that names share.
+
+_NO_WORDS = frozenset({'', 'robot', 'description', 'driver', 'state', 'states', 'controller',
+                       'joint', 'joints', 'topic', 'sensor', 'data'})
+_TOPIC, _FRAME, _FIELD = (re.compile(f'(?:{PATTERNS[kind]})\\Z')
+                          for kind in ('topic', 'frame', 'field'))
+
+
+def is_topic(name: str) -> bool:
+    """Return whether a configuration can name this topic."""
+    last = name.rpartition('/')[2]
+    return bool(_TOPIC.match(name)) and '//' not in name and last[:1].isalpha()
+
+
+def is_frame(name: str) -> bool:
+    """Return whether a configuration can name this frame."""
+    return bool(_FRAME.match(name)) and not name.startswith('/')
+
+
+def is_field(path: str) -> bool:
+    """Return whether a configuration can name this field."""
+    return bool(_FIELD.match(path))
+
+
+def device_name(text: str, default: str) -> str:
+    """Return a valid name of a device like a text, such as the end of a namespace."""
+    name = re.sub('[^A-Za-z0-9_]+', '_', text).strip('_')
+    if not name:
+        return default
+    return name if name[0].isalpha() else f'{default}_{name}'
+
+
+def free_name(wanted: str, taken: Collection[str], ending: str = '') -> str:
+    """Return the wanted name, or one like it, that is not taken."""
+    names = [wanted, *([f'{wanted}_{ending}'] if ending else [])]
+    number = 2
+    while names[0] in taken:
+        names.pop(0)
+        if not names:
+            names.append(f'{wanted}_{number}')
+            number += 1
+    return names[0]
+
+
+def words(name: str) -> FrozenSet[str]:
+    """Return the words of a name that tell it from others, in lower case."""
+    parts = re.split('[/_.-]+', re.sub('([a-z])([A-Z])', r'\1_\2', name))
+    return frozenset(part.lower() for part in parts) - _NO_WORDS
+
+
+_ENDINGS: Dict[str, str] = {'robot': 'robot', 'depth_sensor': 'sensor', 'other': 'device'}
+_NOWHERE = Location('', 0)
+
+
+class CellNames:
+    """Gives names, each once."""
+
+    def __init__(self, topics: Iterable[str], frames: Iterable[str]) -> None:
+        """Take the topics and descriptions of all drivers, and the frames of all models."""
+        self._topics = set(topics)
+        self._frames: Set[str] = set(frames)
+        self._devices: Set[str] = set()
+
+    def device(self, kind: str, wanted: str) -> str:
+        """Return a device's name like a wanted one; none of its outputs is a seen topic."""
+        name = device_name(wanted, kind)
+        taken = set(self._devices)
+        while True:
+            found = free_name(name, taken, _ENDINGS[kind])
+            if not _outputs(found) & self._topics:
+                self._devices.add(found)
+                return found
+            taken.add(found)
+
+    def frame(self, wanted: str) -> str:
+        """Return a frame's name, the wanted one if nobody has it."""
+        found = free_name(wanted, self._frames)
+        self._frames.add(found)
+        return found
+
+    def is_free(self, frame: str) -> bool:
+        """Return whether nobody has this frame."""
+        return frame not in self._frames
+
+
+def _outputs(name: str) -> Set[str]:
+    """Return what the program would publish for a device of that name, of whatever type."""
+    return {topic for kind in DeviceType for topic in outputs([Device(kind, name, _NOWHERE)])} \
+        | {f'/{name}/marker_array', f'/{name}/robot_description'}

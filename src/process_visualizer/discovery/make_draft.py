@@ -5,20 +5,25 @@ from __future__ import annotations
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
 
-from process_visualizer.discovery.camera_device import camera_device
-from process_visualizer.discovery.cell_names import CellNames
-from process_visualizer.discovery.draft import Draft, DraftDevice
-from process_visualizer.discovery.evidence.camera_groups import CameraGroup, camera_groups
-from process_visualizer.discovery.evidence.frame_forest import FrameForest
-from process_visualizer.discovery.evidence.own_topics import device_topics
-from process_visualizer.discovery.evidence.seen import Seen, SeenTopic
-from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.names import is_frame, is_topic
-from process_visualizer.discovery.other_devices import ROOT_DEVICE, Machines, by_namespace
+from process_visualizer.discovery.devices import (
+    ROOT_DEVICE,
+    Machines,
+    add_model,
+    by_namespace,
+    camera_device,
+    robot_device,
+    robot_name,
+)
+from process_visualizer.discovery.draft import CellNames, Draft, DraftDevice, is_frame, is_topic
 from process_visualizer.discovery.place import Places, global_frame
-from process_visualizer.discovery.robot_device import add_model, robot_device, robot_name
-from process_visualizer.discovery.robot_topics import RobotGroup, robot_groups
-from process_visualizer.discovery.tool_transforms import ToolTransforms
+from process_visualizer.discovery.robot_topics import (
+    FoundModel,
+    RobotGroup,
+    ToolTransforms,
+    robot_groups,
+)
+from process_visualizer.discovery.seen import FrameForest, Seen, SeenTopic
+from process_visualizer.discovery.topic_groups import CameraGroup, camera_groups, device_topics
 
 
 class Made(NamedTuple):

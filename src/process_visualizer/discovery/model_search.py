@@ -6,28 +6,313 @@ import os
 import re
 import tempfile
 from collections import Counter
-from dataclasses import replace
-from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
+from dataclasses import dataclass, replace
+from typing import (
+    Collection,
+    Dict,
+    FrozenSet,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Pattern,
+    Sequence,
+    Set,
+    Tuple,
+)
 from xml.etree import ElementTree
 
-from process_visualizer.descriptions.robot_description import (
-    ModelError,
-    RobotDescription,
-    load_robot_description,
-)
-from process_visualizer.discovery.evidence.moving_frames import Motion
-from process_visualizer.discovery.evidence.own_topics import device_topics
-from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic
-from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.model_evidence import ModelEvidence
-from process_visualizer.discovery.model_files import ModelFile, ModelFiles
-from process_visualizer.discovery.names import words
+import numpy as np
+import rospkg
+
+from process_visualizer.discovery.draft import words
+from process_visualizer.discovery.moving_frames import Motion
 from process_visualizer.discovery.robot_topics import (
+    FoundModel,
     is_joints,
     parts_of,
     robot_groups,
     without_model,
 )
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, SeenTransform
+from process_visualizer.discovery.topic_groups import device_topics
+from process_visualizer.robot.description import (
+    ModelError,
+    RobotDescription,
+    load_robot_description,
+)
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.tool_learning import rigid_residuals
+
+# The model files of all packages: which may be that of a robot, by its name or its joints.
+
+_ROBOT = re.compile(r'<robot\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_ARGUMENT = re.compile(r'<xacro:arg\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_EXPRESSION = re.compile(r'\$\{[^}]*\}|\$\([^)]*\)')
+_ENDINGS = ('.urdf', '.xacro')
+_DEEPEST, _LARGEST_BYTES = 4, 2 << 20
+_NO_MODELS = ('test', 'tests', 'bench', 'build')
+_SAFE_PATH = re.compile(r'[\w. /+-]+\Z')
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A URDF or xacro file that may be a whole robot: ``name`` as its <robot> says.
+
+    ``arguments`` are the names of those that xacro takes.
+    """
+
+    package: str
+    path: str
+    name: str
+    folder: str
+    arguments: Tuple[str, ...] = ()
+
+    @property
+    def file(self) -> str:
+        """Its absolute path."""
+        return os.path.join(self.folder, self.path)
+
+    @property
+    def stem(self) -> str:
+        """The name of the file without its endings."""
+        return os.path.basename(self.path).partition('.')[0]
+
+
+class ModelFiles:
+    """The model files of the packages that ROS finds; each package is looked into once."""
+
+    def __init__(self, packages: Optional[rospkg.RosPack] = None) -> None:
+        self._packages = packages or rospkg.RosPack()
+        self._files: Optional[List[ModelFile]] = None
+        self._joints: Dict[str, List[Pattern[str]]] = {}
+
+    def all(self) -> List[ModelFile]:
+        """Return the files of all packages, by their names."""
+        if self._files is None:
+            self._files = [it for package in sorted(self._packages.list())
+                           for it in self._look_into(package)]
+        return self._files
+
+    def count_of(self, package: str, joints: Collection[str]) -> int:
+        """Return how many of these joints the files of a package may have, by the names in them."""
+        patterns = self._joints.get(package, [])
+        return sum(any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
+
+    def _look_into(self, package: str) -> Iterator[ModelFile]:
+        folder = str(self._packages.get_path(package))
+        for path in _model_paths(folder):
+            text = _text(os.path.join(folder, path))
+            self._joints.setdefault(package, []).extend(_patterns(text))
+            robot = _ROBOT.search(text)
+            # a name that is an expression needs arguments that only a launch file knows
+            if robot is not None and '$' not in robot.group(1) and _SAFE_PATH.match(path):
+                arguments = tuple(dict.fromkeys(_ARGUMENT.findall(text)))
+                yield ModelFile(package, path, robot.group(1), folder, arguments)
+
+
+def _patterns(text: str) -> List[Pattern[str]]:
+    """The names of joints in a file, with any prefix, and any text for what xacro fills in."""
+    names = {_EXPRESSION.sub('*', name) for name in _JOINT.findall(text)}
+    return [re.compile('.*' + '.*'.join(map(re.escape, name.split('*'))))
+            for name in sorted(names)]
+
+
+def _model_paths(folder: str) -> Iterator[str]:
+    for top, folders, names in os.walk(folder):
+        below = os.path.relpath(top, folder)
+        is_deep = below.count(os.sep) + 1 >= _DEEPEST
+        folders[:] = [] if is_deep else sorted(
+            it for it in folders if not it.startswith('.') and it not in _NO_MODELS
+            and not os.path.isfile(os.path.join(top, it, 'package.xml')))
+        for name in sorted(names):
+            if name.endswith(_ENDINGS):
+                yield os.path.normpath(os.path.join(below, name))
+
+
+def _text(file: str) -> str:
+    """The text of a file; nothing of one that cannot be read."""
+    try:
+        with open(file, encoding='utf-8', errors='replace') as stream:
+            return stream.read(_LARGEST_BYTES)
+    except OSError:
+        return ''
+
+
+_LEAST_LENGTHS = 3  # a base and a flange alone are those of many
+_KEEP_DISTANCE = ('revolute', 'continuous')
+
+
+class ModelFit:
+    """A model beside what was seen; distances are root mean squares in m, None: not comparable."""
+
+    def __init__(self, model: FoundModel) -> None:
+        self._description, self._prefix = model.description, model.joint_prefix
+        self._kinematics = Kinematics(model.description.text)
+
+    def lengths_m(self, transforms: Sequence[SeenTransform]) -> Optional[float]:
+        """Return how far the links on tf are from where the model has them in their parents."""
+        zeros = {name: 0.0 for name, kind in self._description.joints.items()
+                 if kind in _KEEP_DISTANCE}
+        away = []
+        for it in transforms:
+            child, parent = self._own(it.child), self._own(it.parent)
+            if self._description.parents.get(child) == parent:
+                place = self._kinematics.placement(child, parent, zeros)
+                if place is not None:
+                    away.append(np.subtract(place.position, it.placement.position))
+        return _rms(np.array(away)) if len(away) >= _LEAST_LENGTHS else None
+
+    def tool_m(self, motion: Motion) -> Optional[float]:
+        """Return how far a moving frame is from the link that is nearest to it all the time."""
+        bases = self._places(motion.parent, motion)
+        if not bases:
+            return None
+        reported = np.array([base.then(it.place).position
+                             for base, it in zip(bases, motion.samples)])
+        return min((_rms(np.array([it.position for it in places]) - reported)
+                    for places in self._moving(motion).values()), default=None)
+
+    def free_tool_m(self, motion: Motion) -> Optional[float]:
+        """Return the same if the base may be elsewhere, or the tool has an offset to the link."""
+        found = [rigid_residuals(np.array([it.position for it in places]),
+                                 np.array([it.place.position for it in motion.samples]))
+                 for places in self._moving(motion).values()]
+        bases = self._places(motion.parent, motion)
+        if bases:
+            found += [_offset_residuals(places, [base.then(it.place) for base, it
+                                                 in zip(bases, motion.samples)])
+                      for places in self._moving(motion).values()]
+        return min(map(_rms, found), default=None)
+
+    def _moving(self, motion: Motion) -> Dict[str, List[Placement]]:
+        """The places of the links that move in the root link."""
+        found = {link: self._places(link, motion) for link in self._description.links
+                 if self._kinematics.moves(link, self._description.root_link)}
+        return {link: places for link, places in found.items() if places}
+
+    def _places(self, frame: str, motion: Motion) -> List[Placement]:
+        """Return where a frame is in the root link at each sample; nothing if it is not known."""
+        found = [self._kinematics.connection(
+            self._own(frame), self._description.root_link,
+            {self._own(name): position for name, position in it.positions.items()})
+            for it in motion.samples]
+        return [it for it in found if it is not None] if None not in found else []
+
+
+    def _own(self, name: str) -> str:
+        """Return what the model calls a link or joint that its driver gives a prefix."""
+        return name[len(self._prefix):] if name.startswith(self._prefix) else name
+
+
+def _offset_residuals(places: Sequence[Placement], reported: Sequence[Placement]) -> np.ndarray:
+    """Return what the best constant offset in a moving link leaves of reported positions."""
+    offsets = np.array([place.inverse().then(it).position
+                        for place, it in zip(places, reported)])
+    residuals: np.ndarray = offsets - offsets.mean(axis=0)
+    return residuals
+
+
+def _rms(vectors: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.sum(np.square(vectors), axis=1))))
+
+
+# Choice among several models with the same joints: by lengths, motion and names seen.
+
+_FIT_M = 0.01  # an arm that is not calibrated
+_NOISE_M = 0.002
+_CLEAR = 3.0  # the next model leaves so many times as much
+
+
+class Choice(NamedTuple):
+    """The number of a model, and why it is that one."""
+
+    number: int
+    reason: str
+
+
+class ModelEvidence:
+    """Observations that may tell models apart."""
+
+    def __init__(self, seen: Seen, motions: Sequence[Motion] = ()) -> None:
+        """Take everything that was seen, and what a recording has of frames that move."""
+        self._seen, self._motions = seen, motions
+
+    def choose(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Choice:
+        """Return which of some models, all with the joints of a topic, it is."""
+        fits = [ModelFit(it) for it in models]
+        lengths = [it.lengths_m(self._seen.transforms) for it in fits]
+        return (_decided(models, lengths, 'its links are as far apart as on tf')
+                or self._by_motion(topic, models, fits) or self._by_names(topic, models)
+                or Choice(0, f'nothing seen tells it from {_files(models[1:])}, which '
+                          'have the same joints: is it the one?'))
+
+    def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
+                   fits: Sequence[ModelFit]) -> Optional[Choice]:
+        """First if poses are those of a link, then if base or tool may be elsewhere."""
+        motions = [it for it in self._motions if it.joint_topic == topic.name]
+        exact = ((it, [fit.tool_m(it) for fit in fits], '') for it in motions)
+        free = ((it, [fit.free_tool_m(it) for fit in fits], ', up to a constant offset')
+                for it in motions)
+        choices = (_decided(models, misfits, f'its joints bring it to {motion.name}{more}')
+                   for them in (exact, free) for motion, misfits, more in them)
+        return next((it for it in choices if it is not None), None)
+
+    def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[Choice]:
+        """The one that is named where no other is: near the topic first."""
+        names = [words(model.path.rpartition('/')[2].partition('.')[0]) | words(model.name)
+                 for model in models]
+        common = frozenset.intersection(*names)
+        for seen in self._words(topic):
+            named = [i for i, own in enumerate(names) if (own - common) & seen]
+            if len(named) == 1:
+                word = sorted((names[named[0]] - common) & seen)[0]
+                others = _files([it for it in models if it is not models[named[0]]])
+                return Choice(named[0], f'"{word}" is in the names that were seen; {others} have '
+                                         'the same joints: is it the one?')
+        return None
+
+    def _words(self, topic: SeenTopic) -> Iterable[FrozenSet[str]]:
+        yield _all_words((topic.name, *topic.publishers, *topic.frames))
+        yield _all_words(name for it in self._seen.topics
+                         for name in (it.name, *it.publishers, *it.frames))
+        yield _all_words(name for it in self._seen.transforms for name in (it.parent, it.child))
+        yield words(self._seen.where.replace(' ', '_'))
+
+
+def _all_words(names: Iterable[str]) -> FrozenSet[str]:
+    return frozenset().union(*map(words, names))
+
+
+def _files(models: Sequence[FoundModel]) -> str:
+    """The files of models in words; each once."""
+    names = list(dict.fromkeys(map(_file, models)))
+    return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def _file(model: FoundModel) -> str:
+    return model.path.rpartition('/')[2]
+
+
+def _decided(models: Sequence[FoundModel], misfits: Sequence[Optional[float]],
+             reason: str) -> Optional[Choice]:
+    """The model that fits, if no other comes near it."""
+    known = sorted((misfit, number) for number, misfit in enumerate(misfits) if misfit is not None)
+    if not known or known[0][0] > _FIT_M:
+        return None
+    best, number = known[0]
+    if any(misfit < _CLEAR * max(best, _NOISE_M) for misfit, _ in known[1:]):
+        return None
+    others = ', '.join(f'{_file(models[i])} {_millimetres(misfit)}' for misfit, i in known[1:])
+    why = f'chosen of those with the same joints, as {reason}: {_millimetres(best)} off'
+    return Choice(number, f'{why}; the others: {others}' if others else why)
+
+
+def _millimetres(distance_m: float) -> str:
+    return f'{1e3 * distance_m:.1f} mm'
+
 
 _MOST_TRIES = 24
 """Files that are expanded for one robot."""

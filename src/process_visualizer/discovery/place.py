@@ -7,8 +7,8 @@ from typing import Collection, Dict, Iterable, List, Optional, Tuple
 
 from process_visualizer.cell.elements import DEFAULT_FRAME
 from process_visualizer.cell.model import Pose
-from process_visualizer.discovery.evidence.frame_forest import FrameForest
-from process_visualizer.discovery.names import is_frame
+from process_visualizer.discovery.draft import is_frame
+from process_visualizer.discovery.seen import FrameForest
 
 _USUAL = (DEFAULT_FRAME, 'map', 'odom')
 _OTHER_FRAMES = ('cell', 'cell_world')

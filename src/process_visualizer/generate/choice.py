@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Iterable, Mapping, Optional, Tuple
 
+from process_visualizer.cell.errors import advice
 from process_visualizer.cell.model import Cell, Device, LaunchFile, Mode, Node
-from process_visualizer.cell.suggestions import advice
 from process_visualizer.rviz.window_geometry import Rectangle
 
 

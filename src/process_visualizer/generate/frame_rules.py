@@ -5,12 +5,18 @@ from __future__ import annotations
 from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Set, Tuple
 from xml.etree import ElementTree
 
-from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.cell.model import Cell, Device, DeviceType, Display, Property, TopicFunction
-from process_visualizer.cell.suggestions import nearest
-from process_visualizer.descriptions.robot_description import RobotDescription
-from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.cell.errors import Location, Problem, nearest
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    Display,
+    Property,
+    TopicFunction,
+)
 from process_visualizer.generate.processor_nodes import fixed_frames
+from process_visualizer.robot.description import RobotDescription
+from process_visualizer.robot.tool_frame import tool_frame
 
 _FRAME_PROPERTIES = ('Reference Frame', 'Target Frame')
 _FIXED_FRAME = '<Fixed Frame>'

@@ -16,11 +16,9 @@ from process_visualizer.cell.model import (
     Node,
     RoslaunchElement,
 )
-from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.drivers import Manager, shared_manager
 from process_visualizer.generate.launch_writer import Tag, write_document
-from process_visualizer.generate.nodelet_managers import Manager, shared_manager
-from process_visualizer.generate.object_finder import object_finder_nodes
 from process_visualizer.generate.plan import (
     BAG_PART,
     CONFIGURATION_FILE,
@@ -33,10 +31,12 @@ from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     fixed_frames,
     fusion_node,
+    object_finder_nodes,
     processor_nodes,
+    watch_parameters,
 )
-from process_visualizer.generate.watch_parameters import watch_parameters
-from process_visualizer.parameters.frame_parameters import written_frames
+from process_visualizer.parameters.cell_parameters import written_frames
+from process_visualizer.robot.description import RobotDescription
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,

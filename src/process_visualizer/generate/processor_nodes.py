@@ -4,29 +4,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Mapping, Optional, Sequence
 
+import numpy as np
+
+from process_visualizer.bagio.number_places import FieldPath
+from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.model import (
     IMAGE_FUNCTIONS,
     ROBOT_FUNCTIONS,
+    BaseFrame,
     Cell,
     Device,
     DeviceType,
     Fusion,
     Pose,
     RegionOfInterest,
+    SoughtObjects,
     Topic,
     TopicFunction,
     Variable,
 )
-from process_visualizer.descriptions.robot_description import RobotDescription
-from process_visualizer.descriptions.robot_frames import base_frame
-from process_visualizer.descriptions.tool_frame import tool_frame
-from process_visualizer.generate.nodelet_managers import Manager
-from process_visualizer.motion.field_path import FieldPath
-from process_visualizer.motion.frame_tree import Frame
-from process_visualizer.motion.variables import MAX_LENGTH_M
-from process_visualizer.parameters.configured_arrow import configured_arrow
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.drivers import Manager
+from process_visualizer.parameters.arrow_style import configured_arrow
+from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.reading import opaque
 from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
 from process_visualizer.parameters.variable_parameters import (
@@ -34,16 +36,27 @@ from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.robot.arrows import MAX_LENGTH_M
+from process_visualizer.robot.description import RobotDescription
+from process_visualizer.robot.frames import Frame
+from process_visualizer.robot.rotations import matrix_from_ypr
+from process_visualizer.robot.tool_frame import base_frame, tool_frame
 from process_visualizer.ros_names import (
     DEPTH_PROC,
     FUSION,
     JOINT_PROC,
+    OBJECT_FINDER,
+    OBJECTS,
+    OBJECTS_MARKERS,
     PACKAGE,
     ROBOT_PROC,
     ROBOT_STATE_PUBLISHER,
     ROI_FILTER,
+    SCENE_WATCH,
+    UNKNOWN_POINTS,
     VARIABLE_PROC,
 )
+from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
 PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
@@ -206,3 +219,116 @@ def _variable(variable: Variable) -> VariableParameters:
         variable.unit, variable.scale, variable.offset, variable.label,
         variable.offset_param or '',
         MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m, variable.is_shown)
+
+
+_OUTPUTS = {'~objects': OBJECTS, '~markers': OBJECTS_MARKERS, '~unknown': UNKNOWN_POINTS}
+
+
+def object_finder_nodes(choice: Choice, device: Device,
+                        descriptions: Mapping[str, RobotDescription],
+                        manager: Optional[Manager] = None) -> List[ProcessorNode]:
+    """The object finder of a device that has one.
+
+    It takes the models of all devices that are started out of the clouds. ``manager`` is the
+    nodelet manager in which the device's own nodelets run, if it is known.
+    """
+    if device.objects is None:
+        return []
+    outputs = {name: f'/{device.name}/{topic}' for name, topic in _OUTPUTS.items()}
+    return [ProcessorNode(
+        'nodelet', 'nodelet', OBJECT_FINDER,
+        {'frame': choice.cell.frame, **_models(choice, descriptions),
+         **_parameters(device.objects)},
+        args=nodelet_arguments('ObjectFinder', manager),
+        remaps={'~input': _cloud(device, device.objects), **outputs},
+        respawn=manager is not None and manager.is_shared)]
+
+
+def _cloud(device: Device, objects: SoughtObjects) -> str:
+    """The cloud that is looked at: by default what the device shows, before it is stamped anew."""
+    return objects.topic or device.cloud_topic or f'/{device.name}/roi_points'
+
+
+def _models(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> Dict[str, List[str]]:
+    with_model = [device for device in choice.devices if device.name in descriptions]
+    robots = [device.name for device in with_model if device.type is DeviceType.ROBOT]
+    return {'robots': robots,
+            'others': [device.name for device in with_model if device.name not in robots]}
+
+
+def _parameters(objects: SoughtObjects) -> Dict[str, Any]:
+    return {'warn': objects.warn_m, 'stop': objects.stop_m, 'padding': objects.padding_m,
+            'surface': objects.surface_m2,
+            'region': [] if objects.region is None else [_box(objects.region)],
+            'expected': [_box(box) for box in objects.expected]}
+
+
+def _box(box: RegionOfInterest) -> Dict[str, Any]:
+    return {'frame': box.frame, 'center': list(box.center), 'size': list(box.size)}
+
+
+WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
+_UP_M = 0.7
+"""Of the words above a device's base, past its foot."""
+_APART_M = 0.14
+"""From device to device, as several may have their base at one place."""
+_MEANINGS = {
+    ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
+    JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
+    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old'}
+
+
+def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
+    """The parameters of the node scene_watch; a node that never starts is no harm to it."""
+    drawn = [device for device in devices if _is_drawn(device)]
+    bases = [_base_in_view(device, drawn) for device in drawn]
+    places = [None if base is None else base.pose.xyz for base in bases]
+    return SceneParameters(cell.frame, tuple(
+        _device(cell, device, base, _UP_M + _APART_M * places[:number].count(place))
+        for number, (device, base, place) in enumerate(zip(drawn, bases, places))))
+
+
+def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame]:
+    """Return where a device's words stand; a depth sensor is far from what the camera looks at."""
+    if device.type is DeviceType.DEPTH_SENSOR:
+        others = [other.base for other in drawn
+                  if other.base is not None and other.type is not DeviceType.DEPTH_SENSOR]
+        return others[0] if others else device.base
+    return device.base
+
+
+def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
+            up_m: float) -> WatchedDevice:
+    pose = Pose() if base is None else base.pose
+    x, y, z = (round(float(part), 6) + 0.0
+               for part in matrix_from_ypr(pose.ypr).T @ np.array([0.0, 0.0, up_m]))
+    return WatchedDevice(
+        device.name, cell.frame if base is None else base.frame, (x, y, z),
+        {f'/{device.name}/{name}': meaning for name, meaning in _meanings(device).items()},
+        tuple(sorted(set(_topics(device_displays(device))))),
+        f'/{device.name}/points_age' if device.has_cloud else '')
+
+
+def _meanings(device: Device) -> Dict[str, str]:
+    """Return what it means for a device that a node has ended."""
+    if device.variables and not any(it.is_shown for it in device.variables):
+        return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
+    fusion = {} if device.fusion is None else {FUSION: 'the points are old'}
+    finder = {} if device.objects is None else {OBJECT_FINDER: 'no objects are found'}
+    return {**_MEANINGS, **fusion, **finder}
+
+
+def _is_drawn(device: Device) -> bool:
+    """Return whether a process draws something of a device."""
+    return device.model is not None or bool(_topics(device_displays(device)))
+
+
+def _topics(displays: Sequence[DisplayConfig]) -> List[str]:
+    """The topics that displays show, those in groups too."""
+    topics: List[str] = []
+    for display in displays:
+        display_type = DISPLAY_TYPES[display['Class'].split('/')[1]]
+        if display_type.topic_key is not None and display_type.message_type:
+            topics.append(str(display[display_type.topic_key]))
+        topics += _topics(display.get('Displays', []))
+    return topics

@@ -2,8 +2,9 @@
 """The alarms of a cell, and the list of what happened: both follow from what is wrong now."""
 from __future__ import annotations
 
+import time
 from enum import Enum
-from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.health.device_state import Level
 
@@ -142,3 +143,12 @@ def _ended(alarm: Alarm, now_s: float) -> str:
     begun = _begun(alarm.condition)
     length_s = max(now_s - alarm.since_s, 0.0)
     return begun and f'{begun}: {alarm.condition.end} after {length_s:.1f} s'
+
+
+def events_text(events: Sequence[Event]) -> str:
+    """Return a line for each event: local date and time, and what happened."""
+    return '\n'.join(f'{_moment(event.time_s)}  {event.text}' for event in events)
+
+
+def _moment(time_s: float) -> str:
+    return time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(time_s))

@@ -9,12 +9,10 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, node_line
-from process_visualizer.health.near_objects import NearObject
+from process_visualizer.health.near_objects import NearObject, ObjectSpans
 from process_visualizer.health.node_warnings import NodeWarning
-from process_visualizer.health.object_spans import ObjectSpans
 from process_visualizer.launching.cell_watch import CellLook
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,

@@ -7,8 +7,12 @@ from typing import Callable, Collection, Dict, Iterable, List, NamedTuple, Set, 
 
 import rosgraph
 
-from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
-from process_visualizer.launching.ros_api import CALLER_ID, is_registered
+from process_visualizer.launching.ros_api import (
+    CALLER_ID,
+    PATIENT_TIMEOUT_S,
+    AskedMaster,
+    is_registered,
+)
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
 SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', '/clock',

@@ -14,10 +14,15 @@ from xmlrpc.client import Error
 import rosgraph
 from rosgraph.network import is_local_address
 
-from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
-from process_visualizer.launching.process_scan import start_time
-from process_visualizer.launching.ros_api import CALLER_ID, process_id_at
-from process_visualizer.launching.run_record import folder_of_run
+from process_visualizer.launching.ros_api import (
+    CALLER_ID,
+    PATIENT_TIMEOUT_S,
+    AskedMaster,
+    is_registered,
+    process_id_at,
+)
+from process_visualizer.launching.run_record import folder_of_run, start_time
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 
 class CellOwner(NamedTuple):
@@ -83,3 +88,24 @@ def _since_s(pid: int) -> Optional[float]:
     if ticks is None or not booted:
         return None
     return float(booted[0]) + int(ticks) / os.sysconf('SC_CLK_TCK')
+
+
+# Detection of another cell: ROS ends a node when another of the same name starts.
+
+_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
+"""They run with every cell, and only with a cell."""
+
+
+class OtherCell(Exception):
+    """Another cell is running on the master; says how it was detected, and what to do."""
+
+
+def refuse_other_cell() -> None:
+    """Raise OtherCell if a cell is running on the master; takes at most 6 s."""
+    node = next((name for name in _NODES if is_registered(name)), None)
+    if node is not None:
+        raise OtherCell('another cell is already running on the master '
+                        f'{rosgraph.get_master_uri()} '
+                        f'({node} answers); ROS would end its nodes and its recording. To '
+                        'watch it: "rosrun process_visualizer cell view". To run another one, '
+                        'stop it first, or set ROS_MASTER_URI to another port')

@@ -11,8 +11,7 @@ from typing import Mapping, Optional
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import BAG_PART
-from process_visualizer.launching.launched_cell import LaunchedCell
-from process_visualizer.launching.launched_part import OnChange
+from process_visualizer.launching.launched_cell import LaunchedCell, OnChange
 from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import RunRecord, new_run_folder

@@ -13,15 +13,14 @@ from xmlrpc.client import Error as XmlRpcError
 
 import rosgraph
 
-from process_visualizer.launching.log_tail import LogTail
-from process_visualizer.launching.ros_api import ANSWER_TIMEOUT_S, process_id_at
-from process_visualizer.launching.roslaunch_output import plain
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, process_id_at
 from process_visualizer.launching.roslaunch_process import (
     RoslaunchProcess,
     is_for_this_computer,
     start_for_this_computer,
     start_roslaunch,
 )
+from process_visualizer.launching.run import LogTail, plain
 from process_visualizer.launching.run_record import RunRecord
 
 _START_TIMEOUT_S = 60.0  # 30 s were too few at a load of 40
@@ -160,5 +159,5 @@ def _read(process: RoslaunchProcess, tail: LogTail, started: threading.Event) ->
 
 def _reason(error: Exception) -> str:
     if isinstance(error, socket.timeout):
-        return f'no answer within {ANSWER_TIMEOUT_S:.0f} s'
+        return f'no answer within {PATIENT_TIMEOUT_S:.0f} s'
     return getattr(error, 'strerror', None) or str(error) or type(error).__name__

@@ -2,21 +2,87 @@
 """Runs roslaunch as a child in its own session."""
 from __future__ import annotations
 
+import array
+import contextlib
+import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
-from typing import IO, Callable, Dict, List, Mapping, Optional, Sequence, Union
+import sys
+import threading
+from typing import (
+    IO,
+    Any,
+    Callable,
+    Dict,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Union,
+)
 from urllib.parse import urlparse
 
-from process_visualizer.launching.forked_process import ForkedProcess
-from process_visualizer.launching.process_scan import (
+from process_visualizer.launching.run_record import (
     RUN_VARIABLE,
+    RunRecord,
     continue_processes,
     end_processes,
     names_of,
     processes_of_run,
 )
+
+
+class ForkedProcess:
+    """Made from the reading ends of the pipes for output and status; ``pid`` is its process id.
+
+    Raises:
+        ChildProcessError: the server has not started it.
+    """
+
+    def __init__(self, output: int, status: int) -> None:
+        self.stdout: Optional[IO[str]] = os.fdopen(output, encoding='utf-8', errors='replace')
+        self._status = os.fdopen(status, encoding='ascii')
+        first = self._status.readline()
+        if not first:
+            self.stdout.close()
+            self._status.close()
+            raise ChildProcessError('roslaunch cannot be started')
+        self.pid = int(first)
+        self._code = -int(signal.SIGKILL)  # if it has no chance to say another
+        self._ended = threading.Event()
+        threading.Thread(target=self._follow, name='follow roslaunch', daemon=True).start()
+
+    def poll(self) -> Optional[int]:
+        """The exit code, or None while it runs."""
+        return self._code if self._ended.is_set() else None
+
+    def wait(self, timeout: Optional[float] = None) -> int:
+        """Wait for its end; returns the exit code, or raises subprocess.TimeoutExpired."""
+        if not self._ended.wait(timeout):
+            raise subprocess.TimeoutExpired('roslaunch', timeout or 0.0)
+        return self._code
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal if it still runs."""
+        if not self._ended.is_set():
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """Send SIGKILL if it still runs."""
+        self.send_signal(signal.SIGKILL)
+
+    def _follow(self) -> None:
+        """The status pipe is closed only when it ends: its nodes do not inherit it."""
+        with self._status as status:
+            for line in status:
+                self._code = int(line)
+        self._ended.set()
+
 
 _SIGINT_TIMEOUT_S = 30.0
 _SIGTERM_TIMEOUT_S = 5.0
@@ -121,3 +187,145 @@ def dying_with_parent() -> List[str]:
     """The command that lets the kernel interrupt a process when its parent dies, if any."""
     setpriv = shutil.which('setpriv')
     return [setpriv, '--pdeathsig', 'INT', '--'] if setpriv else []
+
+
+_SERVER = 'process_visualizer.launching.roslaunch_server'
+_END_TIMEOUT_S = 5.0
+
+
+class _Fork(NamedTuple):
+    """Our ends of the pipes of a fork: its request, its output, its status."""
+
+    request: int
+    output: int
+    status: int
+
+
+class RoslaunchForks:
+    """The server; it is started when it is first needed, or again if it has ended.
+
+    The environment of the server, and so of each roslaunch, has the mark of a record; that of a
+    roslaunch's nodes has the mark given to ``start``. The server ends when this process ends, for
+    whatever reason.
+    """
+
+    def __init__(self, niceness: int = 0, variables: Optional[Mapping[str, str]] = None) -> None:
+        """Take what all processes have in common.
+
+        Args:
+            niceness: above 0 others have precedence (see nice(1)).
+            variables: of their environment, beside those given to ``start``.
+        """
+        self._niceness, self._variables = niceness, dict(variables or {})
+        self._record = RunRecord()
+        self._server: Optional['subprocess.Popen[bytes]'] = None
+        self._requests: Optional[socket.socket] = None
+        self._loaded: Dict[str, _Fork] = {}
+
+    def prepare(self) -> None:
+        """Start the server if it is not running; return before it has loaded anything."""
+        if self._server is not None and self._server.poll() is None:
+            return
+        self.close()
+        self._record.write()
+        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        for end in (ours, its):  # whatever this process has as its default timeout
+            end.setblocking(True)
+        environment = {**os.environ, RUN_VARIABLE: self._record.run_id}
+        with its:
+            self._server = subprocess.Popen(
+                ['nice', '-n', str(self._niceness), sys.executable, '-u', '-m', _SERVER,
+                 str(its.fileno())], env=environment,
+                pass_fds=[its.fileno()], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                start_new_session=True, cwd='/')
+        self._requests = ours
+
+    def load(self, launch_file: str, environment: Mapping[str, str]) -> None:
+        """Let a roslaunch load a file, and wait until ``start`` is called with the same file.
+
+        Call ``discard`` after that. What cannot be loaded is told by the process that is started.
+        """
+        self.prepare()
+        fork = self._fork()
+        _write(fork.request, [launch_file, self._all_of({
+            **environment, RUN_VARIABLE: self._record.run_id}), os.getcwd()])
+        self._loaded[launch_file] = fork
+
+    def discard(self) -> None:
+        """End what has loaded a file and was not started."""
+        for fork in self._loaded.values():
+            _close(fork)
+        self._loaded.clear()
+
+    def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
+        """Start a roslaunch.
+
+        Of the command's arguments only the last is used, the launch file. Needs a running master.
+
+        Raises:
+            ChildProcessError: it cannot be started.
+        """
+        self.prepare()
+        launch_file, variables = arguments[-1], self._all_of(environment)
+        fork = self._loaded.pop(launch_file, None)
+        if fork is None:
+            fork = self._fork()
+            _write(fork.request, [launch_file, variables, os.getcwd()])
+        _write(fork.request, variables)
+        os.close(fork.request)
+        return ForkedProcess(fork.output, fork.status)
+
+    def _all_of(self, environment: Mapping[str, str]) -> Dict[str, str]:
+        return {**environment, **self._variables}
+
+    def _fork(self) -> _Fork:
+        """Let the server fork itself.
+
+        Raises:
+            ChildProcessError: the server has ended.
+        """
+        assert self._requests is not None
+        request, output, status = (os.pipe() for _ in range(3))
+        given = [request[0], output[1], status[1]]
+        kept = _Fork(request[1], output[0], status[0])
+        try:
+            _send(self._requests, given)
+        except OSError as error:
+            _close(kept)
+            raise ChildProcessError(f'roslaunch cannot be started: {error}') from None
+        finally:
+            _close(given)
+        return kept
+
+    def close(self) -> None:
+        """End the server and everything it has forked."""
+        self.discard()
+        if self._server is None or self._requests is None:
+            return
+        self._requests.close()
+        try:
+            self._server.wait(_END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.wait()
+        end_processes(self._record.run_id)
+        self._record.remove()
+        self._server = self._requests = None
+
+
+def _send(requests: socket.socket, descriptors: List[int]) -> None:
+    content = array.array('i', descriptors).tobytes()
+    requests.sendmsg([b'+'], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, content)])
+
+
+def _close(descriptors: Iterable[int]) -> None:
+    for descriptor in descriptors:
+        os.close(descriptor)
+
+
+def _write(descriptor: int, content: Any) -> None:
+    """Write a line; the reader may be gone, which is noticed when its answer is read."""
+    rest = json.dumps(content).encode() + b'\n'
+    with contextlib.suppress(BrokenPipeError):
+        while rest:
+            rest = rest[os.write(descriptor, rest):]

@@ -3,19 +3,252 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import threading
+import time
+from collections import deque
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple
 
-from process_visualizer.launching.exit_words import exit_words
-from process_visualizer.launching.node_state import NodeReport
-from process_visualizer.launching.node_watcher import NodeWatcher
+from process_visualizer.launching.part_report import NodeReport, NodeState, exit_words
+from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.launching.roslaunch_process import (
     RoslaunchProcess,
     Start,
     start_roslaunch,
 )
 from process_visualizer.launching.run_record import RunRecord
+
+# Parses what roslaunch writes about its processes (ros_comm 1.14 to 1.16).
+
+_CONTROL = re.compile(r'\x1b\[[0-9;]*m|\x1b\]2;.*?\x07')
+_PROCESS = r'\[(?P<name>[^\[\]]+)-\d+\]'
+_STARTED = re.compile(r'process' + _PROCESS + r': started with pid \[(?P<pid>\d+)\]')
+_DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>-?\d+)')
+_FINISHED = re.compile(_PROCESS + r' process has finished cleanly')
+_REQUIRED = re.compile(r'REQUIRED process ' + _PROCESS + r' has died!')
+_UNLOCATED = re.compile(r'ERROR: cannot launch node of type \[(?P<type>[^\]]*)\]: (?P<why>.*)')
+_LOG_FILE = re.compile(r'log file: (?P<path>/.*)\*\.log')
+_EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)')
+
+
+@dataclass(frozen=True)
+class ProcessEvent:
+    """The message of a line about a process; ``name`` is the node's absolute name.
+
+    ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
+    ``rest`` is what the node wrote before roslaunch ended the line about its start.
+    """
+
+    kind: str
+    name: str
+    exit_code: int = 0
+    reason: str = ''
+    rest: str = ''
+
+
+def plain(line: str) -> str:
+    """The line without colours, window titles and its end."""
+    return _CONTROL.sub('', line).rstrip()
+
+
+def parse_line(line: str) -> Optional[ProcessEvent]:
+    """The event that a plain line reports, or None."""
+    match = _STARTED.search(line)
+    if match:
+        return ProcessEvent('started', '/' + match['name'], rest=line[match.end():])
+    match = _REQUIRED.search(line)
+    if match:
+        return ProcessEvent('required_died', '/' + match['name'])
+    match = _DIED.search(line)
+    if match:
+        return ProcessEvent('exited', '/' + match['name'], int(match['code']))
+    match = _FINISHED.search(line)
+    if match:
+        return ProcessEvent('exited', '/' + match['name'])
+    match = _UNLOCATED.search(line)
+    if match:
+        return ProcessEvent('cannot_launch', match['type'], reason=match['why'])
+    return None
+
+
+def stdout_file_in(line: str) -> Optional[str]:
+    """The file of a node with output to the log, from the line that follows its end."""
+    match = _LOG_FILE.fullmatch(line)
+    return f'{match["path"]}-stdout.log' if match else None
+
+
+def exit_code_in(line: str) -> Optional[int]:
+    """The exit code in the line that follows the report on a required process."""
+    match = _EXIT_CODE.search(line)
+    return int(match['code']) if match else None
+
+
+# The last lines of the output of a process.
+
+TAIL_LINES = 20
+_TAIL_BYTES = 1 << 14
+
+
+class LogTail:
+    """Remembers the last lines of an output that several processes share."""
+
+    def __init__(self) -> None:
+        self._lines: Deque[str] = deque(maxlen=TAIL_LINES)
+
+    def add(self, line: str) -> None:
+        """Append a line."""
+        self._lines.append(line)
+
+    def lines(self) -> Tuple[str, ...]:
+        """The lines, the newest last."""
+        return tuple(self._lines)
+
+    def after(self, earlier: Tuple[str, ...]) -> Tuple[str, ...]:
+        """Half of the lines from another log, if it has any, before those of this one.
+
+        The standard output of a node goes to its log file, its errors come here.
+        """
+        half = TAIL_LINES // 2
+        return (*earlier[-half:], *self.lines()[-half:]) if earlier else self.lines()
+
+
+def last_lines(path: str) -> Tuple[str, ...]:
+    """The last lines of a file; none if it cannot be read."""
+    try:
+        with Path(path).open('rb') as file:
+            size = file.seek(0, 2)
+            file.seek(max(0, size - _TAIL_BYTES))
+            text = file.read().decode('utf-8', 'replace')
+    except OSError:
+        return ()
+    return tuple(plain(line) for line in text.splitlines()[-TAIL_LINES:])
+
+
+_CHECK_PERIODS_S = 0.05, 0.25
+_ASKING_SHARE = 0.1  # of the time, at most, unless the longest period is over
+
+OnReport = Callable[[NodeReport], None]
+OnLine = Callable[[str], None]
+
+
+class NodeWatcher:
+    """Calls ``on_report`` at every change of a node's state and ``on_line`` with every line.
+
+    ``watch`` reads the output in the calling thread until it ends; the master is asked in another
+    thread, and only while a node is starting.
+    """
+
+    def __init__(self, on_report: OnReport, on_line: OnLine,
+                 master_uri: Optional[str] = None) -> None:
+        self._on_report = on_report
+        self._on_line = on_line
+        self._master_uri = master_uri
+        self._lock = threading.Lock()
+        self._reports: Dict[str, NodeReport] = {}
+        self._starting = threading.Event()
+        self._ended = threading.Event()
+        self._required: Optional[str] = None
+        self._ended_last: Optional[str] = None
+        self._tail = LogTail()
+        self.failed_required: Optional[NodeReport] = None
+
+    def reports(self) -> List[NodeReport]:
+        """The latest report of every node."""
+        with self._lock:
+            return list(self._reports.values())
+
+    def watch(self, output: Iterable[str]) -> None:
+        """Follow the output of roslaunch until its end."""
+        asker = threading.Thread(target=self._ask_master, name='ask master', daemon=True)
+        asker.start()
+        for line in output:
+            text = plain(line)
+            self._on_line(text)
+            self._follow(text)
+        self._ended.set()
+        self._starting.set()
+        asker.join()
+
+    def _follow(self, line: str) -> None:
+        event = parse_line(line)
+        if event is not None:
+            self._take(event)
+            if event.rest:
+                self._tail.add(event.rest)
+        elif self._required is not None:
+            self._take_required_exit(line)
+        elif self._ended_last is not None:
+            self._take_log_file(line)
+        else:
+            self._tail.add(line)
+
+    def _take(self, event: ProcessEvent) -> None:
+        if event.kind == 'started':
+            self._change(event.name, lambda report: report.started())
+            self._starting.set()
+        elif event.kind == 'exited':
+            self._exited(event.name, event.exit_code)
+        elif event.kind == 'cannot_launch':
+            self._change(event.name, lambda report: report.failed(event.reason))
+        elif event.kind == 'required_died':
+            self._required = event.name
+
+    def _exited(self, name: str, exit_code: int) -> NodeReport:
+        self._ended_last = name
+        return self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
+
+    def _take_required_exit(self, line: str) -> None:
+        """The exit code of a required process is on a separate line."""
+        code = exit_code_in(line)
+        if code is None and 'process has finished cleanly' in line:
+            code = 0
+        if code is not None and self._required is not None:
+            self.failed_required = self._exited(self._required, code)
+            self._required = None
+
+    def _take_log_file(self, line: str) -> None:
+        """The next line of roslaunch names the log file of a node that has ended."""
+        path, name, self._ended_last = stdout_file_in(line), self._ended_last, None
+        if path is None or name is None:
+            self._tail.add(line)
+            return
+        tail = self._tail.after(last_lines(path))
+        report = self._change(name, lambda report: replace(report, log_tail=tail))
+        if self.failed_required is not None and self.failed_required.name == name:
+            self.failed_required = report
+
+    def _change(self, name: str, change: Callable[[NodeReport], NodeReport]) -> NodeReport:
+        with self._lock:
+            before = self._reports.get(name)
+            after = change(before or NodeReport(name))
+            self._reports[name] = after
+        if after != before:
+            self._on_report(after)
+        return after
+
+    def _ask_master(self) -> None:
+        """Ask which of the starting nodes have registered; seldom if there are many."""
+        while not self._ended.is_set():
+            self._starting.wait()
+            self._starting.clear()  # before looking, so that no start in between is missed
+            begin_s = time.monotonic()
+            names = [report.name for report in self.reports()
+                     if report.state is NodeState.STARTING]
+            if names:
+                self._starting.set()
+            for name in names:
+                if is_registered(name, self._master_uri):
+                    self._change(name, lambda report: report.registered())
+            self._ended.wait(_pause_s(time.monotonic() - begin_s))
+
+
+def _pause_s(asking_s: float) -> float:
+    """Return how long to wait after asking for so long."""
+    shortest_s, longest_s = _CHECK_PERIODS_S
+    return min(max(asking_s / _ASKING_SHARE, shortest_s), longest_s)
+
 
 LOG_FILE = 'roslaunch.log'
 _LAST_LINES_TIMEOUT_S = 1.0

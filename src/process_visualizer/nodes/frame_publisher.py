@@ -12,20 +12,19 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.launching.asked_master import AskedMaster, Master
-from process_visualizer.launching.node_pulse import (
+from process_visualizer.launching.cell_watch import (
     SILENT,
     Connect,
     LookupUnanswered,
     Pulses,
     connecting,
 )
-from process_visualizer.motion.frame_tree import Frame, FrameTree
-from process_visualizer.motion.rotations import quaternion_from_ypr
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
-from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes
-from process_visualizer.parameters.frame_parameters import read_frames
+from process_visualizer.launching.ros_api import AskedMaster, Master
+from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
+from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
+from process_visualizer.parameters.cell_parameters import read_frames
+from process_visualizer.robot.frames import Frame, FrameTree
+from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH, STATIC_TF_TOPIC
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 

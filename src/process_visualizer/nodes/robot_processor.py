@@ -12,29 +12,40 @@ from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.joint_matching import JointMatching
-from process_visualizer.motion.kinematics import Kinematics
-from process_visualizer.motion.patience import Patience
-from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.complaints import Complaints, Patience
+from process_visualizer.nodes.common.live_number import private_parameters
 from process_visualizer.nodes.common.markers import Pace, VectorSample
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.playback_follower import PlaybackFollower
-from process_visualizer.nodes.common.private_parameters import private_parameters
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
-from process_visualizer.nodes.robot.base_frames import BaseFrames
-from process_visualizer.nodes.robot.frame_watch import FrameWatch
-from process_visualizer.nodes.robot.message_reader import DoubtfulMessage, TopicReader
-from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
-from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
-from process_visualizer.nodes.robot.recorded_reading import RecordedReader
-from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
-from process_visualizer.nodes.robot.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
-from process_visualizer.nodes.robot.tool_input import ToolInput
+from process_visualizer.nodes.common.node_handle import (
+    NodeHandle,
+    PlaybackFollower,
+    spin_to_end,
+    start_node,
+)
+from process_visualizer.nodes.robot.message_reader import (
+    WRENCH_DECODERS,
+    DoubtfulMessage,
+    ToolPose,
+    TopicReader,
+    Wrench,
+)
+from process_visualizer.nodes.robot.robot_display import FrameWatch, RobotDisplay, ToolMotion
+from process_visualizer.nodes.robot.tool_input import BaseFrames, ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
-from process_visualizer.nodes.robot.twist_source import TwistSource
-from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS, usable_offsets
+from process_visualizer.nodes.robot.twist_source import (
+    RecordedJoints,
+    RecordedMotion,
+    RecordedReader,
+    TwistSource,
+)
 from process_visualizer.parameters.reading import ParameterError
-from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
+from process_visualizer.parameters.robot_parameters import (
+    JOINT_OFFSETS,
+    RobotParameters,
+    TopicParameters,
+    usable_offsets,
+)
+from process_visualizer.robot.joints import JointMatching
+from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'

@@ -16,21 +16,20 @@ import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.launching.asked_master import AskedMaster, Master
-from process_visualizer.launching.node_pulse import (
+from process_visualizer.launching.cell_watch import (
     SILENT,
     Connect,
     LookupUnanswered,
     Pulses,
     connecting,
 )
+from process_visualizer.launching.ros_api import AskedMaster, Master
+from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
+from process_visualizer.nodes.common.live_number import private_parameters
 from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.private_parameters import private_parameters
-from process_visualizer.nodes.common.process_end import start_node
-from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes
+from process_visualizer.nodes.common.node_handle import NodeHandle, start_node
+from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.reading import ParameterError
-from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
 from process_visualizer.ros_names import CELL_FRAMES, GHOST, SCENE_WATCH, SENSOR_FIT
 
 TEXT_PERIOD_S = 0.2

@@ -11,35 +11,35 @@ from typing import Dict, List, Optional, Sequence
 import rospy
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.arrows import format_age
-from process_visualizer.motion.rotations import Vector
-from process_visualizer.motion.variables import (
-    FOOT_DISTANCE_M,
-    MAX_LENGTH_M,
-    SHORTEST_ARROW_M,
-    VARIABLE_DIAMETER_M,
-    Number,
-    arrow_feet,
-    text_position,
-    variable_text,
-    variable_vector,
-)
-from process_visualizer.nodes.common.complaints import Complaints
-from process_visualizer.nodes.common.limit_state import LimitState
-from process_visualizer.nodes.common.live_number import LiveNumber
-from process_visualizer.nodes.common.markers import VectorSample
+from process_visualizer.nodes.common.complaints import Complaints, LimitState
+from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
+from process_visualizer.nodes.common.markers import ShownValue, TextPlace, ValueBoard, VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.playback_follower import PlaybackFollower
-from process_visualizer.nodes.common.private_parameters import private_parameters
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
-from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.nodes.common.node_handle import (
+    NodeHandle,
+    PlaybackFollower,
+    spin_to_end,
+    start_node,
+)
 from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.robot.arrows import (
+    FOOT_DISTANCE_M,
+    MAX_LENGTH_M,
+    SHORTEST_ARROW_M,
+    VARIABLE_DIAMETER_M,
+    Number,
+    arrow_feet,
+    format_age,
+    text_position,
+    variable_text,
+    variable_vector,
+)
+from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import VARIABLE_PROC
 
 

@@ -12,7 +12,7 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
-from process_visualizer.clients.drawn_view import DrawnView
+from process_visualizer.clients.rviz_view import DrawnView
 from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 
 _MASTER_PERIOD_S = 0.2

@@ -12,7 +12,8 @@ from typing import Any, Dict, List, NamedTuple, Sequence
 
 import rospkg
 
-from process_visualizer.motion.ghost_style import (
+from process_visualizer.page.packed import Packed
+from process_visualizer.robot.arrows import (
     DEVIATION_COLOR,
     DEVIATION_DIAMETER_M,
     EXAGGERATION,
@@ -20,7 +21,6 @@ from process_visualizer.motion.ghost_style import (
     LEAST_DEVIATION_M,
     LONGEST_DEVIATION_M,
 )
-from process_visualizer.page.packed import Packed
 from process_visualizer.runs.comparison.wording import clock
 
 _PACKAGE = 'process_visualizer'

@@ -8,12 +8,11 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.cell.model import Device
-from process_visualizer.curves.curves import Curve, curve_of
-from process_visualizer.curves.recorded_alarms import recorded_alarms
+from process_visualizer.curves.curves import Curve, curve_of, recorded_alarms
 from process_visualizer.curves.samples import Samples
 from process_visualizer.curves.value_scale import tick_texts, tidy_scale, with_near_limits
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.places import Span
+from process_visualizer.page.robots import Span
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.run import Key
 

@@ -7,14 +7,15 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 import rospkg
 
-from process_visualizer.descriptions.colored_mesh import (
+from process_visualizer.robot.model_resources import resource_path
+from process_visualizer.robot.rotations import matrix_from_quaternion
+from process_visualizer.robot.visuals import (
     ColoredMesh,
+    LinkVisual,
     MeshError,
+    ShapeKind,
     read_colored_mesh,
 )
-from process_visualizer.descriptions.link_visuals import LinkVisual, ShapeKind
-from process_visualizer.descriptions.model_resources import resource_path
-from process_visualizer.motion.rotations import matrix_from_quaternion
 
 MOST_TRIANGLES = 36_000
 """Of a page: with the ghost, what a computer without a graphics card draws often enough."""

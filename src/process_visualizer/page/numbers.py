@@ -2,26 +2,32 @@
 """The numbers at each moment of a recording, in the words that RViz has beside its arrows."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Color, Device, Variable
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.model import Cell, Color, Device, Variable
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Samples, Series
-from process_visualizer.motion.arrows import format_value
-from process_visualizer.motion.variables import variable_text
-from process_visualizer.motion.velocity.slope_windows import segments, slope_windows
-from process_visualizer.motion.velocity.speed_series import WINDOW_S
-from process_visualizer.motion.velocity.velocity_estimator import GAP_S
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.places import Span
-from process_visualizer.parameters.configured_arrow import configured_arrow
+from process_visualizer.page.robots import Places, Span
+from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.parameters.reading import opaque
 from process_visualizer.parameters.variable_parameters import VariableColors
-from process_visualizer.playback.scene.playback_event import MOMENT_NS
+from process_visualizer.playback.playback_event import MOMENT_NS
+from process_visualizer.robot.arrows import (
+    BESIDE_M,
+    GHOST_ARROW_COLOR,
+    GHOST_ARROW_DIAMETER_M,
+    VARIABLE_DIAMETER_M,
+    format_value,
+    variable_text,
+)
+from process_visualizer.robot.recorded_velocity import WINDOW_S, segments, slope_windows
+from process_visualizer.robot.velocity import GAP_S
+from process_visualizer.runs.comparison.ghost import GhostArrow
 
 _MOMENT_S = MOMENT_NS / 1e9
 _AFTER_S = 1e-6
@@ -180,3 +186,54 @@ def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color
         return red, green, blue
     return next((it.color for it in sources
                  if it.device == device.name and it.label == quantity), (0.5, 0.5, 0.5))
+
+
+# The arrows of a page: those of the run, and those of its reference.
+
+def arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], begin_s: float,
+                  sources: Sequence[CurveSource], places: Places, packed: Packed, span: Span
+                  ) -> List[Dict[str, Any]]:
+    """Return the arrows of a run, which began at ``begin_s`` of its recording."""
+    found = []
+    for arrow in arrows:
+        device = _device_of(cell, arrow)
+        moved = arrow._replace(times_s=arrow.times_s + begin_s)
+        entry = None if device is None else _entry(moved, places, packed, span)
+        if entry is None or device is None:
+            continue
+        quantity = arrow.name[len(device.name) + 1:]
+        diameter_m = configured_arrow(device, quantity).diameter_m \
+            if quantity in ('velocity', 'force') else VARIABLE_DIAMETER_M
+        found.append({**entry, 'device': device.name, 'quantity': quantity,
+                      'color': list(color_of(device, arrow.name, sources)),
+                      'diameter': diameter_m, 'beside': 0.0})
+    return found
+
+
+def ghost_arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], places: Places, packed: Packed,
+                        span: Span) -> List[Dict[str, Any]]:
+    """Return the arrows of the reference, which are over the time of the recording already."""
+    found = []
+    for arrow in arrows:
+        device, entry = _device_of(cell, arrow), _entry(arrow, places, packed, span)
+        if entry is not None and device is not None:
+            found.append({**entry, 'device': device.name,
+                          'quantity': arrow.name[len(device.name) + 1:],
+                          'color': list(GHOST_ARROW_COLOR[:3]),
+                          'diameter': GHOST_ARROW_DIAMETER_M, 'beside': BESIDE_M})
+    return found
+
+
+def _entry(arrow: GhostArrow, places: Places, packed: Packed,
+           span: Span) -> Optional[Dict[str, Any]]:
+    frame, foot_frame = places.number(arrow.frame), places.number(arrow.foot_frame)
+    if frame is None or foot_frame is None:
+        return None
+    rows = span.rows(arrow.times_s)
+    return {'frame': frame, 'footFrame': foot_frame, 'foot': list(arrow.foot),
+            'times': packed.times(arrow.times_s[rows]),
+            'vectors': packed.plain(arrow.vectors[rows].astype(np.float32))}
+
+
+def _device_of(cell: Cell, arrow: GhostArrow) -> Optional[Device]:
+    return next((it for it in cell.devices if arrow.name.startswith(f'{it.name}/')), None)

@@ -2,33 +2,32 @@
 """A run as the data of a page: all that the browser draws, computed by the product's functions."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.number_places import transforms_in
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.curves import colored
 from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import found_series, read_samples
-from process_visualizer.descriptions.link_visuals import link_visuals
-from process_visualizer.descriptions.robot_description import (
-    ModelError,
-    RobotDescription,
-    describe_device,
-)
-from process_visualizer.messages.number_places import transforms_in
-from process_visualizer.motion.kinematics import Placement
-from process_visualizer.page.arrows import arrow_entries, ghost_arrow_entries
 from process_visualizer.page.lanes import alarm_entries, curves_of, grid_over, lane_entries
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
-from process_visualizer.page.numbers import SourceSamples, is_whole, number_entry
+from process_visualizer.page.numbers import (
+    SourceSamples,
+    arrow_entries,
+    ghost_arrow_entries,
+    is_whole,
+    number_entry,
+)
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.places import Places, Span
 from process_visualizer.page.robots import (
+    Places,
     RowsOfJoints,
+    Span,
     base_place,
     carried,
     deviation_entry,
@@ -38,17 +37,57 @@ from process_visualizer.page.robots import (
     shown_spans,
     upwards,
 )
-from process_visualizer.page.words import run_words
+from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.visuals import link_visuals
 from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
-from process_visualizer.runs.comparison.ghost_arms import Arm, arms
-from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows, run_arrows
-from process_visualizer.runs.comparison.ghost_tracks import (
+from process_visualizer.runs.comparison.ghost import (
+    Arm,
+    arms,
+    ghost_arrows,
     ghost_tracks,
     reference_tracks,
+    run_arrows,
 )
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
+from process_visualizer.runs.comparison.wording import amount, moment, unjudged_texts, verdict
 from process_visualizer.runs.run import Run
+
+MOST_ROWS = 12
+"""Departures of a run in its table."""
+
+
+def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
+              span: Span) -> Dict[str, Any]:
+    """Return the texts of a run, as the page has them; times are those of the recording."""
+    words: Dict[str, Any] = {'name': run.name, 'begin': span.begin_s, 'end': span.end_s,
+                             'state': 'plain', 'verdict': 'not held against good runs',
+                             'notes': list(notes), 'departures': [], 'moments': _moments(run, span)}
+    if comparison is None:
+        return words
+    found = comparison.departures
+    state = 'plain' if comparison.why_not else 'poor' if found else 'good'
+    return {**words, 'state': state, 'verdict': verdict(comparison),
+            'notes': [*comparison.notes, *unjudged_texts(comparison), *notes],
+            'departures': [_departure(comparison, row) for row in range(len(found[:MOST_ROWS]))],
+            'more': max(len(found) - MOST_ROWS, 0)}
+
+
+def _departure(comparison: Comparison, row: int) -> Dict[str, Any]:
+    it, begin_s = comparison.departures[row], comparison.run.begin_s
+    return {'what': it.signal.name, 'device': it.signal.device, 'label': it.signal.label,
+            'began': f'{moment(comparison, it.onset_s)} ± {it.uncertainty_s:.2f} s',
+            'began_s': begin_s + comparison.run_s(it.onset_s),
+            'worst': moment(comparison, it.worst_s),
+            'worst_s': begin_s + comparison.run_s(it.worst_s), 'amount': amount(it)}
+
+
+def _moments(run: Run, span: Span) -> List[Dict[str, Any]]:
+    """Events of the process and marks."""
+    return [{'label': it.name, 'at': at_s} for it in run.events
+            for at_s in [run.begin_s + it.time_s] if span.begin_s <= at_s <= span.end_s]
+
 
 _NORMAL_STEPS = 127
 _NO_ROWS = RowsOfJoints(np.empty(0), {})

@@ -2,17 +2,19 @@
 """The style of a quantity's arrow."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Dict
 
-from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
+from process_visualizer.cell.model import Arrow, Device
 from process_visualizer.parameters.reading import (
     Color,
     ParameterError,
     Parameters,
     changed,
+    opaque,
     written_color,
 )
+from process_visualizer.robot.arrows import FORCE_COLOR, VELOCITY_COLOR
 
 
 @dataclass(frozen=True)
@@ -66,3 +68,20 @@ VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.5, min_m=0.05, max_m=0.5,
                             threshold=0.002, color=(*VELOCITY_COLOR, 1.0), diameter_m=0.02)
 FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.018, min_m=0.05, max_m=0.6,
                          threshold=0.5, color=(*FORCE_COLOR, 1.0), diameter_m=0.012)
+
+
+_DEFAULTS = {'velocity': VELOCITY_ARROW, 'force': FORCE_ARROW}
+
+
+def configured_arrow(device: Device, quantity: str) -> ArrowStyle:
+    """Return the style of a robot's arrow of a quantity, 'velocity' or 'force'."""
+    default = _DEFAULTS[quantity]
+    return next((_changed(default, arrow) for arrow in device.arrows
+                 if arrow.quantity == quantity), default)
+
+
+def _changed(style: ArrowStyle, arrow: Arrow) -> ArrowStyle:
+    given: Dict[str, Any] = {
+        'scale_m': arrow.scale, 'min_m': arrow.minimum_m, 'max_m': arrow.maximum_m,
+        'color': None if arrow.color is None else opaque(arrow.color)}
+    return replace(style, **{name: value for name, value in given.items() if value is not None})

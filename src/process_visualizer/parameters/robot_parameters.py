@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Mapping, Tuple
 
-from process_visualizer.motion.frame_names import default_base_frame, default_tool_frame
 from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
-from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed
+from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed, is_number
+from process_visualizer.robot.frames import default_base_frame, default_tool_frame
+from process_visualizer.ros_names import JOINT_PROC
 
 _FEET = ('reported', 'tool_frame')  # where arrows begin
 
@@ -140,3 +141,14 @@ class RobotParameters:
             **changed(others, {'marker_rate': RobotParameters.marker_rate_hz,
                                'velocity_window': RobotParameters.velocity_window_s,
                                'stale_after': RobotParameters.stale_after_s})}
+
+
+JOINT_OFFSETS = f'{JOINT_PROC}/joint_offsets'
+"""Its name in the robot's namespace; joint_proc (C++) reads it as ~joint_offsets."""
+
+
+def usable_offsets(values: Any) -> Dict[str, float]:
+    """Return the offsets [rad or m] by the names of joints; joint_proc refuses any others."""
+    if not isinstance(values, Mapping):
+        return {}
+    return {name: float(value) for name, value in values.items() if is_number(value)}

@@ -8,11 +8,9 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import rosgraph.names
 
+from process_visualizer.bagio.number_places import FieldPath
 from process_visualizer.cell.elements import TAGS
 from process_visualizer.cell.values import CONVERTERS
-from process_visualizer.motion.field_path import FieldPath
-from process_visualizer.motion.limit_alarms import Limits
-from process_visualizer.motion.variables import MAX_LENGTH_M
 from process_visualizer.parameters.reading import (
     STALE_AFTER_S,
     Color,
@@ -21,6 +19,8 @@ from process_visualizer.parameters.reading import (
     opaque,
     written_color,
 )
+from process_visualizer.robot.arrows import MAX_LENGTH_M
+from process_visualizer.robot.limit_alarms import Limits
 
 UnitVector = Tuple[float, float, float]
 

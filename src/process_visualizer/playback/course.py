@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Iterable, Optional
 
-from process_visualizer.bags.bag_index import BagIndex
+from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.playback.timeline import Basis, CommandRefused, Timeline
 
 

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple, Optional, Tuple
 
 from process_visualizer.playback.engine import Playback
-from process_visualizer.playback.step_target import Step
+from process_visualizer.playback.steps import Step
 from process_visualizer.playback.timeline import (
     NS_PER_S,
     Basis,
@@ -157,3 +157,16 @@ def _nanoseconds(what: str, seconds: float) -> int:
         raise CommandRefused(f'{what} is out of range: {seconds:g} s; no recording is longer than '
                              f'{_LONGEST_S:g} s')
     return round(seconds * NS_PER_S)
+
+
+class Progress(NamedTuple):
+    """Progress of playback; times in seconds from the beginning of the recording."""
+
+    position_s: float
+    duration_s: float
+    rate: float
+    achieved_rate: float
+    paused: bool
+    loop: Optional[Tuple[float, float]] = None  # begin, end [s]
+    dropped: int = 0  # messages
+    mark: str = ''  # label of the last one

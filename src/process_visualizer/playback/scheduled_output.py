@@ -2,17 +2,88 @@
 """Gives messages to the output before they are due, and takes back what is not sent yet."""
 from __future__ import annotations
 
-from typing import Callable, List, Optional
+from collections import deque
+from typing import Callable, Deque, Iterator, List, NamedTuple, Optional, Protocol
 
-from process_visualizer.messages.message_layout import Data
-from process_visualizer.messages.stamps import with_stamps_moved
-from process_visualizer.playback.clock import Clock
-from process_visualizer.playback.playback_output import Output
-from process_visualizer.playback.scene.message_loader import LoadedMessage
-from process_visualizer.playback.scene.playback_event import PlaybackEvent
-from process_visualizer.playback.schedule import Schedule, Scheduled
+from process_visualizer.bagio.message_layout import Data, with_stamps_moved
+from process_visualizer.playback.message_loader import LoadedMessage
+from process_visualizer.playback.playback_event import PlaybackEvent
 from process_visualizer.playback.stamp_mapping import StampMapping
-from process_visualizer.playback.timeline import NS_PER_S, Basis
+from process_visualizer.playback.timeline import NS_PER_S, Basis, Clock
+
+# Messages given to the output before they are due, so that they can be taken back.
+
+class Scheduled(NamedTuple):
+    """An event that was given to the output before it is due."""
+
+    event: PlaybackEvent
+    position: int
+    step: int  # FORWARD or BACKWARD
+    due_ns: int  # monotonic
+    given: int  # how many messages the output was given before
+    stamps: int  # StampMapping.remembered before it
+
+
+class Schedule:
+    """Events in the order in which they were given, as the output will send them."""
+
+    def __init__(self) -> None:
+        self._events: Deque[Scheduled] = deque()
+        self._bytes = 0
+
+    @property
+    def bytes(self) -> int:
+        """Return how much memory the messages take, roughly."""
+        return self._bytes
+
+    def add(self, scheduled: Scheduled) -> None:
+        """Add what was given last; it is not sent before what was given earlier."""
+        if self._events and scheduled.due_ns < self._events[-1].due_ns:
+            scheduled = scheduled._replace(due_ns=self._events[-1].due_ns)
+        self._events.append(scheduled)
+        self._bytes += scheduled.event.size
+
+    def forget_due(self, now_ns: int) -> None:
+        """Forget what has been due before a monotonic time [ns]: it cannot be taken back."""
+        while self._events and self._events[0].due_ns < now_ns:
+            self._bytes -= self._events.popleft().event.size
+
+    def taken_back(self, given: int) -> Iterator[Scheduled]:
+        """Take back what was given after so many messages, the last first."""
+        while self._events and self._events[-1].given >= given:
+            scheduled = self._events.pop()
+            self._bytes -= scheduled.event.size
+            yield scheduled
+
+
+class Output(Protocol):
+    """The receiver of played messages; called by one thread."""
+
+    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.
+
+        It comes after those given before. This must not wait for receivers.
+        """
+
+    def withdraw(self, connection: int, due_ns: int) -> None:
+        """Keep nothing for later subscribers of a connection's source, from a time on [ns].
+
+        For ``revoke`` that is a message like others.
+        """
+
+    def revoke(self, after_ns: int) -> int:
+        """Take back what is due after a monotonic time [ns]; return how many: the last ones given.
+
+        What is being sent stays, and what was given when its time had passed; so does what was
+        given before either of these, or is due at the same time.
+        """
+
+    def jump(self, bag_ns: int) -> None:
+        """Take note that the position has jumped to a bag time [ns]; its scene follows."""
+
+    def finish(self) -> bool:
+        """Take note that play has reached its end; return whether nothing is to follow."""
+
 
 LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated

@@ -6,8 +6,7 @@ from bisect import bisect_left
 from collections import OrderedDict
 from typing import List, Optional
 
-from process_visualizer.playback.clock import Clock
-from process_visualizer.playback.timeline import NS_PER_S, Basis
+from process_visualizer.playback.timeline import NS_PER_S, Basis, Clock
 
 MAX_DISTANCE_NS = NS_PER_S  # of a stamp from the time of its message
 MAX_AGE_NS = 3 * NS_PER_S  # of a wall stamp: tf2 forgets after 10 s

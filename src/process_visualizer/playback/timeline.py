@@ -4,11 +4,74 @@ from __future__ import annotations
 
 import math
 import threading
+import time
+from collections import deque
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
-from typing import Any, Optional, Tuple
+from typing import Any, Deque, Optional, Tuple, TypeVar
 
-from process_visualizer.playback.achieved_rate import AchievedRate
-from process_visualizer.playback.clock import Clock
+WINDOW_NS = 1_000_000_000
+
+
+class AchievedRate:
+    """The share of the rate that was kept within a short window up to now."""
+
+    def __init__(self, now_ns: int) -> None:
+        """Begin at a monotonic time [ns]."""
+        self.restart(now_ns)
+
+    def restart(self, now_ns: int) -> None:
+        """Forget what was, as a command has changed it."""
+        self._begin_ns = now_ns
+        self._losses: Deque[Tuple[int, int]] = deque()  # when lost [ns], how long up to then [ns]
+
+    def lose(self, now_ns: int, late_ns: int) -> None:
+        """Note that play slipped by a time [ns], just now."""
+        self._losses.append((now_ns, late_ns))
+        self._forget(now_ns)
+
+    def share(self, now_ns: int) -> float:
+        """Return the share (0 to 1) of the window that was not lost."""
+        self._forget(now_ns)
+        begin_ns = max(self._begin_ns, now_ns - WINDOW_NS)
+        if now_ns <= begin_ns:
+            return 1.0
+        lost_ns = sum(min(late_ns, lost_at_ns - begin_ns) for lost_at_ns, late_ns in self._losses)
+        return max(0.0, 1.0 - lost_ns / (now_ns - begin_ns))
+
+    def _forget(self, now_ns: int) -> None:
+        while self._losses and self._losses[0][0] <= now_ns - WINDOW_NS:
+            self._losses.popleft()
+
+
+Result = TypeVar('Result')
+
+LONGEST_WAIT_S = 3600.0  # threading refuses what does not fit its own time type
+
+
+class Clock:
+    """The computer's clocks."""
+
+    def monotonic_ns(self) -> int:
+        """Return a time [ns] that only ever grows, evenly."""
+        return time.monotonic_ns()
+
+    def wall_ns(self) -> int:
+        """Return the time of day [ns since 1970], which may be set."""
+        return time.time_ns()
+
+    def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
+        """Wait for a notification, at most for a time [ns]; the condition's lock is held."""
+        condition.wait(min(timeout_ns * 1e-9, LONGEST_WAIT_S))
+
+    def result(self, answer: Future[Result], timeout_s: float) -> Result:
+        """Wait for the answer of another thread, at most for a time [s]; return or raise it.
+
+        Raises:
+            concurrent.futures.TimeoutError: it has not come.
+        """
+        return answer.result(timeout_s)
+
 
 NS_PER_S = 1_000_000_000
 MIN_RATE = 0.01  # of what a user is offered; others may be asked for
@@ -390,3 +453,28 @@ def checked_rate(rate: float) -> None:
     if not LOWEST_RATE <= abs(rate) <= HIGHEST_RATE:
         raise CommandRefused(f'the rate must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}, or '
                              f'from -{HIGHEST_RATE:g} to -{LOWEST_RATE:g} backwards, not {rate:g}')
+
+
+# The rates that "faster" and "slower" lead through.
+
+RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+
+
+def faster(rate: float) -> float:
+    """Return the next rate that is farther from zero, in the same direction; the last stays."""
+    return math.copysign(next((it for it in RATES if it > abs(rate)), RATES[-1]), rate)
+
+
+def slower(rate: float) -> float:
+    """Return the next rate that is nearer to zero, in the same direction; the first stays."""
+    return math.copysign(next((it for it in reversed(RATES) if it < abs(rate)), RATES[0]), rate)
+
+
+def format_time(seconds: float) -> str:
+    """Return a time as m:ss.mmm, or h:mm:ss.mmm from an hour on, rounded to milliseconds."""
+    total_ms = round(abs(seconds) * 1000)
+    minutes, milliseconds = divmod(total_ms, 60_000)
+    hours, minutes = divmod(minutes, 60)
+    sign = '-' if seconds < 0 and total_ms else ''
+    start = f'{hours}:{minutes:02}' if hours else f'{minutes}'
+    return f'{sign}{start}:{milliseconds // 1000:02}.{milliseconds % 1000:03}'

@@ -7,8 +7,7 @@ import re
 from types import MappingProxyType
 from typing import Iterable, List, Mapping, Optional, Pattern, Sequence
 
-from process_visualizer.cell.errors import quoted, shortened
-from process_visualizer.cell.suggestions import nearest
+from process_visualizer.cell.errors import nearest, quoted, shortened
 
 _LEGAL = re.compile(r'[/A-Za-z][A-Za-z0-9_/]*\Z')
 _WILDCARDS = '*?['

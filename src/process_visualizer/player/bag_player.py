@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
+import struct
 import threading
 import traceback
-from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.marks import Mark, mark_at, read_marks
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.marks import Mark, mark_at, read_marks
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.health.other_publishers import (
     LOOK_PERIOD_S,
     SHARED_TOPICS,
@@ -19,30 +21,108 @@ from process_visualizer.health.other_publishers import (
     PublisherWatch,
     described,
 )
-from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.msg import PlayerState, TopicCount
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.course import Course
 from process_visualizer.playback.engine import Playback
-from process_visualizer.playback.play_summary import play_summary, printable
-from process_visualizer.playback.player_control import PlayerControl
-from process_visualizer.playback.progress import Progress
-from process_visualizer.playback.scene.scene import sources
-from process_visualizer.playback.timeline import NS_PER_S, Timeline
+from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.player_control import PlayerControl, Progress
+from process_visualizer.playback.scene import sources
+from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.player.bag_publishers import (
     BagPublishers,
+    OtherNodes,
     PlaybackListener,
     PublishedTopic,
     published_topics,
+    without_conflicts,
 )
-from process_visualizer.player.player_services import PlayerServices
-from process_visualizer.player.player_state import StatePublisher
-from process_visualizer.player.rate_control import RateControl
+from process_visualizer.player.player_services import (
+    PlayerServices,
+    StatePublisher,
+    TopicReadingService,
+)
 from process_visualizer.player.simulated_clock import SimulatedClock
-from process_visualizer.player.topic_conflicts import OtherNodes, without_conflicts
-from process_visualizer.player.topic_reading import TopicReadingService
+
+# Follows the topic of a node, so that playback can wait for that node.
+
+_WARNING_PERIOD_S = 10.0
+_STAMP = struct.Struct('<4xII')  # behind the sequence number
+_BEGINS_WITH_HEADER = re.compile(r'(?:\s*(?:#[^\n]*)?\n)*\s*(?:std_msgs/|roslib/)?Header\s')
+
+
+class RateControl:
+    """The option --rate-control-topic of `rosbag play`: any type that begins with a header."""
+
+    def __init__(self, topic: str, bag_ns_of: Callable[[int], Optional[int]],
+                 heard: Callable[[int], None], node: NodeHandle) -> None:
+        """Subscribe to the topic.
+
+        Args:
+            topic: its global name.
+            bag_ns_of: maps a stamp [ns] to the bag time [ns], None where it cannot.
+            heard: is called with that in rospy's thread.
+            node: subscribes.
+        """
+        self._topic = topic
+        self._bag_ns_of = bag_ns_of
+        self._heard = heard
+        self._node, self._warns_from_s = node, 0.0
+        node.subscribe(topic, rospy.AnyMsg, self._receive, queue_size=10)
+
+    def _receive(self, message: rospy.AnyMsg) -> None:
+        if not begins_with_header(message._connection_header.get('message_definition', '')):
+            self._warn()
+            return
+        seconds, nanoseconds = _STAMP.unpack_from(message._buff)
+        bag_ns = self._bag_ns_of(seconds * NS_PER_S + nanoseconds)
+        if bag_ns is not None:
+            self._heard(bag_ns)
+
+    def _warn(self) -> None:
+        now_s = self._node.monotonic_s()
+        if now_s >= self._warns_from_s:
+            self._warns_from_s = now_s + _WARNING_PERIOD_S
+            self._node.warn(f'{self._topic} cannot control the rate: its messages do not begin '
+                            'with a header')
+
+
+def begins_with_header(definition: str) -> bool:
+    """Return whether the first field of a message definition is a header."""
+    return _BEGINS_WITH_HEADER.match(definition) is not None
+
+
+# A summary of what was not played, for the terminal.
+
+_MOST_LINES = 20
+
+
+def play_summary(left_out: Mapping[str, int], recorded: Mapping[str, int],
+                 problems: Sequence[str], dropped: int) -> Tuple[str, ...]:
+    """Return it as lines, none where all was played and has arrived.
+
+    Args:
+        left_out: how many messages of each topic could not be played.
+        recorded: how many messages each of these topics has in the recording.
+        problems: why, and what else went wrong.
+        dropped: how many messages slow subscribers did not get.
+    """
+    lines = [f'{topic}: {count} of {recorded[topic]} messages could not be played'
+             for topic, count in sorted(left_out.items())]
+    lines += problems[:_MOST_LINES]
+    if len(problems) > _MOST_LINES:
+        lines.append(f'and {len(problems) - _MOST_LINES} more such problems')
+    if dropped:
+        lines.append(f'{dropped} messages did not reach subscribers that were too slow for them; '
+                     'a longer --queue or a lower rate helps')
+    return tuple(lines)
+
+
+def printable(text: str) -> str:
+    """Return a text that can be sent: a file's name need not be UTF-8."""
+    return text.encode('utf-8', 'surrogateescape').decode('utf-8', 'replace')
+
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000

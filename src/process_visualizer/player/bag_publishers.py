@@ -2,14 +2,131 @@
 """The publishers of all chosen topics of a recording."""
 from __future__ import annotations
 
-from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+import http.client
+import io
+import socket
+import sys
+import threading
+import warnings
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+    Type,
+)
+from xmlrpc.client import Error, ServerProxy
 
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.message_layout import Data
-from process_visualizer.nodes.common.process_end import at_shutdown
-from process_visualizer.playback.scene.scene import is_static
+import rosgraph
+import rospy
+from rosgraph.network import (
+    ROSHandshakeException,
+    read_ros_handshake_header,
+    write_ros_handshake_header,
+)
+
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import Data
+from process_visualizer.health.other_publishers import Others, other_publishers
+from process_visualizer.launching.ros_api import AskedMaster, LimitedTransport
+from process_visualizer.nodes.common.node_handle import at_shutdown
+from process_visualizer.playback.scene import is_static
 from process_visualizer.player.timed_sender import TimedSender
-from process_visualizer.player.topic_publisher import TopicPublisher
+
+# Publishes recorded messages of one topic: unchanged bytes, never waiting for a subscriber.
+
+QUEUE_BYTES = 64 << 20
+UNLIMITED = sys.maxsize
+
+
+class TopicPublisher(rospy.SubscribeListener):
+    """A topic with the type and definition that its connection in the bag has.
+
+    rospy does everything except sending: it would wait for the slowest subscriber, or drop
+    messages silently, with a thread for each subscriber.
+    """
+
+    def __init__(self, name: str, connection: Connection, latch: bool, sender: TimedSender,
+                 queue_size: int, on_subscribe: Callable[[], None]) -> None:
+        """Advertise a topic; a queue of 0 messages has no limit.
+
+        Raises:
+            rospy.ROSException: the master cannot be reached, or the name is not allowed.
+        """
+        self.name = name
+        self._sender = sender
+        self._topic = sender.add_topic(latch, queue_size or UNLIMITED,
+                                       QUEUE_BYTES if queue_size else UNLIMITED)
+        self._on_subscribe = on_subscribe
+        self._lock = threading.Lock()  # subscribers come and go in several threads
+        self._links: Dict[int, int] = {}  # by the identity of rospy's connection
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore', SyntaxWarning)  # no queue_size: there is a queue here
+            self._publisher = rospy.Publisher(name, message_class(connection), self, latch=latch)
+        self._update_links()
+
+    @property
+    def subscriber_count(self) -> int:
+        """Return how many subscribers are connected."""
+        return len(self._links)
+
+    @property
+    def published(self) -> int:
+        """Return how many messages have been sent, with or without subscribers."""
+        return self._sender.sent(self._topic)
+
+    def publish(self, source: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of one of the topic's sources in the bag, given in pieces."""
+        self._sender.send(self._topic, source, pieces, due_ns)
+
+    def withdraw(self, source: int, due_ns: int) -> None:
+        """Stop latching messages of a source, from a time on [ns]."""
+        self._sender.withdraw(self._topic, source, due_ns)
+
+    def peer_subscribe(self, topic_name: str, topic_publish: Callable[..., Any],
+                       peer_publish: Callable[..., Any]) -> None:
+        """See rospy.SubscribeListener."""
+        self._update_links()
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
+        """See rospy.SubscribeListener."""
+        self._update_links()
+
+    def _update_links(self) -> None:
+        publisher = getattr(self, '_publisher', None)
+        if publisher is None or publisher.impl is None:
+            return  # a subscriber was there before the constructor was done, or after the end
+        with self._lock:
+            connections = {id(connection): connection for connection in publisher.impl.connections}
+            for key in self._links.keys() - connections.keys():
+                self._sender.remove_link(self._links.pop(key))
+            new = connections.keys() - self._links.keys()
+            for key in new:
+                self._links[key] = self._sender.add_link(
+                    self._topic, _descriptor(connections[key]), connections[key].close)
+        if new:
+            self._on_subscribe()
+
+
+def _descriptor(connection: Any) -> int:
+    socket = connection.socket
+    return -1 if socket is None else int(socket.fileno())
+
+
+def message_class(connection: Connection) -> Type[rospy.AnyMsg]:
+    """Return a class with which rospy announces to subscribers the connection in the bag.
+
+    The definition is only passed on, not parsed.
+    """
+    return type('RecordedMessage', (rospy.AnyMsg,), {
+        '__slots__': (), '_type': connection.type, '_md5sum': connection.md5sum,
+        '_full_text': connection.message_definition, '_has_header': False})
 
 
 class PublishedTopic(NamedTuple):
@@ -39,7 +156,7 @@ class PlaybackListener(Protocol):
 
 
 class BagPublishers:
-    """Publishers of a playback's messages; see process_visualizer.playback.playback_output."""
+    """Publishers of a playback's messages; see process_visualizer.playback.scheduled_output."""
 
     def __init__(self, topics: Sequence[PublishedTopic], sources: Sequence[int], queue_size: int,
                  listener: PlaybackListener) -> None:
@@ -129,3 +246,87 @@ def published_topics(connections: Sequence[Connection], name_of: Callable[[str],
                 f'({connection.md5sum}), as it is {first.connection.type} '
                 f'({first.connection.md5sum}) elsewhere in the recording')
     return list(topics.values()), problems
+
+
+# Topics that another node publishes with another type or definition, and what others publish.
+
+_TIMEOUT_S = 2.0
+_ANY = '*'
+
+
+class OtherNodes:
+    """The other nodes, as the master and they themselves know them."""
+
+    def publishing(self) -> Dict[str, List[str]]:
+        """Return the nodes that publish each topic.
+
+        Raises:
+            rosgraph.MasterException: the master cannot be reached.
+        """
+        publishers, _, _ = _master().getSystemState()
+        return dict(publishers)
+
+    def header(self, topic: str, node: str) -> Dict[str, str]:
+        """Return the header that a publisher sends to a subscriber; empty if it does not answer."""
+        try:
+            address = _master().lookupNode(node)
+            node_api: Any = ServerProxy(address, LimitedTransport(_TIMEOUT_S))
+            _, _, protocol = node_api.requestTopic(rospy.get_name(), topic, [['TCPROS']])
+            _, host, port = protocol
+            with socket.create_connection((host, port), _TIMEOUT_S) as peer:
+                write_ros_handshake_header(peer, {
+                    'topic': topic, 'type': _ANY, 'md5sum': _ANY, 'callerid': rospy.get_name(),
+                    'message_definition': ''})
+                header: Dict[str, str] = read_ros_handshake_header(peer, io.BytesIO(), 65536)
+            return header
+        except (OSError, ValueError, TypeError, Error, http.client.HTTPException,
+                rosgraph.MasterException, ROSHandshakeException) as error:
+            rospy.logdebug('%s does not say what it publishes on %s: %s', node, topic, error)
+            return {}  # it has gone, or speaks otherwise: no reason not to play
+
+    def beside(self, topics: Collection[str]) -> Others:
+        """Return who publishes topics beside this node.
+
+        Raises:
+            rosgraph.MasterException, OSError: the master does not answer.
+        """
+        return other_publishers(topics, {rospy.get_name()})
+
+
+def without_conflicts(topics: Sequence[PublishedTopic],
+                      others: OtherNodes) -> Tuple[List[PublishedTopic], List[str]]:
+    """Return the topics that can be published beside other nodes, and why others cannot.
+
+    The publishers themselves are asked: the master remembers types of those that have gone.
+
+    Raises:
+        rosgraph.MasterException: the master cannot be reached.
+    """
+    nodes = others.publishing()
+    kept, problems = [], []
+    for topic in topics:
+        problem = _conflict(topic, nodes.get(topic.name, []), others)
+        if problem:
+            problems.append(problem)
+        else:
+            kept.append(topic)
+    return kept, problems
+
+
+def _conflict(topic: PublishedTopic, nodes: Sequence[str], others: OtherNodes) -> str:
+    ours = topic.connection
+    advice = f'give it another name ({topic.name}:=/other) or a prefix (-p)'
+    for node in nodes:
+        header = others.header(topic.name, node)
+        type_name, md5sum = header.get('type', ours.type), header.get('md5sum', ours.md5sum)
+        if type_name != ours.type:
+            return (f'{topic.name}: left out, as it is {ours.type} in the recording, but '
+                    f'{type_name} where {node} publishes it; {advice}')
+        if md5sum != ours.md5sum:
+            return (f'{topic.name}: left out, as the definition of {ours.type} in the recording '
+                    f'({ours.md5sum}) is not that of {node} ({md5sum}); {advice}')
+    return ''
+
+
+def _master() -> AskedMaster:
+    return AskedMaster(rospy.get_name(), timeout_s=_TIMEOUT_S)

@@ -1,15 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The services of the player."""
+"""The services of the player, the state that it publishes, and the reading of its recording."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Type
+import threading
+from typing import Any, Callable, Dict, Optional, Sequence, Type
 
+import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.curves.position_values import (
+    TopicMessages,
+    topic_messages,
+    topic_period_s,
+)
+from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.player_control import PlayerControl
-from process_visualizer.playback.timeline import CommandRefused
+from process_visualizer.playback.timeline import NS_PER_S, CommandRefused
+from process_visualizer.player.bag_publishers import PublishedTopic
+from process_visualizer.ros_names import PLAYBACK_RATE
 from process_visualizer.srv import (
+    ReadTopic,
+    ReadTopicRequest,
+    ReadTopicResponse,
     Seek,
     SeekResponse,
     SetLoop,
@@ -63,3 +77,114 @@ class PlayerServices:
 
 def _without_request(command: Callable[[], str]) -> Callable[[Any], str]:
     return lambda request: command()
+
+
+PERIOD_S = 0.09
+
+
+class StatePublisher:
+    """A thread that publishes ~state, latched, and keeps the parameter of the rate up to date."""
+
+    def __init__(self, state: Callable[[], PlayerState], node: NodeHandle) -> None:
+        """``state`` returns the message; nothing is published before ``begin``."""
+        self._state, self._node = state, node
+        self._publisher = node.publisher('~state', PlayerState, latch=True, queue_size=10,
+                                         tcp_nodelay=True)
+        self._publishing = threading.Lock()
+        self._begun = self._closed = False
+        self._rate = 0.0  # as the parameter has it
+        self._worker = node.worker(self._work, 'player state')
+
+    def begin(self) -> None:
+        """Begin to publish: who receives a state may send commands."""
+        self._begun = True
+        self._worker.wake()
+
+    def update(self) -> None:
+        """Publish soon, as something has changed."""
+        self._worker.wake()
+
+    def close(self) -> None:
+        """Publish for the last time and end."""
+        with self._publishing:
+            self._closed = True
+            if self._begun:
+                self._publish()
+                self._follow_rate(1.0)  # what comes then is live, or another recording
+
+    def _work(self) -> Optional[float]:
+        with self._publishing:
+            if not self._begun or self._closed:
+                return None
+            self._publish()
+        return PERIOD_S
+
+    def _publish(self) -> None:
+        state = self._state()
+        self._follow_rate(state.rate)
+        try:
+            self._publisher.publish(state)
+        except rospy.ROSException as error:  # the node is shutting down
+            rospy.logdebug('the state is not published: %s', error)
+
+    def _follow_rate(self, rate: float) -> None:
+        """Keep the parameter up to date for nodes that read it; the position is only in ~state."""
+        if rate == self._rate:
+            return
+        try:
+            self._node.set_param(PLAYBACK_RATE, rate)
+            self._rate = rate
+        except (OSError, rospy.ROSException) as error:
+            rospy.logwarn_throttle(10.0, f'{PLAYBACK_RATE} cannot be set: {error}')
+
+
+LARGEST_BYTES = 1 << 20
+_FARTHEST_S = 1e9  # from the beginning of a recording; times further away are none
+
+
+class TopicReadingService:
+    """Offers ~read: the messages of a topic between two positions, as they were recorded."""
+
+    def __init__(self, recording: Recording, topics: Sequence[PublishedTopic],
+                 node: NodeHandle) -> None:
+        """Advertise it for the topics that are played."""
+        self._recording = recording
+        self._begin_ns = recording.begin_ns
+        self._topics = {node.resolve(topic.name): topic for topic in topics}
+        self._periods_s: Dict[str, float] = {}
+        self._service = node.serve('~read', ReadTopic, self._read)
+
+    def close(self) -> None:
+        """Shut the service down."""
+        self._service.shutdown()
+
+    def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:
+        topic = self._topics.get(request.topic)
+        if topic is None:
+            return ReadTopicResponse(success=False, message=f'{request.topic} is not played')
+        if not -_FARTHEST_S < request.begin <= request.end < _FARTHEST_S:
+            return ReadTopicResponse(success=False, message='begin and end must be positions in '
+                                     f's, not {request.begin} and {request.end}')
+        return self._answer(topic, topic_messages(
+            self._recording, topic.numbers, self._bag_ns(request.begin),
+            self._bag_ns(request.end), LARGEST_BYTES))
+
+    def _answer(self, topic: PublishedTopic, found: TopicMessages) -> ReadTopicResponse:
+        return ReadTopicResponse(
+            success=True, type=topic.connection.type,
+            recording_begin=rospy.Time(*divmod(self._begin_ns, NS_PER_S)),
+            end=self._position_s(found.end_ns), period=self._period_s(topic),
+            positions=[self._position_s(time_ns) for time_ns in found.times_ns],
+            sizes=[len(message) for message in found.messages],
+            data=b''.join(found.messages))
+
+    def _period_s(self, topic: PublishedTopic) -> float:
+        if topic.name not in self._periods_s:
+            self._periods_s[topic.name] = topic_period_s(self._recording, topic.numbers)
+        return self._periods_s[topic.name]
+
+    def _bag_ns(self, position_s: float) -> int:
+        return self._begin_ns + round(position_s * NS_PER_S)
+
+    def _position_s(self, bag_ns: int) -> float:
+        return (bag_ns - self._begin_ns) / NS_PER_S

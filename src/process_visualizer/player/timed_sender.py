@@ -7,7 +7,7 @@ import threading
 import weakref
 from typing import Callable, Dict, List
 
-from process_visualizer.messages.message_layout import Data
+from process_visualizer.bagio.message_layout import Data
 
 LIBRARY = 'libprocess_visualizer_sender.so'
 

@@ -12,7 +12,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
 
-from process_visualizer.bags.json_text import parsed_json
+from process_visualizer.bagio.json_text import parsed_json
 
 GREETING = b'process_visualizer view 1\n'
 """Of both sides. Another number: they do not understand each other."""

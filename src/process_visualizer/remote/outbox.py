@@ -2,14 +2,18 @@
 """The outbox of one viewer: never old data, and never much."""
 from __future__ import annotations
 
+import math
 from collections import deque
+from struct import Struct, error
 from typing import Callable, Deque, Dict, Iterator, NamedTuple, Optional, Tuple
+
+import numpy as np
 
 from process_visualizer.remote.frames import PART_BYTES, message_frames
 
 OLD_S = 0.3
 """A message that has waited longer is not sent any more, unless it has to arrive."""
-_MOST_BYTES = 4 << 20
+_MAX_WAITING_BYTES = 4 << 20
 """Of small messages that wait."""
 Thinner = Callable[[int, bytes], bytes]
 
@@ -61,7 +65,7 @@ class Outbox:
             return
         self._small.append(waiting)
         self._small_bytes += len(data)
-        while self._small_bytes > _MOST_BYTES:
+        while self._small_bytes > _MAX_WAITING_BYTES:
             self._leave_out(self._take_small().channel)
 
     def take_left_out(self) -> Dict[int, int]:
@@ -112,3 +116,193 @@ class Outbox:
 
     def _leave_out(self, channel: int) -> None:
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
+
+
+_LEAST_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 8 << 20
+_BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
+_LARGE_S, _LEAST_LARGE_BYTES = 0.25, 16 << 10
+_QUEUED_S = 0.06
+"""So much longer than the quickest one an answer may take: that is what queues on the way."""
+_SHRINK = 0.8
+_RESERVE = 2.0
+_QUICKEST_S = 20.0
+"""The quickest answer counts for so long: the way may become another one."""
+_RATE_S = 0.5
+
+
+class LinkWindow:
+    """Follows what the viewer acknowledges; times [s] are those of a clock that does not jump.
+
+    TCP alone fills every buffer on the way, up to seconds of a thin link. So no more is under way
+    than the link carries in the time of an answer: it grows while answers come as quickly as they
+    can, and shrinks when they become slower.
+    """
+
+    def __init__(self) -> None:
+        """Nothing is known of the link."""
+        self._window = float(_BEGIN_BYTES)
+        self._sent = self._acknowledged = 0
+        self._marks: Deque[Tuple[int, float]] = deque()  # bytes sent up to a time
+        self._quickest: Deque[Tuple[float, float]] = deque()  # rising: time, answer [s]
+        self._shrunk_s = self._rate_begin_s = float('-inf')
+        self._rate_bytes = 0
+        self._bytes_s = 0.0
+        self.answer_s = 0.0
+
+    @property
+    def under_way(self) -> int:
+        """The bytes that are not acknowledged."""
+        return self._sent - self._acknowledged
+
+    @property
+    def bytes_s(self) -> float:
+        """Return what the viewer gets at present [bytes/s]; 0 while nothing is known."""
+        return self._bytes_s
+
+    @property
+    def carries_bytes_s(self) -> float:
+        """Return what the link would carry [bytes/s]; a cautious guess while nothing is known."""
+        return self._window / (self.answer_s or _BEGIN_S)
+
+    def large_bytes(self, count: int) -> float:
+        """Return how long each of some large messages may be to be there soon [bytes]."""
+        return max(_LEAST_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
+
+    def may_send(self) -> bool:
+        """Return whether more may be sent now, if it is small: it need not wait for large data."""
+        return self.under_way < _RESERVE * self._window
+
+    def may_send_large(self) -> bool:
+        """Return whether more may be sent now, whatever it is."""
+        return self.under_way < self._window
+
+    def sent(self, count: int, now_s: float) -> None:
+        """Note bytes that have been sent."""
+        self._sent += count
+        self._marks.append((self._sent, now_s))
+
+    def acknowledged(self, total: int, now_s: float) -> None:
+        """Note how many bytes the viewer has had in all."""
+        if not self._acknowledged < total <= self._sent:
+            return
+        was_full = self.under_way > 0.5 * self._window
+        new, self._acknowledged = total - self._acknowledged, total
+        begun_s = now_s
+        while self._marks and self._marks[0][0] <= total:
+            begun_s = self._marks.popleft()[1]
+        self._count(new, now_s)
+        if begun_s < now_s:
+            self._adapt(now_s - begun_s, new, was_full, now_s)
+
+    def _adapt(self, answer_s: float, new: int, was_full: bool, now_s: float) -> None:
+        self.answer_s = answer_s
+        while self._quickest and self._quickest[-1][1] >= answer_s:
+            self._quickest.pop()
+        self._quickest.append((now_s, answer_s))
+        while self._quickest[0][0] < now_s - _QUICKEST_S:
+            self._quickest.popleft()
+        if answer_s > self._quickest[0][1] + _QUEUED_S:
+            if now_s - self._shrunk_s > answer_s:  # once for what is under way
+                self._window = max(_LEAST_BYTES, self._window * _SHRINK)
+                self._shrunk_s = now_s
+        elif was_full:
+            self._window = min(_MAX_WINDOW_BYTES, self._window + 0.5 * new)
+
+    def _count(self, new: int, now_s: float) -> None:
+        self._rate_bytes += new
+        passed_s = now_s - self._rate_begin_s
+        if passed_s > _RATE_S:
+            self._bytes_s = self._rate_bytes / passed_s
+            self._rate_begin_s, self._rate_bytes = now_s, 0
+
+
+CLOUD, IMAGE = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image'
+_LENGTH = Struct('<I')
+_STAMPED = 12
+_PIXEL_BYTES = {'mono8': 1, '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'rgb8': 3, 'bgr8': 3,
+                '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4}
+
+
+def thinned(kind: str, data: bytes, most_bytes: float) -> bytes:
+    """Return a message with about so many bytes at most, if it is a cloud or an image.
+
+    Of a cloud every so many points are kept, after those that are nowhere; of an image every so
+    many rows and columns. What cannot be understood is returned as it is.
+    """
+    if len(data) <= most_bytes:
+        return data
+    try:
+        if kind == CLOUD:
+            return _thinned_cloud(data, most_bytes)
+        if kind == IMAGE:
+            return _thinned_image(data, most_bytes)
+    except (error, ValueError, IndexError, KeyError):
+        return data
+    return data
+
+
+def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
+    position = _after_header(data)
+    begin = position
+    height, width, count = Struct('<III').unpack_from(data, position)
+    position += 12
+    offsets = {}
+    for _ in range(count):
+        name, position = _text(data, position)
+        offset, datatype, _count = Struct('<IBI').unpack_from(data, position)
+        offsets[name] = offset, datatype
+        position += 9
+    fields_end = position
+    big, point_step, row_step, size = Struct('<BIII').unpack_from(data, position)
+    position += 13
+    if row_step != width * point_step or size != height * row_step or not point_step:
+        return data
+    points = np.frombuffer(data, np.uint8, size, position).reshape(-1, point_step)
+    points = _somewhere(points, offsets, '>f4' if big else '<f4')
+    step = max(1, math.ceil(points.size / max(1.0, most_bytes)))
+    points = points[::step]
+    dense = data[position + size:position + size + 1]
+    return b''.join([
+        data[:begin], Struct('<III').pack(1, len(points), count), data[begin + 12:fields_end],
+        Struct('<BIII').pack(big, point_step, points.size, points.size), points.tobytes(), dense])
+
+
+def _somewhere(points: np.ndarray, offsets: 'dict[str, Tuple[int, int]]',
+               number: str) -> np.ndarray:
+    """The points whose place is known."""
+    offset, datatype = offsets.get('z', (0, 0))
+    if datatype != 7 or offset + 4 > points.shape[1]:  # FLOAT32
+        return points
+    depths = np.ascontiguousarray(points[:, offset:offset + 4]).view(number)[:, 0]
+    return points[np.isfinite(depths)]
+
+
+def _thinned_image(data: bytes, most_bytes: float) -> bytes:
+    position = _after_header(data)
+    begin = position
+    height, width = Struct('<II').unpack_from(data, position)
+    encoding, position = _text(data, position + 8)
+    encoding_end = position
+    big, row_step, size = Struct('<BII').unpack_from(data, position)
+    position += 9
+    pixel = _PIXEL_BYTES[encoding]
+    if row_step < width * pixel or size != height * row_step:
+        return data
+    rows = np.frombuffer(data, np.uint8, size, position).reshape(height, row_step)
+    step = max(1, math.ceil(math.sqrt(size / max(1.0, most_bytes))))
+    kept = rows[::step, :width * pixel].reshape(-1, width, pixel)[:, ::step]
+    return b''.join([
+        data[:begin], Struct('<II').pack(*kept.shape[:2]), data[begin + 8:encoding_end],
+        Struct('<BII').pack(big, kept.shape[1] * pixel, kept.size), kept.tobytes()])
+
+
+def _after_header(data: bytes) -> int:
+    return _text(data, _STAMPED)[1]
+
+
+def _text(data: bytes, position: int) -> Tuple[str, int]:
+    length = _LENGTH.unpack_from(data, position)[0]
+    end = position + _LENGTH.size + length
+    if end > len(data):
+        raise ValueError('a text that is longer than the message')
+    return data[position + _LENGTH.size:end].decode('utf-8', 'replace'), end

@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The view of a cell that runs elsewhere, of which only what it shows is taken over."""
+"""View and models of a cell that runs elsewhere: data, of which only what is shown counts."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, Mapping
+import os
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from urllib.parse import quote
+from xml.etree import ElementTree
 
+import rospkg
 import yaml
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.plain_yaml import plain_yaml
-from process_visualizer.rviz.onlooker_view import onlooker_view
+from process_visualizer.cell.elements import DISPLAY_TYPES
+from process_visualizer.cell.values import plain_yaml
+from process_visualizer.remote.offer import MESH_ENDINGS, MOST_MESH_BYTES, Mesh, digest_of
+from process_visualizer.robot.model_resources import resource_path
+from process_visualizer.rviz.views import onlooker_view
+
+# The view of a cell that runs elsewhere, of which only what it shows is taken over.
 
 LINK_TOPIC = '/view_link/marker_array'
 """Where the viewer says in its own scene that the cell cannot be reached."""
@@ -17,7 +26,7 @@ _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection'
 _GROUP = 'rviz/Group'
 _KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray',
                     *(f'rviz/{name}' for name in DISPLAY_TYPES)))
-_LONGEST_TEXT, _MOST_VALUES, _DEEPEST = 2 << 20, 100_000, 24
+_MAX_VIEW_TEXT, _MOST_VALUES, _DEEPEST = 2 << 20, 100_000, 24
 _LIMITS = {'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,
            'Length': 1000, 'History Length': 1000, 'Cloud Decay Time': 60}
 _HINTS = ('Transport Hint', 'Depth Map Transport Hint', 'Color Transport Hint')
@@ -86,8 +95,8 @@ def _models(element: Any) -> Iterator[str]:
 
 
 def _parsed(text: str) -> View:
-    if len(text) > _LONGEST_TEXT:
-        raise ValueError(f'it is longer than {_LONGEST_TEXT >> 20} MB')
+    if len(text) > _MAX_VIEW_TEXT:
+        raise ValueError(f'it is longer than {_MAX_VIEW_TEXT >> 20} MB')
     try:
         content = plain_yaml(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
@@ -140,3 +149,128 @@ def _limited(key: str, value: Any) -> Any:
 def _mapping(element: Mapping[str, Any], key: str) -> View:
     value = element.get(key)
     return value if isinstance(value, dict) else {}
+
+
+# Models of a cell that runs elsewhere, and their meshes: of this computer, or of the cell.
+
+_MAX_MODEL_TEXT = 16 << 20
+
+
+class ShownModels(NamedTuple):
+    """Models by parameter, as RViz is to have them.
+
+    ``wanted`` are the files that the cell has to send: where to put each, by its URI there.
+    ``left_out`` are those that there are not.
+    """
+
+    texts: Dict[str, str]
+    wanted: Dict[str, str]
+    left_out: Tuple[str, ...]
+
+
+def mesh_paths(models: Mapping[str, str]) -> Dict[str, str]:
+    """Return the meshes and textures of models that a cell gives to viewers: paths by URI."""
+    packages = rospkg.RosPack()
+    found: Dict[str, str] = {}
+    for text in models.values():
+        try:
+            root = _root(text)
+        except ValueError:
+            continue
+        for element in _resources(root):
+            uri = element.get('filename', '')
+            path = resource_path(uri, packages)
+            if _is_mesh(uri) and path and os.path.isfile(path) \
+                    and os.path.getsize(path) <= MOST_MESH_BYTES:
+                found[uri] = path
+    return found
+
+
+def offered_meshes(paths: Mapping[str, str]) -> Dict[str, Mesh]:
+    """Return what is said of files to viewers, by URI; what cannot be read is left out."""
+    found: Dict[str, Mesh] = {}
+    for uri, path in paths.items():
+        digest = _digest(path)
+        if digest is not None:
+            found[uri] = Mesh(os.path.getsize(path), digest)
+    return found
+
+
+def shown_models(models: Mapping[str, str], meshes: Mapping[str, Mesh], folder: str
+                 ) -> ShownModels:
+    """Return the models with the meshes that this computer has, or gets from the cell.
+
+    A file here counts if it has the content of that of the cell. Files of the cell come into a
+    folder; no name of them is taken over.
+
+    Raises:
+        ValueError: a model is none.
+    """
+    packages = rospkg.RosPack()
+    texts: Dict[str, str] = {}
+    wanted: Dict[str, str] = {}
+    left_out: List[str] = []
+    for name, text in models.items():
+        root = _root(text)
+        parents = {child: parent for parent in root.iter() for child in parent}
+        for element in _resources(root):
+            uri = element.get('filename', '')
+            mesh = meshes.get(uri)
+            if mesh is None or not _is_mesh(uri):
+                left_out.append(uri)
+                _remove(element, parents)
+            elif not _is_here(uri, mesh, packages):
+                path = os.path.join(folder, f'{len(wanted)}{_ending(uri)}')
+                path = wanted.setdefault(uri, path)
+                element.set('filename', f'file://{quote(path)}')
+        texts[name] = ElementTree.tostring(root, encoding='unicode')
+    return ShownModels(texts, wanted, tuple(dict.fromkeys(left_out)))
+
+
+def _root(text: str) -> ElementTree.Element:
+    if len(text) > _MAX_MODEL_TEXT or '<!DOCTYPE' in text or '<!ENTITY' in text:
+        raise ValueError('a model is too long, or declares a DOCTYPE')
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError, RecursionError) as error:
+        raise ValueError(f'a model is no XML: {error}') from None
+    if root.tag != 'robot':
+        raise ValueError('a model does not begin with <robot>')
+    return root
+
+
+def _resources(root: ElementTree.Element) -> List[ElementTree.Element]:
+    """The meshes and textures."""
+    return [it for it in root.iter() if it.tag in ('mesh', 'texture')]
+
+
+def _remove(element: ElementTree.Element,
+            parents: Mapping[ElementTree.Element, ElementTree.Element]) -> None:
+    """Take out a texture, or what a mesh is the shape of: without it that would be no URDF."""
+    while element.tag not in ('texture', 'visual', 'collision') and element in parents:
+        element = parents[element]
+    parent = parents.get(element)
+    if parent is not None and element in list(parent):
+        parent.remove(element)
+
+
+def _is_mesh(uri: str) -> bool:
+    return bool(_ending(uri))
+
+
+def _ending(uri: str) -> str:
+    ending = os.path.splitext(uri)[1].lower()
+    return ending if ending in MESH_ENDINGS else ''
+
+
+def _is_here(uri: str, mesh: Mesh, packages: rospkg.RosPack) -> bool:
+    path = resource_path(uri, packages) if uri.startswith('package://') else ''
+    return bool(path) and os.path.isfile(path) and os.path.getsize(path) == mesh.size \
+        and _digest(path) == mesh.digest
+
+
+def _digest(path: str) -> Optional[str]:
+    try:
+        return digest_of(Path(path).read_bytes())
+    except OSError:
+        return None

@@ -7,7 +7,7 @@ from typing import Any, Dict, Mapping
 
 import numpy as np
 
-from process_visualizer.motion.rotations import matrix_from_ypr
+from process_visualizer.robot.rotations import matrix_from_ypr
 
 FIELD_OF_VIEW_RAD = math.pi / 4
 """From the upper to the lower edge of RViz's picture."""

@@ -6,7 +6,7 @@ import copy
 import re
 from typing import Any, Dict, List, Optional, Set, Tuple
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.model import Device, DeviceType, Display, Property
 from process_visualizer.ros_names import OBJECTS_MARKERS, ROI_FILTER
 

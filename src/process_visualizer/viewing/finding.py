@@ -7,11 +7,11 @@ from http.client import HTTPException
 from typing import Any, List, NamedTuple, Optional, Tuple
 from xmlrpc.client import Error, ServerProxy
 
-from process_visualizer.launching.limited_transport import LimitedTransport
-from process_visualizer.launching.ros_api import CALLER_ID
-from process_visualizer.remote.address import MASTER_PORT, Address
+from process_visualizer.launching.ros_api import CALLER_ID, LimitedTransport
 from process_visualizer.remote.frames import GREETING
 from process_visualizer.remote.link_words import (
+    MASTER_PORT,
+    Address,
     no_cell,
     nothing_there,
     relay_silent,

@@ -9,7 +9,7 @@ import genpy
 import rosbag
 from hypothesis import strategies as st
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 
 DEFINITION = 'uint8[] data'
 MD5SUM = 'f43a8e1b362b75baa741461b46adc7e0'

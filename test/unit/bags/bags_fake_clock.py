@@ -4,7 +4,7 @@ import threading
 from collections import deque
 from typing import Callable, Deque
 
-from process_visualizer.playback.clock import Clock
+from process_visualizer.playback.timeline import Clock
 
 WALL_NS = 1_800_000_000_000_000_000
 

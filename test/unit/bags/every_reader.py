@@ -8,22 +8,21 @@ import warnings
 from pathlib import Path
 from typing import List, Tuple
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recorder_topics import recorded_configuration
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.reindex import reindex
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.marks import read_marks
+from process_visualizer.bagio.message_layout import with_stamps_moved
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import reindex
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import as_json, as_text
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.curves.curves import read_curves
-from process_visualizer.curves.position_values import PositionValues
-from process_visualizer.curves.topic_messages import topic_messages
-from process_visualizer.messages.stamps import with_stamps_moved
-from process_visualizer.playback.scene.message_loader import MessageLoader
-from process_visualizer.playback.scene.playback_event import EventMaker
-from process_visualizer.report.report import make_report
-from process_visualizer.report.report_text import as_json, as_text
+from process_visualizer.curves.position_values import PositionValues, topic_messages
+from process_visualizer.playback.message_loader import MessageLoader
+from process_visualizer.playback.playback_event import EventMaker
 
 
 def read_all(path: Path, its_devices: Tuple[Device, ...]) -> List[str]:

@@ -12,21 +12,14 @@ from std_msgs.msg import Float32MultiArray, MultiArrayDimension, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.bag_records import sized_part
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.emptied import can_be_emptied, emptied
-from process_visualizer.messages.message_definition import parse_definitions
-from process_visualizer.messages.message_parts import parts_reader
-from process_visualizer.messages.message_values import message_values
-from process_visualizer.messages.number_places import (
-    FieldLocator,
-    FloatArrayLocator,
-    transforms_in,
-)
-from process_visualizer.messages.stamps import StampLocator
-from process_visualizer.messages.static_transforms import split
-from process_visualizer.motion.float32_multi_array import float32_values
-from process_visualizer.nodes.robot.frame_reader import transforms_in as tf_transforms
+from process_visualizer.bagio.bag_file import sized_part
+from process_visualizer.bagio.message_definition import Connection, parse_definitions
+from process_visualizer.bagio.message_layout import StampLocator
+from process_visualizer.bagio.message_parts import can_be_emptied, emptied, parts_reader, split
+from process_visualizer.bagio.message_values import message_values
+from process_visualizer.bagio.number_places import FieldLocator, FloatArrayLocator, transforms_in
+from process_visualizer.nodes.robot.message_reader import float32_values
+from process_visualizer.nodes.robot.tool_input import transforms_in as tf_transforms
 
 MESSAGES: List[Any] = [
     Float32MultiArray(data=[1.0, 2.0]), String('text'), PoseStamped(), Image(data=b'1234'),

@@ -19,7 +19,7 @@ import lz4.frame
 from every_reader import read_all
 from small_bags import devices, whole_bags
 
-from process_visualizer.bags.bag_records import MAGIC, OP_CHUNK, Record, record_at
+from process_visualizer.bagio.bag_file import MAGIC, OP_CHUNK, Record, record_at
 
 _ODD = (0, 1, 2, 4, 11, 12, 127, 128, 255, 256, 4096, 65_535, 1 << 20, (1 << 31) - 1, 1 << 31,
         (1 << 32) - 1)

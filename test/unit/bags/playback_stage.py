@@ -15,8 +15,8 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
-from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
-from process_visualizer.messages.connection import Connection
+from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
+from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.playback.course import Course
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.player_control import PlayerControl

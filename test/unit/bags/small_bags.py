@@ -14,7 +14,7 @@ from std_msgs.msg import Float32MultiArray, String, UInt16
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.recorder_topics import ACCOUNT, CONFIGURATION, MARKS
+from process_visualizer.bagio.recorder_topics import ACCOUNT, CONFIGURATION, MARKS
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from playback_stage import CONNECTIONS, MS, PICTURE, Message, Stage
 from scanned_scene import check_seen
 
-from process_visualizer.playback.step_target import Step
+from process_visualizer.playback.steps import Step
 
 SECOND = [Message(number % 2, 10 * number) for number in range(101)]
 

@@ -12,16 +12,16 @@ from bag_files import Row, some_rows, write_bag
 from genpy import Time
 from std_msgs.msg import String, UInt8
 
-from process_visualizer.bags.bag_errors import BagError, BagUnindexed
-from process_visualizer.bags.catalogue import (
+from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
+from process_visualizer.bagio.catalogue import (
     Catalogue,
     CatalogueTopic,
     missing_topics,
     read_catalogue,
     unused_topics,
 )
-from process_visualizer.bags.marks import Mark, add_mark, marks_path
-from process_visualizer.bags.recorder_topics import CONFIGURATION, MARKS
+from process_visualizer.bagio.marks import Mark, add_mark, marks_path
+from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 

@@ -8,7 +8,7 @@ import pytest
 from playback_stage import BEGIN_NS, MS, Message, Stage
 
 from process_visualizer.playback.player_control import PlayerControl
-from process_visualizer.playback.step_target import Step
+from process_visualizer.playback.steps import Step
 from process_visualizer.playback.timeline import CommandRefused
 
 MOSTLY_EMPTY = [Message(0, 0), Message(0, 100), Message(1, 5000), Message(0, 5100),

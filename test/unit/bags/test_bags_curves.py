@@ -18,16 +18,11 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves import curves as curves_module
-from process_visualizer.curves.curves import (
-    Curve,
-    column_limits,
-    columns_for,
-    read_curves,
-)
+from process_visualizer.curves.curves import Curve, column_limits, columns_for, read_curves
 from process_visualizer.curves.position_values import PositionValues
 from process_visualizer.curves.samples import ReadingCancelled
 

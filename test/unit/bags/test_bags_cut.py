@@ -14,11 +14,11 @@ from hypothesis import assume, given, settings
 from rosbags.rosbag1 import Reader
 from small_bags import BEGIN_S, whole_bags
 
-from process_visualizer.bags.bag_cut import Span, cut
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.marks import Mark, add_mark, read_marks
-from process_visualizer.bags.recorder_topics import CONFIGURATION, recorded_configuration
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.bag_cut import Span, cut
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.marks import Mark, add_mark, read_marks
+from process_visualizer.bagio.recorder_topics import CONFIGURATION, recorded_configuration
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.commands.command_line import main
 
 BEGIN_NS = BEGIN_S * 10 ** 9

@@ -15,22 +15,22 @@ from bag_files import Row, content, rows_of_messages, some_rows, write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.bags.bag_errors import BagDamaged, BagError, BagUnindexed
-from process_visualizer.bags.bag_file import BagFile
-from process_visualizer.bags.bag_records import (
+from process_visualizer.bagio.bag_errors import BagDamaged, BagError, BagUnindexed
+from process_visualizer.bagio.bag_file import (
     MAGIC,
     OP_BAG_HEADER,
     OP_CHUNK,
     OP_CHUNK_INFO,
     OP_CONNECTION,
     OP_INDEX,
+    BagFile,
     header_of,
     packed_record,
     record_at,
 )
-from process_visualizer.bags.chunk_store import Chunk, decompressed
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.reindex import reindex
+from process_visualizer.bagio.chunk_store import Chunk, decompressed
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import reindex
 
 
 def record_places(data: bytes) -> Iterator[Tuple[int, int]]:

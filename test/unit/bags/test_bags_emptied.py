@@ -13,9 +13,9 @@ from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, 
 from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.emptied import can_be_emptied, emptied
-from process_visualizer.messages.message_layout import MessageDamaged
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_parts import can_be_emptied, emptied
 
 HEADER = Header(seq=7, stamp=genpy.Time(5), frame_id='kamera_ä')
 FIELDS = [PointField(name=name, offset=4 * number, datatype=7, count=1)

@@ -18,10 +18,10 @@ from visualization_msgs.msg import (
     MarkerArray,
 )
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.fetched_meshes import fetched_mesh
-from process_visualizer.playback.scene.message_loader import MessageLoader
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_parts import fetched_mesh
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.playback.message_loader import MessageLoader
 
 
 def mesh(uri: str, text: str = '') -> Marker:

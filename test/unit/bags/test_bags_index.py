@@ -24,7 +24,7 @@ from bag_files import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 
 
 @settings(max_examples=60, deadline=None)

@@ -14,17 +14,20 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, Float64, Header
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.message_definition import (
+    Connection,
+    definition_problem,
+    with_definition,
+)
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import as_text
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curves import read_curves
-from process_visualizer.discovery.evidence.bag_look import look_into
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.installed_definitions import definition_problem, with_definition
-from process_visualizer.playback.scene.message_loader import MessageLoader
-from process_visualizer.report.report import make_report
-from process_visualizer.report.report_text import as_text
+from process_visualizer.discovery.bag_look import look_into
+from process_visualizer.playback.message_loader import MessageLoader
 
 BEGIN_S = 1_600_000_000
 TYPES = (JointState, TFMessage, WrenchStamped, Empty, Float64)

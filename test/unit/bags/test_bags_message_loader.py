@@ -11,8 +11,8 @@ import rosbag
 from genpy import Time
 from geometry_msgs.msg import PoseStamped
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.playback.scene.message_loader import MessageLoader
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.playback.message_loader import MessageLoader
 
 WHOLE = PoseStamped._full_text
 

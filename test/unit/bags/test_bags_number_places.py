@@ -22,7 +22,7 @@ from std_msgs.msg import (
 )
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.messages.number_places import (
+from process_visualizer.bagio.number_places import (
     FieldLocator,
     FloatArrayLocator,
     JointLocator,

@@ -18,13 +18,13 @@ from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.message_layout import MessageDamaged
-from process_visualizer.messages.message_parts import CLEARS, parts_reader
-from process_visualizer.playback.scene.message_loader import LoadedMessage, MessageLoader
-from process_visualizer.playback.scene.partial_messages import ALWAYS, FARTHEST_NS, MOST
-from process_visualizer.playback.scene.playback_event import EventMaker
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_parts import CLEARS, parts_reader
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.playback.playback_event import EventMaker
+from process_visualizer.playback.scene import ALWAYS, MAX_AGE_NS, MOST
 
 PERIOD_S = 0.02
 Seen = Dict[Tuple[str, str], float]
@@ -238,7 +238,7 @@ def test_how_much_is_read_is_bounded(tmp_path: Path) -> None:
     read = player.recording.message
     player.recording.message = lambda position: reads.append(position) or read(position)
     player.events.scene(900)
-    assert len(reads) <= min(MOST, FARTHEST_NS * 1e-9 / 0.01) + 5
+    assert len(reads) <= min(MOST, MAX_AGE_NS * 1e-9 / 0.01) + 5
     reads.clear()
     player.events.scene(700)
     assert len(reads) <= ALWAYS + 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from process_visualizer.playback.play_summary import play_summary, printable
+from process_visualizer.player.bag_player import play_summary, printable
 
 
 def test_nothing_is_said_when_all_was_played() -> None:

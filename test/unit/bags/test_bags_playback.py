@@ -31,7 +31,7 @@ from staged_playback import (
     steps,
 )
 
-from process_visualizer.playback.step_target import Step
+from process_visualizer.playback.steps import Step
 from process_visualizer.playback.timeline import CommandRefused
 
 rates = st.sampled_from([0.01, 0.25, 1.0, 3.0, 16.0, -0.1, -1.0, -4.0])

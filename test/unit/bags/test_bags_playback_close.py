@@ -9,7 +9,7 @@ from unittest import mock
 from playback_stage import MemoryRecording, Message
 
 from process_visualizer.playback.engine import Playback
-from process_visualizer.playback.playback_output import Output
+from process_visualizer.playback.scheduled_output import Output
 from process_visualizer.playback.timeline import Basis, Timeline
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from playback_stage import BEGIN_NS, MS, Message, Stage
 from staged_playback import SECOND, check_scene_passed, messages_of_a_recording, queued, steps
 
-from process_visualizer.playback.step_target import Step
+from process_visualizer.playback.steps import Step
 from process_visualizer.playback.timeline import CommandRefused
 
 

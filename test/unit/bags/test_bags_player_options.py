@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.playback.timeline import HIGHEST_RATE
-from process_visualizer.terminal.player_options import (
+from process_visualizer.player.player_options import (
     PlayerOptions,
     parse_options,
     topic_remaps,

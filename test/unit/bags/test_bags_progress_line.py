@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.progress import Progress
-from process_visualizer.playback.time_text import format_time
-from process_visualizer.terminal.progress_line import ASCII, UNICODE, progress_line, symbols_for
+from process_visualizer.playback.player_control import Progress
+from process_visualizer.playback.timeline import format_time
+from process_visualizer.player.player_terminal import ASCII, UNICODE, progress_line, symbols_for
 
 PLAYING = Progress(position_s=12.345, duration_s=62.0, rate=1.0, achieved_rate=1.0, paused=False)
 RATES = st.one_of(st.floats(0.01, 16.0), st.floats(-16.0, -0.01))

@@ -4,8 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.rate_ladder import RATES, faster, slower
-from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, checked_rate
+from process_visualizer.playback.timeline import (
+    MAX_RATE,
+    MIN_RATE,
+    RATES,
+    checked_rate,
+    faster,
+    slower,
+)
 
 VALID_RATES = st.floats(MIN_RATE, MAX_RATE)
 

@@ -24,10 +24,10 @@ from bag_files import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.bags.bag_errors import BagDamaged, BagError
-from process_visualizer.bags.bag_records import header_of, packed_record, packed_time
-from process_visualizer.bags.bag_writer import BagWriter, ConnectionRecord, IndexEntry
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.bag_errors import BagDamaged, BagError
+from process_visualizer.bagio.bag_file import header_of, packed_record, packed_time
+from process_visualizer.bagio.bag_writer import BagWriter, ConnectionRecord, IndexEntry
+from process_visualizer.bagio.recording import Recording
 
 
 @settings(max_examples=40, deadline=None)

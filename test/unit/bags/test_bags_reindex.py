@@ -9,10 +9,10 @@ import pytest
 from bag_files import Row, compressions, content, in_time, rows_of_messages, some_rows, write_bag
 from hypothesis import given, settings
 
-from process_visualizer.bags.bag_errors import BagError, BagUnindexed
-from process_visualizer.bags.bag_records import MAGIC, record_at
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.reindex import ReindexCancelled, copy_path, reindex
+from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
+from process_visualizer.bagio.bag_file import MAGIC, record_at
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import ReindexCancelled, copy_path, reindex
 
 
 def without_index(path: str) -> Path:

@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
-from process_visualizer.messages.connection import Connection
-from process_visualizer.playback.scene.scene import Scene, sources
+from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.playback.scene import Scene, sources
 
 STATIC_TOPIC = '/tf_static'
 

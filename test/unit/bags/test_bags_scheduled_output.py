@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from playback_stage import MS, MemoryRecording, Message, ScriptedClock, Viewer
 
-from process_visualizer.playback.scene.message_loader import MessageLoader
-from process_visualizer.playback.scene.playback_event import EventMaker, PlaybackEvent
-from process_visualizer.playback.scene.read_ahead import FORWARD
+from process_visualizer.playback.message_loader import MessageLoader
+from process_visualizer.playback.playback_event import FORWARD, EventMaker, PlaybackEvent
 from process_visualizer.playback.scheduled_output import LEAD_NS, SETTLING_NS, ScheduledOutput
 from process_visualizer.playback.stamp_mapping import StampMapping
 from process_visualizer.playback.timeline import Timeline

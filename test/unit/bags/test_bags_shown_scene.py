@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from playback_stage import BEGIN_NS, MS, MemoryRecording, Message
 
-from process_visualizer.playback.scene.read_ahead import BACKWARD, FORWARD
-from process_visualizer.playback.shown_scene import ShownScene, scene_after_jump
+from process_visualizer.playback.engine import ShownScene, scene_after_jump
+from process_visualizer.playback.playback_event import BACKWARD, FORWARD
 from process_visualizer.playback.timeline import Basis
 
 TIMES_MS = (0, 10, 10, 10, 20)

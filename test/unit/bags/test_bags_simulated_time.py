@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.simulated_time import SimulatedTime, next_tick_s
 from process_visualizer.playback.timeline import Basis
+from process_visualizer.player.simulated_clock import SimulatedTime, next_tick_s
 
 BASIS = Basis(0, 0, 0, 10 ** 9)
 

@@ -9,9 +9,8 @@ from bags_wire_format import messages
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.messages.message_definition import DefinitionError, parse_definitions
-from process_visualizer.messages.message_layout import MessageDamaged
-from process_visualizer.messages.stamps import StampLocator
+from process_visualizer.bagio.message_definition import DefinitionError, parse_definitions
+from process_visualizer.bagio.message_layout import MessageDamaged, StampLocator
 
 NS_PER_S = 1_000_000_000
 SHIFT_NS = 12_345_678_901

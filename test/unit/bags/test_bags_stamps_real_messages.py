@@ -7,8 +7,8 @@ import genpy.dynamic
 import pytest
 from roslib.message import get_message_class
 
-from process_visualizer.messages.definition_checksum import definition_checksum
-from process_visualizer.messages.stamps import StampLocator
+from process_visualizer.bagio.message_definition import definition_checksum
+from process_visualizer.bagio.message_layout import StampLocator
 
 SHIFT_NS = 400_000_123_456_789
 COUNTS = (0, 1, 3)

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.messages.message_layout import MessageDamaged
-from process_visualizer.messages.static_transforms import joined, split
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_parts import joined, split
 
 names = st.sampled_from(['world', 'base', '/base', 'ur/tool', 'kamera_ä', ''])
 transforms = st.tuples(names, names, st.floats(-10, 10))

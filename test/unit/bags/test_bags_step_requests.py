@@ -8,10 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.clock import Clock
-from process_visualizer.playback.step_requests import StepRequests, target_in_time
-from process_visualizer.playback.step_target import Step, StepTarget
-from process_visualizer.playback.timeline import CommandRefused
+from process_visualizer.playback.steps import Step, StepRequests, StepTarget, target_in_time
+from process_visualizer.playback.timeline import Clock, CommandRefused
 
 
 def stepped(step: Step) -> StepTarget:

@@ -11,11 +11,11 @@ from bag_files import Row, content, in_time, some_rows, write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.bags.bag_records import packed_time
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.bags.recording import Recording
-from process_visualizer.report.report import make_report
-from process_visualizer.report.report_text import as_text, verdict
+from process_visualizer.bagio.bag_file import packed_time
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import as_text, verdict
 
 S, DAY_S = 10 ** 9, 24 * 3600
 BEGIN_NS = 1_700_000_000 * S

@@ -16,19 +16,19 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.recorded_frames import recorded_frames
-from process_visualizer.bags.recorder_topics import CALIBRATION, CONFIGURATION
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_calibration import (
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.recorder_topics import CALIBRATION, CONFIGURATION
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.recording_calibration import (
     calibration_path,
     read_recording_calibration,
+    recorded_frames,
     save_pose,
     saved_poses,
 )
 from process_visualizer.cell.model import Pose
 from process_visualizer.commands.command_line import main
-from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.robot.rotations import quaternion_from_ypr
 
 CELL = """<visualizer>
   <device type="depth_sensor" name="kinect"><base frame="camera_link" xyz="1 2 3"/>

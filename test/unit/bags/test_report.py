@@ -16,17 +16,19 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String, UInt32
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.commands.command_line import main
-from process_visualizer.report.header_numbers import header_numbers
-from process_visualizer.report.report import Completeness, Report, make_report
-from process_visualizer.report.report_streams import (
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import (
+    Completeness,
+    Report,
     Stream,
     backward_jumps,
     find_gaps,
+    header_numbers,
+    make_report,
     range_minima,
 )
-from process_visualizer.report.report_text import as_json, as_text, verdict
+from process_visualizer.bagio.report_text import as_json, as_text, verdict
+from process_visualizer.commands.command_line import main
 
 BEGIN_S = 1_600_000_000
 

@@ -12,10 +12,10 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import String, UInt32
 
-from process_visualizer.bags import marks
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.bags.marks import (
+from process_visualizer.bagio import marks
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.marks import (
     Mark,
     add_mark,
     added_marks,
@@ -23,18 +23,18 @@ from process_visualizer.bags.marks import (
     marks_path,
     read_marks,
 )
-from process_visualizer.bags.recorder_topics import (
+from process_visualizer.bagio.recorder_topics import (
     ACCOUNT,
     CONFIGURATION,
     MARKS,
     recorded_configuration,
 )
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import as_json, as_text
 from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
-from process_visualizer.report.report import make_report
-from process_visualizer.report.report_text import as_json, as_text
 
 
 def bag_with(path: Path, topic: str, *texts: str) -> str:

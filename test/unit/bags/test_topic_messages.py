@@ -10,8 +10,8 @@ import pytest
 from bag_files import Row, compressions, in_time, rows_of_messages, some_rows, times_ns, write_bag
 from hypothesis import given, settings
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.curves.topic_messages import topic_messages
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.curves.position_values import topic_messages
 
 PLENTY_BYTES = 1 << 20
 

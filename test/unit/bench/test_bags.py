@@ -15,7 +15,7 @@ from cell_bag import cell_bag  # noqa: E402
 from message_index import indexes  # noqa: E402
 from robots_bag import robots_bag  # noqa: E402
 
-from process_visualizer.bags.recording import Recording  # noqa: E402
+from process_visualizer.bagio.recording import Recording  # noqa: E402
 
 
 @pytest.fixture(scope='module', params=['cell', 'robots'])

@@ -7,8 +7,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from hypothesis import strategies as st
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.elements import CONDITIONS, ROOT, TAGS, Attribute, Tag
+from process_visualizer.cell.elements import CONDITIONS, DISPLAY_TYPES, ROOT, TAGS, Attribute, Tag
 
 _NUMBER = st.one_of(st.floats(-1e9, 1e9).map(repr), st.sampled_from(['0', '+1.', '-.5', ' 2e-3']))
 _POSITIVE = st.sampled_from(['1', '0.001', '+1e3', ' .5 '])

@@ -11,13 +11,18 @@ import pytest
 import yaml
 
 from process_visualizer.cell.confinement import confined
-from process_visualizer.cell.editing.left_out import without
+from process_visualizer.cell.element_reader import read_xml
+from process_visualizer.cell.file_edit import without
 from process_visualizer.cell.model import Cell
-from process_visualizer.cell.plain_yaml import plain_yaml
-from process_visualizer.cell.provenance import Origin, Provenance
-from process_visualizer.cell.trusted_packages import set_trusted, trust_file, trusted_packages
+from process_visualizer.cell.trust import (
+    Origin,
+    Provenance,
+    set_trusted,
+    trust_file,
+    trusted_packages,
+)
+from process_visualizer.cell.values import plain_yaml
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.cell.xml_reader import read_xml
 from process_visualizer.commands.command_line import main
 
 TEXT = '''<visualizer>

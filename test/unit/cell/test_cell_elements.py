@@ -5,8 +5,7 @@ from typing import Callable, Tuple
 
 import pytest
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.elements import TAGS
+from process_visualizer.cell.elements import DISPLAY_TYPES, TAGS
 from process_visualizer.cell.model import (
     Cell,
     ColorScale,

@@ -8,10 +8,11 @@ from process_visualizer.cell.errors import (
     Location,
     Problem,
     ProblemList,
+    advice,
+    nearest,
     quoted,
     shortened,
 )
-from process_visualizer.cell.suggestions import advice, nearest
 
 
 def test_order_and_repetition() -> None:

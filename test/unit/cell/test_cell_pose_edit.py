@@ -15,8 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.cell.editing.number_text import number_text
-from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.file_edit import PoseEditError, PoseEditor, number_text
 from process_visualizer.cell.model import Cell, Pose
 from process_visualizer.cell.xml_parser import XmlParser
 

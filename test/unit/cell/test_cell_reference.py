@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.documents.reference import updated_reference
-from process_visualizer.cell.elements import TAGS
+from process_visualizer.cell.documents import updated_reference
+from process_visualizer.cell.elements import DISPLAY_TYPES, TAGS
 
 REFERENCE = Path(__file__).resolve().parents[3] / 'docs' / 'configuration.md'
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.file_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.model import RegionOfInterest
 from process_visualizer.cell.xml_parser import XmlParser
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import RobotDescription
-from process_visualizer.discovery.draft_text import draft_text
-from process_visualizer.discovery.evidence.seen import Seen, SeenNumber, SeenTopic, SeenTransform
-from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.draft import draft_text
 from process_visualizer.discovery.make_draft import make_draft
-from process_visualizer.motion.kinematics import Placement
+from process_visualizer.discovery.robot_topics import FoundModel
+from process_visualizer.discovery.seen import Seen, SeenNumber, SeenTopic, SeenTransform
+from process_visualizer.robot.description import RobotDescription
+from process_visualizer.robot.kinematics import Placement
 
 FLOATS, JOINTS = 'std_msgs/Float32MultiArray', 'sensor_msgs/JointState'
 POSE, WRENCH = 'geometry_msgs/PoseStamped', 'geometry_msgs/WrenchStamped'

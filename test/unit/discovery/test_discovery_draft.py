@@ -25,10 +25,10 @@ from seen_cells import (
 )
 
 from process_visualizer.cell.model import Device, TopicFunction
-from process_visualizer.descriptions.robot_description import describe_devices
-from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenNumber, SeenTopic
-from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
+from process_visualizer.discovery.robot_topics import FoundModel
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenNumber, SeenTopic
+from process_visualizer.robot.description import describe_devices
 
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift', 'elbow'], ['panda_joint1', 'panda_joint2']
 

@@ -23,8 +23,8 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.discovery.new_configuration import from_bags
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import quaternion_from_ypr
 
 NAMES, LENGTHS_M = ('arm3', 'arm5', 'arm7'), (0.3, 0.5, 0.7)
 JOINTS = ('pan', 'lift', 'bend')

@@ -15,20 +15,15 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
-from process_visualizer.descriptions.own_description import marked_description
-from process_visualizer.descriptions.robot_description import load_robot_description
-from process_visualizer.discovery.evidence.bag_look import look_into
-from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.discovery.bag_look import look_into
 from process_visualizer.discovery.model_search import ModelSearch
-from process_visualizer.discovery.new_configuration import (
-    NewConfiguration,
-    from_bags,
-    write_new,
-)
+from process_visualizer.discovery.new_configuration import NewConfiguration, from_bags, write_new
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.robot.description import load_robot_description, marked_description
 
 MAKERS = Path(__file__).parents[2] / 'data' / 'makers'
 JOINTS = ('left_pan', 'left_lift')

@@ -14,9 +14,9 @@ from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Float32MultiArray, Header, MultiArrayDimension, MultiArrayLayout
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.messages.message_definition import DefinitionError, parse_definitions
-from process_visualizer.messages.message_layout import MessageDamaged
-from process_visualizer.messages.message_values import LongArray, Values, message_values
+from process_visualizer.bagio.message_definition import DefinitionError, parse_definitions
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_values import LongArray, Values, message_values
 
 MESSAGES = [
     Temperature(Header(frame_id='ofen/ä'), 21.5, 0.1), JointState(name=['a', 'b'], position=[1, 2]),

@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header, String
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.recorder_topics import CALIBRATION, CONFIGURATION
+from process_visualizer.bagio.recorder_topics import CALIBRATION, CONFIGURATION
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser

@@ -37,12 +37,11 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.cell.model import Cell, Device, TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
-from process_visualizer.descriptions.robot_description import describe_devices
-from process_visualizer.discovery.evidence.frame_forest import FrameForest
-from process_visualizer.discovery.evidence.seen import Seen, SeenTopic, SeenTransform
-from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
+from process_visualizer.discovery.robot_topics import FoundModel
+from process_visualizer.discovery.seen import FrameForest, Seen, SeenTopic, SeenTransform
 from process_visualizer.generate.frame_rules import frame_problems, frame_warnings
+from process_visualizer.robot.description import describe_devices
 
 TF = SeenTopic('/tf', TF_MESSAGE)
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift'], ['panda_joint1', 'panda_joint2']

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import rospkg
 
-from process_visualizer.descriptions.robot_description import ModelError, load_robot_description
+from process_visualizer.robot.description import ModelError, load_robot_description
 
 PACKAGE = Path(rospkg.RosPack().get_path('process_visualizer'))
 _ROBOT = ('<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r">{}<link name="a"/>'

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Cell, Device, DeviceType, Display, Property
 from process_visualizer.rviz.displays import device_displays, property_value

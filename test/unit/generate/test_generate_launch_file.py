@@ -12,13 +12,7 @@ from launch_cells import HERE, device, launch_text, loaded, one_node
 from launch_loading import load_text, node_names, nodes, parameters
 from roslaunch.config import ROSLaunchConfig
 
-from process_visualizer.cell.model import (
-    Cell,
-    Device,
-    DeviceType,
-    Mode,
-    Topic,
-)
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_file import LaunchFileBuilder, recorded_topics, urdf_file
 from process_visualizer.generate.plan import generated_notice

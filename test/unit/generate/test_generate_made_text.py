@@ -9,9 +9,8 @@ from typing import Any, List, Tuple
 
 import pytest
 
-from process_visualizer.descriptions import xacro_file
-from process_visualizer.descriptions.made_text import MadeText
-from process_visualizer.descriptions.xacro_file import XacroError, expand_xacro
+from process_visualizer.robot import xacro_file
+from process_visualizer.robot.xacro_file import MadeText, XacroError, expand_xacro
 
 OLD_S = 100.0
 

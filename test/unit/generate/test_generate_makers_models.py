@@ -11,13 +11,13 @@ import pytest
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import BaseFrame, Cell, Device, DeviceType, Model, Pose
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import (
+from process_visualizer.robot.description import (
     ModelError,
     RobotDescription,
     describe_devices,
     load_robot_description,
 )
-from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.robot.tool_frame import tool_frame
 
 MAKERS = Path(__file__).parents[2] / 'data' / 'makers'
 UR, PANDA = ('ur_style_description', 'urdf/arm.xacro'), ('panda_style_description',

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from process_visualizer.descriptions.mesh_extent import mesh_corners
+from process_visualizer.robot.model_extent import mesh_corners
 
 TRIANGLE = [(0.0, 0.0, 0.0), (1.0, 0.0, -2.0), (0.5, 3.0, 0.0)]
 LOW, HIGH = [0.0, 0.0, -2.0], [1.0, 3.0, 0.0]

@@ -12,9 +12,9 @@ import pytest
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
-from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate
+from process_visualizer.robot.description import describe_devices
 
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Callable, Dict, Optional
 
 from process_visualizer.cell.model import Cell, Mode
-from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice
-from process_visualizer.generate.nodelet_managers import Manager
-from process_visualizer.generate.object_finder import object_finder_nodes
-from process_visualizer.generate.processor_nodes import ProcessorNode
+from process_visualizer.generate.drivers import Manager
+from process_visualizer.generate.processor_nodes import ProcessorNode, object_finder_nodes
+from process_visualizer.robot.description import RobotDescription
 from process_visualizer.rviz.displays import device_displays
 
 Parse = Callable[[str], Cell]

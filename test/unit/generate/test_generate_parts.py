@@ -10,7 +10,6 @@ from golden import BAG, CASES, make_plan
 from launch_loading import load_file, node_names, parameters
 
 from process_visualizer.cell.model import Cell, Mode
-from process_visualizer.descriptions.own_description import is_own_description
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import (
@@ -21,6 +20,7 @@ from process_visualizer.generate.plan import (
     Plan,
     write_plan,
 )
+from process_visualizer.robot.description import is_own_description
 
 Parse = Callable[[str], Cell]
 ROBOT = ('<device type="robot" name="arm"><model pkg="my_cell" path="urdf/arm.urdf"/>{}'

@@ -7,8 +7,7 @@ from typing import Any, Callable, Dict, List, Optional
 import pytest
 
 from process_visualizer.cell.model import Cell, Device
-from process_visualizer.descriptions.robot_description import RobotDescription
-from process_visualizer.generate.nodelet_managers import Manager
+from process_visualizer.generate.drivers import Manager
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     fixed_frames,
@@ -16,7 +15,8 @@ from process_visualizer.generate.processor_nodes import (
     processor_nodes,
     robot_parameters,
 )
-from process_visualizer.parameters.frame_parameters import written_frames
+from process_visualizer.parameters.cell_parameters import written_frames
+from process_visualizer.robot.description import RobotDescription
 
 Parse = Callable[[str], Cell]
 ARM = RobotDescription('<robot/>', ('base', 'a', 'tool'),

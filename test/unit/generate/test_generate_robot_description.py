@@ -10,7 +10,7 @@ import pytest
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import BaseFrame, Cell, Device, DeviceType, Model, Pose
-from process_visualizer.descriptions.robot_description import (
+from process_visualizer.robot.description import (
     ModelError,
     RobotDescription,
     describe_device,

@@ -8,11 +8,8 @@ from typing import Callable, Dict, List
 import pytest
 
 from process_visualizer.cell.model import Cell
-from process_visualizer.descriptions.robot_description import (
-    RobotDescription,
-    load_robot_description,
-)
-from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.robot.description import RobotDescription, load_robot_description
+from process_visualizer.robot.tool_frame import tool_frame
 
 Parse = Callable[[str], Cell]
 DATA = Path(__file__).resolve().parents[2] / 'data'

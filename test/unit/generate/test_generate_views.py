@@ -15,8 +15,7 @@ from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate, generate_parts
 from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
-from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
-from process_visualizer.rviz.view_merge import merged_view
+from process_visualizer.rviz.views import SavedViewError, SavedViews, merged_view
 from process_visualizer.rviz.window_geometry import Rectangle, window_geometry
 
 VIEW = 'Visualization Manager: {Displays: []}\n'

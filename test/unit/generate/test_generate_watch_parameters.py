@@ -7,7 +7,7 @@ from typing import Callable
 import pytest
 
 from process_visualizer.cell.model import Cell
-from process_visualizer.generate.watch_parameters import watch_parameters
+from process_visualizer.generate.processor_nodes import watch_parameters
 
 Parse = Callable[[str], Cell]
 

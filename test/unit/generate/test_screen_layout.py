@@ -9,20 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.rviz.screen_layout import (
+from process_visualizer.rviz.window_geometry import (
     LEAST_LAUNCHER_PX,
     LEAST_RVIZ_PX,
     LEAST_TIMELINE_PX,
     LEAST_UPPER_PX,
     Frame,
     Places,
+    Rectangle,
     Sizes,
     followed,
     places,
     settings_of,
     sizes_from,
 )
-from process_visualizer.rviz.window_geometry import Rectangle
 
 FRAME = Frame(1, 20, 1, 2)
 FRAMES = st.builds(Frame, *(4 * [st.integers(0, 40)]))

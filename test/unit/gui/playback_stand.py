@@ -6,7 +6,7 @@ from typing import Any, List
 
 from held_tasks import HeldTasks, RecordingClient, Refused
 
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 
 PAUSED = PlayerSnapshot(stamp_s=1000.0, begin_s=500.0, duration_s=20.0, position_s=0.0, rate=1.0,

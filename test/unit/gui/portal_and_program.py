@@ -16,9 +16,7 @@ from PyQt5.QtDBus import (
 )
 from PyQt5.QtGui import QGuiApplication
 
-from process_visualizer.gui.toolkit.desktop_theme import DesktopTheme
-from process_visualizer.gui.toolkit.style import palette
-from process_visualizer.gui.toolkit.theme import LIGHT
+from process_visualizer.gui.toolkit.theme import LIGHT, DesktopTheme, palette
 
 PATH, SETTINGS = '/org/freedesktop/portal/desktop', 'org.freedesktop.portal.Settings'
 GROUP, KEY = 'org.freedesktop.appearance', 'color-scheme'

@@ -7,8 +7,8 @@ from typing import Any, Callable, List, Optional, Sequence
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.clients.recording_options import RecordingOptions
-from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
+from process_visualizer.clients.bag_recorder import RecordingOptions
+from process_visualizer.gui.recording.recording_model import BagVerdict
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 
 HERE = Location('cell.xml', 1)

@@ -15,34 +15,23 @@ from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QPushButton
 from std_msgs.msg import Float64
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.events_file import events_path, write_events
+from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import (
-    Cell,
-    Device,
-    DeviceType,
-    Mode,
-    Variable,
-    WarningLimits,
-)
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Variable, WarningLimits
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import RVIZ_PART
-from process_visualizer.gui.app.event_notes import EventNotes
-from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
-from process_visualizer.gui.models.cell.warnings_model import WarningsModel
-from process_visualizer.gui.models.playback.curves_model import CurvesModel
-from process_visualizer.gui.models.recording.recording_state import RecordingState
-from process_visualizer.gui.models.recording.recording_types import Mark
+from process_visualizer.gui.app.event_notes import EventNotes, events_path, write_events
+from process_visualizer.gui.cell.alarm_strip import AlarmChip, AlarmStrip, EventsView
+from process_visualizer.gui.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
+from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.playback.bag_model import CurvesModel
+from process_visualizer.gui.recording.recording_state import RecordingState
+from process_visualizer.gui.recording.recording_types import Mark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
-from process_visualizer.gui.views.cell.alarm_strip import AlarmChip, AlarmStrip
-from process_visualizer.gui.views.cell.events_view import EventsView
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))

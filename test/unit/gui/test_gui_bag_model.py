@@ -19,16 +19,16 @@ from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from std_msgs.msg import Float32, String
 
-from process_visualizer.bags.recorder_topics import CONFIGURATION, MARKS
+from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.playback import bag_model
-from process_visualizer.gui.models.playback.bag_model import BagModel
-from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.playback import bag_model
+from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.bag_view import BagView
+from process_visualizer.gui.playback.playback_panel import CurvesRow
+from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.sentences import parted
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.playback.bag_view import BagView
-from process_visualizer.gui.views.playback.curves_row import CurvesRow
 
 HERE = Location('cell.xml', 1)
 BEGIN_S = 1_600_000_000

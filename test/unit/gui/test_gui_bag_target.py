@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.gui.models.recording import bag_target
-from process_visualizer.gui.models.recording.bag_target import is_for_anybody, look_at
+from process_visualizer.gui.recording import recording_choices as bag_target
+from process_visualizer.gui.recording.recording_choices import is_for_anybody, look_at
 
 
 def test_a_folder_that_is_there_or_can_be_made(tmp_path: Path):

@@ -13,7 +13,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import RegionOfInterest
-from process_visualizer.gui.ros.box_marker import BoxMarker
+from process_visualizer.gui.ros.rviz_markers import BoxMarker
 
 BOX = RegionOfInterest('tool', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), Location('cell.xml', 1))
 

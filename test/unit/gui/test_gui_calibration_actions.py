@@ -13,7 +13,7 @@ from playback_stand import PAUSED
 from std_msgs.msg import Float64
 from test_gui_launcher import config, launcher, loaded, run  # noqa: F401, fixtures
 
-from process_visualizer.bags.recording_calibration import save_pose
+from process_visualizer.bagio.recording_calibration import save_pose
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.plan import FRAMES_PART

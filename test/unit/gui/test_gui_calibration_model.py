@@ -10,10 +10,10 @@ import pytest
 from held_tasks import wait_for_line
 from recording_stand_in import HERE
 
-from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.file_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
+from process_visualizer.gui.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 IN_FILE = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))

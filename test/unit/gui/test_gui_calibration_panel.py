@@ -19,10 +19,9 @@ from PyQt5.QtWidgets import (
 from test_gui_calibration_model import IN_FILE, Frames, device
 
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
-from process_visualizer.gui.models.cell.fit_model import FitModel
+from process_visualizer.gui.cell.calibration_model import CalibrationModel, FitModel
+from process_visualizer.gui.cell.calibration_panel import CalibrationPanel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
 
 
 def refused(name: str) -> SensorFit:

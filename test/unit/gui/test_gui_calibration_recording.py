@@ -9,8 +9,8 @@ import pytest
 from PyQt5.QtWidgets import QLabel, QPushButton
 from test_gui_calibration_model import IN_FILE, Frames, device
 
-from process_visualizer.bags.recorded_frames import RecordedFrame
-from process_visualizer.bags.recording_calibration import (
+from process_visualizer.bagio.recording_calibration import (
+    RecordedFrame,
     RecordingCalibration,
     calibration_path,
     save_pose,
@@ -18,10 +18,9 @@ from process_visualizer.bags.recording_calibration import (
 )
 from process_visualizer.cell.model import DeviceType, Pose
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
-from process_visualizer.gui.models.cell.fit_model import FitModel
+from process_visualizer.gui.cell.calibration_model import CalibrationModel, FitModel
+from process_visualizer.gui.cell.calibration_panel import CalibrationPanel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
 
 THEN = Pose((1.02, 2.0, 3.0), IN_FILE.ypr)
 SAVED = Pose((1.5, 2.0, 3.0), IN_FILE.ypr)

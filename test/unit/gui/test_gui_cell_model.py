@@ -8,7 +8,7 @@ from typing import Any, Iterator
 import pytest
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.cell.cell_model import CellModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 DEVICES = '<device type="other" name="oven"/><device type="other" name="press"/>'

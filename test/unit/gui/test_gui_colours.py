@@ -13,10 +13,17 @@ from PyQt5.QtCore import QRect, Qt
 from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import QRadioButton, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
-from process_visualizer.gui.toolkit.colours import contrast, readable_colour
-from process_visualizer.gui.toolkit.style import apply_style, apply_theme
-from process_visualizer.gui.toolkit.theme import DARK, LIGHT, Theme, theme
-from process_visualizer.gui.views.parts.row_delegate import RowDelegate
+from process_visualizer.gui.toolkit.theme import (
+    DARK,
+    LIGHT,
+    Theme,
+    apply_style,
+    apply_theme,
+    contrast,
+    readable_colour,
+    theme,
+)
+from process_visualizer.gui.toolkit.widgets import RowDelegate
 
 GUI = Path(__file__).parents[3] / 'src/process_visualizer/gui'
 LITERAL = re.compile(r"'#[0-9a-fA-F]{3,8}'|Qt\.white|Qt\.black|QColor\(\d")

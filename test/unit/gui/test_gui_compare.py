@@ -15,17 +15,15 @@ from PyQt5.QtWidgets import QTreeWidget
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
-from process_visualizer.gui.models.comparison import ghost_model
-from process_visualizer.gui.models.comparison.bands_model import BandsModel
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.comparison.ghost_model import GhostModel
-from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
-from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
-from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
-from process_visualizer.motion.joint_track import joint_track
-from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.runs.comparison.live_reference import LiveReference
-from process_visualizer.runs.comparison.timeline_moments import MomentKind
+from process_visualizer.gui.compare import ghost_model
+from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
+from process_visualizer.gui.compare.compare_panel import ComparePanel
+from process_visualizer.gui.compare.ghost_model import GhostModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.robot.joints import joint_track
+from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference
+from process_visualizer.runs.comparison.timeline_bands import MomentKind
 
 
 class Silent:

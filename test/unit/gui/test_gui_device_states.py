@@ -12,16 +12,14 @@ from genpy import Time
 from held_tasks import HeldTasks
 from std_msgs.msg import Float64, String
 
-from process_visualizer.bags.catalogue import Catalogue, read_catalogue
+from process_visualizer.bagio.catalogue import Catalogue, read_catalogue
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.cell.launch_model import LaunchModel
-from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
+from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.health.node_warnings import NodeWarnings
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 HERE = Location('cell.xml', 1)
 NAMES = ('/heat', '/name', '/door', '/absent')

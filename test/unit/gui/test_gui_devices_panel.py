@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QLabel, QListWidget
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.gui.views.cell.devices_panel import DevicesPanel
+from process_visualizer.gui.cell.devices_panel import DevicesPanel
 
 NOTE = 'These devices stay:'
 PROBLEMS = [Problem(Location('/cells/a.xml', line), 'device', f'problem {line}')

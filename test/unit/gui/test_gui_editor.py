@@ -7,7 +7,7 @@ from typing import Dict
 
 import pytest
 
-from process_visualizer.gui.toolkit.editor import EditorError, commands, open_in_editor
+from process_visualizer.gui.toolkit.desktop import EditorError, commands, open_in_editor
 
 
 def program(folder: Path, name: str, text: str = 'exit 0') -> Path:

@@ -10,10 +10,9 @@ import pytest
 from held_tasks import wait_for_line
 from PyQt5.QtWidgets import QLabel, QPushButton
 
-from process_visualizer.gui.models.cell.cell_model import CellModel
-from process_visualizer.gui.models.cell.file_watch import FileWatch, contents_of
+from process_visualizer.gui.cell.cell_model import CellModel, FileWatch, contents_of
+from process_visualizer.gui.cell.notices import ChangedNotice
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.cell.changed_notice import ChangedNotice
 
 VALID, OTHER = '<visualizer><device type="other" name="oven"/></visualizer>', '<visualizer/>'
 

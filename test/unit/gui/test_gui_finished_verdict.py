@@ -10,11 +10,11 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import String
 
-from process_visualizer.bags.recorder_topics import ACCOUNT
-from process_visualizer.bags.recording import Recording
-from process_visualizer.gui.models.recording.finished_verdict import BagVerdict, verdict_on
-from process_visualizer.report.report import make_report
-from process_visualizer.report.report_text import verdict
+from process_visualizer.bagio.recorder_topics import ACCOUNT
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import verdict
+from process_visualizer.gui.recording.recording_model import BagVerdict, verdict_on
 
 
 @pytest.mark.parametrize('dropped, is_good', [(0, True), (3, False), (None, True)])

@@ -10,10 +10,8 @@ from PyQt5.QtGui import QColor, QIcon, QImage
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.toolkit.icon_shapes import names
-from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import apply_style
-from process_visualizer.gui.toolkit.theme import LIGHT
+from process_visualizer.gui.toolkit.icons import icon, names
+from process_visualizer.gui.toolkit.theme import LIGHT, apply_style
 
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',

@@ -13,8 +13,8 @@ from PyQt5.QtCore import QObject
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.app.kept_state import KeptState
-from process_visualizer.gui.models.cell.cell_model import CellModel
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.cell.cell_model import CellModel
+from process_visualizer.gui.compare.compare_model import CompareModel
 
 
 class Session:

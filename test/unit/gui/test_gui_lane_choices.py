@@ -14,12 +14,9 @@ from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
-from process_visualizer.gui.models.playback.lane_choice import LaneChoice, restored_choice
-from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.views.lanes.curves_dialog import CurvesDialog
-from process_visualizer.gui.views.lanes.curves_tree import CurvesTree, is_folded
-from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
+from process_visualizer.gui.lanes.curves_dialog import CurvesDialog, CurvesTree, is_folded
+from process_visualizer.gui.lanes.lane_choice import LaneChoice, LaneChoices, restored_choice
+from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes
 
 KEYS = tuple(('robot', label, '/topic') for label in 'abcd')
 A, B, C, D = KEYS

@@ -8,15 +8,16 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.gui.views.lanes.lane_look import (
+from process_visualizer.gui.lanes.lane_scale import (
     GROWTH,
     LANE_HEIGHT,
+    NUMBER_HEIGHT,
     SHRINKAGE,
     heights,
     least_height,
+    number_bottoms,
 )
-from process_visualizer.gui.views.lanes.lane_scale import NUMBER_HEIGHT, number_bottoms
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
+from process_visualizer.gui.lanes.timeline_lanes import Lane
 
 LANE = Lane('v', 'm/s', (0.0, 1.0, 0.0), np.zeros(1), np.zeros(1))
 FOLDED = replace(LANE, is_folded=True)

@@ -11,11 +11,11 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE
+from process_visualizer.gui.lanes.lane_picture import LanePictures
+from process_visualizer.gui.lanes.lane_scale import TEXT_HEIGHT, LaneLook
+from process_visualizer.gui.lanes.timeline_lanes import Lane
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.lanes.lane_look import TEXT_HEIGHT, LaneLook
-from process_visualizer.gui.views.lanes.lane_pictures import LanePictures
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 AXIS = TimeAxis(10.0, 0.0, 100.0)

@@ -10,9 +10,9 @@ from held_tasks import HeldTasks
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.generate.plan import Part, Plan, PlanError
-from process_visualizer.gui.models.cell import launch_model
-from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
-from process_visualizer.launching.other_cell import OtherCell
+from process_visualizer.gui.cell import launch_model
+from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
 FIRST: Any = 'the first choice'

@@ -15,10 +15,9 @@ from process_visualizer.generate.choice import RvizStart
 from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.main import words_to_go_on
-from process_visualizer.gui.models.cell.launch_model import Phase
-from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 DEVICES = '''<visualizer>
   <device type="other" name="oven"><base frame="oven" xyz="1 0 0"/></device>

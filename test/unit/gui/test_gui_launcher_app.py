@@ -20,18 +20,17 @@ from rospy import Time
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
+from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.cell.alarm_strip import AlarmChip
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.sentences import with_details
-from process_visualizer.gui.views.cell.alarm_strip import AlarmChip
-from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import HOLD_S
-from process_visualizer.health.object_spans import times
+from process_visualizer.health.near_objects import HOLD_S, times
 from process_visualizer.msg import DetectedObject, DetectedObjects
-from process_visualizer.rviz.screen_layout import LEAST_LAUNCHER_PX
+from process_visualizer.rviz.window_geometry import LEAST_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
 VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'

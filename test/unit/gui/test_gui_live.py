@@ -17,20 +17,20 @@ from pytestqt.qtbot import QtBot
 from recent_parts import part_of, parts_of
 from timeline_bench import TRACK_Y
 
-from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.recorder_topics import MARKS
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.service_connection import ServiceUnreachable
-from process_visualizer.curves.live.recent_part import RecentPart
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
-from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
-from process_visualizer.gui.models.recording.replay_model import ReplayPhase
+from process_visualizer.curves.live_curves import RecentPart
+from process_visualizer.gui.compare.compare_model import CompareModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.live.live_panel import LivePanel
+from process_visualizer.gui.live.replay_model import ReplayPhase
 from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.views.live.live_panel import LivePanel
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.object_spans import Span
-from process_visualizer.messages.connection import Connection
+from process_visualizer.health.near_objects import Span
 
 MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder')
 

@@ -15,10 +15,10 @@ from test_gui_alarms import Stand as AlarmStand
 from test_gui_live import Stand
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.gui.models.comparison.ghost_model import GhostModel
-from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.compare.compare_panel import ComparePanel
+from process_visualizer.gui.compare.ghost_model import GhostModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
-from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.runs.run import Run
 
 POOR_FROM_S = CYCLE_S + 3.0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.gui.models.recording.look_pace import LONGEST_MS, MOST_SHARE, LookPace
+from process_visualizer.gui.live.live_curves_model import LONGEST_MS, MOST_SHARE, LookPace
 
 
 @given(st.floats(0.0, 0.035))

@@ -7,7 +7,7 @@ from typing import Any, List, Optional
 import pytest
 from held_tasks import HeldTasks
 
-from process_visualizer.gui.models.cell.master_model import MasterModel
+from process_visualizer.gui.cell.master_model import MasterModel
 from process_visualizer.gui.ros.ros_link import RosLinkError
 from process_visualizer.launching.ros_master import RosMasterError
 

@@ -11,9 +11,9 @@ from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
-from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.playback.minimap import Minimap
+from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.gui.views.playback.minimap import Minimap
 
 
 @pytest.fixture

@@ -11,9 +11,8 @@ from held_tasks import HeldTasks
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice
-from process_visualizer.gui.models.cell.launch_guard import LaunchGuard
-from process_visualizer.gui.models.cell.mixture_model import MixtureModel
-from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
+from process_visualizer.gui.cell.launch_model import LaunchGuard, MixtureModel
+from process_visualizer.gui.cell.notices import MixtureNotice
 from process_visualizer.health.other_publishers import OtherPublisher, Others
 
 DRIVER = OtherPublisher('/oven/heat', '/oven_driver')

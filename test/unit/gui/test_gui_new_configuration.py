@@ -11,11 +11,11 @@ from PyQt5.QtCore import QSettings
 from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.discovery.new_configuration import NewConfiguration
+from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.main import _last_configuration
-from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
-from process_visualizer.gui.toolkit.working_folder import working_folder
-from process_visualizer.gui.views.cell.made_notice import MadeNotice
+from process_visualizer.gui.cell.cell_model import NewConfigurationModel
+from process_visualizer.gui.cell.notices import MadeNotice
+from process_visualizer.gui.toolkit.desktop import working_folder
 
 NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
 

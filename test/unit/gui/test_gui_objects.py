@@ -9,11 +9,10 @@ import pytest
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, SoughtObjects
 from process_visualizer.generate.choice import Choice
-from process_visualizer.gui.models.cell.objects_model import SILENT_S, START_S, ObjectsModel
+from process_visualizer.gui.cell.objects_model import SILENT_S, START_S, ObjectsModel
 from process_visualizer.gui.ros.snapshots import ObjectsSnapshot, PlayerSnapshot
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import HOLD_S, SeenObject
-from process_visualizer.health.object_spans import times
+from process_visualizer.health.near_objects import HOLD_S, SeenObject, times
 
 HERE = Location('cell.xml', 1)
 KINECT = Device(DeviceType.DEPTH_SENSOR, 'kinect', HERE,

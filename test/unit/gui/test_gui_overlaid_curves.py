@@ -13,15 +13,12 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
 from process_visualizer.cell.model import WarningLimits
-from process_visualizer.gui.models.playback.lane_choice import LaneChoice
-from process_visualizer.gui.toolkit.colours import contrast, readable_colour
-from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.lanes.lane_choice import LaneChoice
+from process_visualizer.gui.lanes.lane_picture import LanePictures
+from process_visualizer.gui.lanes.lane_scale import LaneLook, least_height, range_text
+from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct, grouped_lanes
+from process_visualizer.gui.toolkit.theme import contrast, readable_colour, theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.lanes.lane_groups import distinct, grouped_lanes
-from process_visualizer.gui.views.lanes.lane_look import LaneLook, least_height
-from process_visualizer.gui.views.lanes.lane_pictures import LanePictures
-from process_visualizer.gui.views.lanes.lane_scale import range_text
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)

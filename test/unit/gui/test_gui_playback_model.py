@@ -6,9 +6,13 @@ import pytest
 from playback_stand import PAUSED, PlaybackStand
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.models.playback.loop_points import LoopPoints
-from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.models.playback.step_unit import MESSAGE, TIMES, StepUnit
+from process_visualizer.gui.playback.playback_state import (
+    MESSAGE,
+    TIMES,
+    LoopPoints,
+    PlacedMark,
+    StepUnit,
+)
 
 
 @pytest.fixture

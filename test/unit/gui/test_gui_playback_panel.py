@@ -16,14 +16,13 @@ from std_msgs.msg import Float32
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.comparison.bands_model import BandsModel
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.playback.bag_model import BagModel
-from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
+from process_visualizer.gui.lanes.timeline_lanes import lane_label
+from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.playback_panel import PlaybackPanel
+from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.lanes.timeline_lanes import lane_label
-from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
 
 HERE = Location('cell.xml', 1)
 MACHINE = Device(DeviceType.OTHER, 'machine', HERE,

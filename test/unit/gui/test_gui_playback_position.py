@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from playback_stand import PAUSED
 
-from process_visualizer.gui.models.playback.playback_position import MOST_AHEAD_S, PlaybackPosition
+from process_visualizer.gui.playback.playback_state import MOST_AHEAD_S, PlaybackPosition
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 
 PLAYING = PAUSED._replace(paused=False, achieved_rate=1.0, position_s=5.0)

@@ -7,7 +7,7 @@ from typing import Any, List
 import pytest
 from playback_stand import PAUSED, PlaybackStand
 
-from process_visualizer.gui.models.playback.loop_points import LoopPoints
+from process_visualizer.gui.playback.playback_state import LoopPoints
 
 FIRST = PAUSED._replace(segment=0, paused=True)
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from playback_stand import PAUSED
 from PyQt5.QtWidgets import QApplication
 
-from process_visualizer.gui.models.playback.loop_points import SHORTEST_LOOP_S
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.playback_state import SHORTEST_LOOP_S
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 
 LENGTH_S = PAUSED.duration_s

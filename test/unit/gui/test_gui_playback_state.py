@@ -9,10 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from playback_stand import PAUSED
 
-from process_visualizer.gui.models.playback.loop_points import SHORTEST_LOOP_S, LoopPoints
-from process_visualizer.gui.models.playback.marks import Marks, PlacedMark
-from process_visualizer.gui.models.playback.playback_state import PlaybackState, Sought
-from process_visualizer.gui.models.playback.step_unit import TIMES
+from process_visualizer.gui.playback.playback_state import (
+    SHORTEST_LOOP_S,
+    TIMES,
+    LoopPoints,
+    Marks,
+    PlacedMark,
+    PlaybackState,
+    Sought,
+)
 
 LENGTH_S = PAUSED.duration_s
 CHOSEN = PlaybackState(PAUSED, Sought(7.0, PAUSED.segment), LoopPoints(2.0, 5.0), True, TIMES[0],

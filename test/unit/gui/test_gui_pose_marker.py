@@ -12,7 +12,7 @@ from marker_server import MarkerServer
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.gui.ros.pose_marker import PoseMarker
+from process_visualizer.gui.ros.rviz_markers import PoseMarker
 
 TURNED = math.sqrt(0.5)
 

@@ -10,10 +10,8 @@ from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QLabel, QListWidget, QPlainTextEdit, QPushButton, QWidget
 
 from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.gui.views.cell.log_view import LogView
-from process_visualizer.gui.views.cell.problems_view import ProblemsView, problem_html
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.gui.cell.devices_panel import LogView, ProblemsView, problem_html
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 PROBLEMS = [Problem(Location('/cells/a.xml', 7), 'devise', 'there is no <devise>; write <device>'),
             Problem(Location('/cells/b.xml', 12), '', 'no device')]

@@ -9,10 +9,10 @@ import pytest
 from held_tasks import wait_for_line
 from recording_stand_in import StandInRecorder, devices, told
 
-from process_visualizer.clients.recording_options import RecorderError, RecorderUnreachable
-from process_visualizer.gui.models.recording.recording_choices import NameChoice
-from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
+from process_visualizer.gui.recording.recording_choices import NameChoice
+from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 

@@ -18,14 +18,12 @@ from PyQt5.QtWidgets import (
 )
 from recording_stand_in import StandInRecorder, devices, seen, told
 
-from process_visualizer.clients.recording_options import RecorderError
-from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
-from process_visualizer.gui.models.recording.recording_choices import NameChoice
-from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.clients.bag_recorder import RecorderError
+from process_visualizer.gui.recording.recording_choices import NameChoice
+from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
+from process_visualizer.gui.recording.recording_panel import Notice, RecordingPanel, notice_of
+from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.recording.recording_notice import Notice, notice_of
-from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
 
 Find = Callable[[Type[QWidget], str], Any]
 

@@ -18,11 +18,15 @@ from hypothesis.stateful import (
     rule,
 )
 
-from process_visualizer.gui.models.recording import recording_events as events
-from process_visualizer.gui.models.recording.disk_room import DiskRoom, disk_room
-from process_visualizer.gui.models.recording.recording_clock import RecordingClock
-from process_visualizer.gui.models.recording.recording_state import RecordingState
-from process_visualizer.gui.models.recording.recording_types import FinishedBag, Mark, Phase
+from process_visualizer.gui.recording import recording_state as events
+from process_visualizer.gui.recording.recording_choices import DiskRoom, disk_room
+from process_visualizer.gui.recording.recording_state import RecordingState
+from process_visualizer.gui.recording.recording_types import (
+    FinishedBag,
+    Mark,
+    Phase,
+    RecordingClock,
+)
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
 BAG = '/bags/seam.bag'

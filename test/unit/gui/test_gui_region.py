@@ -9,7 +9,7 @@ import pytest
 from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QPushButton, QToolButton
 from recording_stand_in import HERE
 
-from process_visualizer.cell.editing.pose_edit import PoseEditError
+from process_visualizer.cell.file_edit import PoseEditError
 from process_visualizer.cell.model import (
     Device,
     DeviceType,
@@ -17,9 +17,9 @@ from process_visualizer.cell.model import (
     Topic,
     TopicFunction,
 )
-from process_visualizer.gui.models.cell.region_model import RegionModel
+from process_visualizer.gui.cell.calibration_model import RegionModel
+from process_visualizer.gui.cell.calibration_panel import RegionPanel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.cell.region_panel import RegionPanel
 
 BOX = RegionOfInterest('table', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), HERE)
 

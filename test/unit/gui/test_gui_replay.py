@@ -15,8 +15,8 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
-from process_visualizer.gui.models.recording.replay_model import ReplayModel, ReplayPhase
-from process_visualizer.gui.views.live.replay_bar import ReplayBar
+from process_visualizer.gui.live.live_panel import ReplayBar
+from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
 from process_visualizer.launching.part_report import PartReport, PartState
 
 BEGIN_S = 970.0

@@ -8,7 +8,7 @@ import pytest
 from PyQt5.QtWidgets import QAction
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.views.cell.rviz_menu import RvizMenu
+from process_visualizer.gui.cell.launch_view import RvizMenu
 
 
 @pytest.fixture

@@ -12,10 +12,10 @@ import yaml
 from PyQt5.QtCore import QProcess
 from PyQt5.QtWidgets import QMessageBox
 
-from process_visualizer.gui.app.second_launcher import SecondLauncher
+from process_visualizer.gui.app.look_on import SecondLauncher
 from process_visualizer.launching.cell_owner import CellOwner
 from process_visualizer.launching.run_record import RunRecord, folder_of_run
-from process_visualizer.rviz.onlooker_view import onlooker_view
+from process_visualizer.rviz.views import onlooker_view
 
 VIEW = {'Visualization Manager': {
     'Displays': [

@@ -15,13 +15,11 @@ from pytestqt.qtbot import QtBot
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.curves.position_values import key_of
-from process_visualizer.gui.models.playback.lane_choice import LaneChoice
-from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.toolkit.style import apply_style
-from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.gui.views.cell.devices_view import DevicesView
-from process_visualizer.gui.views.lanes.curves_tree import CurvesTree
-from process_visualizer.gui.views.lanes.timeline_lanes import lane_of
+from process_visualizer.gui.cell.devices_panel import DevicesView
+from process_visualizer.gui.lanes.curves_dialog import CurvesTree
+from process_visualizer.gui.lanes.lane_choice import LaneChoice
+from process_visualizer.gui.lanes.timeline_lanes import lane_of
+from process_visualizer.gui.toolkit.theme import LIGHT, apply_style, readable_colour
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
 HERE = Location('cell.xml', 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.gui.models.recording.sender_clock import SenderClock
+from process_visualizer.gui.recording.recording_types import SenderClock
 
 _TIMES = st.floats(-1e6, 1e6)
 

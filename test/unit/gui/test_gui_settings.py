@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QSettings
 
-from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.kept_state import Settings
 
 
 def settings(folder: Path) -> Settings:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.gui.toolkit.shown_time import SHORTEST_S, ShownTime, whole
+from process_visualizer.gui.toolkit.time_axis import SHORTEST_S, ShownTime, whole
 
 HOUR = whole(3600.0)
 LENGTHS, SHARES = st.floats(0.0, 40_000.0), st.floats(0.0, 1.0)

@@ -8,12 +8,12 @@ import pytest
 from PyQt5.QtWidgets import QLabel
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
-from process_visualizer.gui.models.cell.launch_model import Phase
-from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.gui.app.launcher import player_activity, recorder_activity, status_text
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_view import LaunchView
+from process_visualizer.gui.recording.recording_types import Phase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
-from process_visualizer.gui.views.cell.launch_view import LaunchView
-from process_visualizer.gui.views.parts.text_place import TextPlace
+from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')

@@ -8,7 +8,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
 
-from process_visualizer.gui.views.parts.still_scroll import StillScroll
+from process_visualizer.gui.toolkit.scrolling import StillScroll
 
 
 def test_a_button_that_is_disabled_by_its_click_does_not_move(qtbot: Any) -> None:

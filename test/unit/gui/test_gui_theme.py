@@ -11,15 +11,21 @@ from PyQt5.QtCore import QSettings
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QLabel, QTreeWidget, QTreeWidgetItem
 
-from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.app.theme_choice import ThemeChoice, Wanted
-from process_visualizer.gui.toolkit.desktop_theme import DesktopTheme
+from process_visualizer.gui.app.kept_state import Settings
+from process_visualizer.gui.app.launcher_app import ThemeChoice, Wanted
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import apply_theme, palette
-from process_visualizer.gui.toolkit.theme import DARK, LIGHT, theme
-from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour, set_sheet
-from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
-from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_row
+from process_visualizer.gui.toolkit.theme import (
+    DARK,
+    LIGHT,
+    DesktopTheme,
+    ThemeFollower,
+    apply_theme,
+    colour,
+    palette,
+    set_sheet,
+    theme,
+)
+from process_visualizer.gui.toolkit.widgets import NoticeFrame, RowDelegate, colour_row
 
 
 @pytest.fixture

@@ -9,13 +9,12 @@ from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
-from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.playback.minimap import BAR_HEIGHT
+from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.playback.timeline_header import HEADER_HEIGHT, TRACK_TOP, Alarms
+from process_visualizer.gui.playback.timeline_view import moment_at, moment_tip
 from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.gui.views.playback.moment_ticks import moment_at, moment_tip
-from process_visualizer.gui.views.playback.timeline_header import Alarms
-from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT, TRACK_TOP
-from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT
-from process_visualizer.runs.comparison.timeline_moments import Moment, MomentKind
+from process_visualizer.runs.comparison.timeline_bands import Moment, MomentKind
 
 
 @pytest.fixture

@@ -13,22 +13,24 @@ from PyQt5.QtGui import QColor, QFont, QImage
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.model import WarningLimits
-from process_visualizer.gui.toolkit.colours import contrast, readable_colour
-from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
-from process_visualizer.gui.views.lanes.lane_look import LANE_HEIGHT, TEXT_HEIGHT, LaneLook
-from process_visualizer.gui.views.lanes.lane_picture import lane_picture
-from process_visualizer.gui.views.lanes.lane_scale import (
+from process_visualizer.gui.lanes.lane_picture import lane_picture
+from process_visualizer.gui.lanes.lane_scale import (
+    LANE_HEIGHT,
+    TEXT_HEIGHT,
+    LaneLook,
     VisiblePart,
     visible_part,
     visible_scales,
 )
-from process_visualizer.gui.views.lanes.timeline_lanes import (
+from process_visualizer.gui.lanes.timeline_lanes import (
     Lane,
     decimals_for,
     lane_of,
     lane_texts,
     number_text,
 )
+from process_visualizer.gui.toolkit.theme import contrast, readable_colour
+from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 NAN = float('nan')

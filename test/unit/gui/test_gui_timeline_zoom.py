@@ -11,10 +11,10 @@ from PyQt5.QtWidgets import QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import LANES_Y, TRACK_Y, Bench, x_of
 
-from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.shown_time import ShownTime
+from process_visualizer.gui.lanes.timeline_lanes import Lane
+from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
+from process_visualizer.gui.toolkit.time_axis import ShownTime
 
 CLOSER, FARTHER = QPoint(0, 120), QPoint(0, -120)
 

@@ -9,11 +9,11 @@ from held_tasks import HeldTasks
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QLabel, QPushButton
 
-from process_visualizer.cell.editing.pose_edit import PoseEditError
 from process_visualizer.cell.errors import Location
+from process_visualizer.cell.file_edit import PoseEditError
 from process_visualizer.cell.model import Device, DeviceType, Pose, Tool
-from process_visualizer.gui.models.cell.tool_model import ToolModel
-from process_visualizer.gui.views.cell.tool_notice import ToolNotice
+from process_visualizer.gui.cell.calibration_model import ToolModel
+from process_visualizer.gui.cell.notices import ToolNotice
 from process_visualizer.health.node_warnings import NodeWarning, Severity
 
 HERE = Location('/cells/cell.xml', 1)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from recording_stand_in import devices, seen
 
-from process_visualizer.gui.models.recording.topic_ticks import TopicHealth, TopicTicks
-from process_visualizer.gui.views.recording.topic_list import rate_or_silence
+from process_visualizer.gui.recording.recording_choices import TopicHealth, TopicTicks
+from process_visualizer.gui.recording.topic_list import rate_or_silence
 
 
 @pytest.fixture

@@ -10,9 +10,8 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.models.playback.step_unit import MESSAGE, StepUnit
-from process_visualizer.gui.views.playback.speed_slider import SpeedSlider
-from process_visualizer.gui.views.playback.transport_view import TransportView
+from process_visualizer.gui.playback.playback_state import MESSAGE, StepUnit
+from process_visualizer.gui.playback.transport_view import SpeedSlider, TransportView
 
 
 class Bench:

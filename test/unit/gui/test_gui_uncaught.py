@@ -11,8 +11,12 @@ from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QLabel, QPlainTextEdit, QPushButton, QWidget
 
-from process_visualizer.gui.app.error_dialog import CaughtError, ErrorDialog
-from process_visualizer.gui.app.uncaught import UncaughtErrors, install_hooks
+from process_visualizer.gui.app.uncaught import (
+    CaughtError,
+    ErrorDialog,
+    UncaughtErrors,
+    install_hooks,
+)
 
 pytestmark = pytest.mark.qt_no_exception_capture
 

@@ -11,8 +11,8 @@ from PyQt5.QtCore import QObject
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
-from process_visualizer.gui.models.cell.unsaved_model import UnsavedModel
+from process_visualizer.gui.cell.calibration_model import CalibrationModel
+from process_visualizer.gui.cell.edited_values import UnsavedModel
 
 ONE, OTHER = '/cells/one.xml', '/cells/other.xml'
 HERE = Location(ONE, 1)

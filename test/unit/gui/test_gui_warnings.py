@@ -13,15 +13,12 @@ from PyQt5.QtWidgets import QLabel, QPlainTextEdit
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType
-from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.cell.launch_model import LaunchModel
-from process_visualizer.gui.models.cell.warnings_model import WarningsModel
-from process_visualizer.gui.views.cell.devices_view import DevicesView
-from process_visualizer.gui.views.cell.warnings_view import WarningsView
+from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
+from process_visualizer.gui.cell.devices_panel import DevicesView, WarningsView
+from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
 ZERO = 'a message on /arm/tcf is left out: it holds NaN or infinity'

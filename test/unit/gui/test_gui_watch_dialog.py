@@ -8,7 +8,7 @@ import pytest
 from PyQt5.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.app.watch_dialog import WatchDialog
+from process_visualizer.gui.app.look_on import WatchDialog
 
 
 @pytest.fixture

@@ -10,8 +10,14 @@ from pathlib import Path
 import pytest
 from PyQt5.QtCore import QObject
 
-from process_visualizer.gui.app.processor_wait import ProcessorTimes, ProcessorWait
-from process_visualizer.gui.app.watchdog import VARIABLE, Watchdog, read_report, watch_if_wanted
+from process_visualizer.gui.app.watchdog import (
+    VARIABLE,
+    ProcessorTimes,
+    ProcessorWait,
+    Watchdog,
+    read_report,
+    watch_if_wanted,
+)
 
 
 @pytest.fixture

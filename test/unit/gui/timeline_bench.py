@@ -11,11 +11,11 @@ from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.views.lanes.lane_look import SIDE
-from process_visualizer.gui.views.lanes.timeline_lanes import Lane
-from process_visualizer.gui.views.playback.timeline_layout import LEFT
-from process_visualizer.gui.views.playback.timeline_view import TimelineView
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.lane_scale import SIDE
+from process_visualizer.gui.lanes.timeline_lanes import Lane
+from process_visualizer.gui.playback.timeline_header import LEFT
+from process_visualizer.gui.playback.timeline_view import TimelineView
 
 WIDTH = 400 + int(LEFT + SIDE)  # 20 s: 20 px are 1 s
 TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100

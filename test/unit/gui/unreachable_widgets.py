@@ -16,8 +16,11 @@ from PyQt5.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'src'))
 
-from process_visualizer.gui.toolkit.style import apply_style, apply_theme  # noqa: E402
-from process_visualizer.gui.toolkit.theme import DARK  # noqa: E402
+from process_visualizer.gui.toolkit.theme import (  # noqa: E402
+    DARK,  # noqa: E402
+    apply_style,
+    apply_theme,
+)
 
 CHANGES = {'style': apply_style, 'theme': lambda app: apply_theme(app, DARK)}
 HEARD = (QEvent.StyleChange, QEvent.PaletteChange)

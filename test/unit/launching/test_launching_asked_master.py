@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 import rosgraph
 
-from process_visualizer.launching.asked_master import AskedMaster
+from process_visualizer.launching.ros_api import AskedMaster
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import Callable, List, Tuple
 import pytest
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.rviz.saved_views import SavedViews
+from process_visualizer.rviz.views import SavedViews
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 Write = Callable[..., str]

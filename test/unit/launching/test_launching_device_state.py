@@ -6,20 +6,19 @@ from typing import Optional
 
 import pytest
 
-from process_visualizer.bags.catalogue import CatalogueTopic
+from process_visualizer.bagio.catalogue import CatalogueTopic
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.health.device_state import (
     Level,
     Line,
+    TopicActivity,
     device_state,
     live_line,
     recorded_line,
     worst,
 )
-from process_visualizer.health.topic_watch import TopicActivity
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 HERE = Location('cell.xml', 1)
 ARM = Device(DeviceType.ROBOT, 'arm', HERE,

@@ -6,7 +6,7 @@ from typing import Optional
 
 import pytest
 
-from process_visualizer.launching.exit_words import exit_words
+from process_visualizer.launching.part_report import exit_words
 
 
 @pytest.mark.parametrize('code, words', [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from process_visualizer.launching.log_tail import TAIL_LINES, LogTail, last_lines
+from process_visualizer.launching.run import TAIL_LINES, LogTail, last_lines
 
 
 def test_last_lines_of_a_file(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.node_watcher import NodeWatcher
-from process_visualizer.launching.other_cell import OtherCell, refuse_other_cell
+from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
+from process_visualizer.launching.part_report import NodeReport, NodeState
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.launching.run import NodeWatcher
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 REQUIRED = ['=' * 80 + 'REQUIRED process [rviz-2] has died!\n',

@@ -11,7 +11,7 @@ import pytest
 from surroundings import PATIENCE_S
 
 from process_visualizer.generate.plan import Part
-from process_visualizer.launching.launched_part import LaunchedPart
+from process_visualizer.launching.launched_cell import LaunchedPart
 from process_visualizer.launching.part_report import PartReport, PartState
 
 FOREVER = "trap 'exit 0' INT; while :; do sleep 0.05; done"

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 NAMES = ('/a', '/b')
 STARTING = PartReport('arm').starting(NAMES)

@@ -14,17 +14,15 @@ from typing import Callable, Dict, Iterator, List
 
 import pytest
 
-from process_visualizer.launching.process_scan import (
+from process_visualizer.launching.run_record import (
     RUN_VARIABLE,
+    RunRecord,
+    clean_up_crashed_runs,
     end_processes,
+    new_run_folder,
     processes_of_run,
     start_time,
     wait_until_gone,
-)
-from process_visualizer.launching.run_record import (
-    RunRecord,
-    clean_up_crashed_runs,
-    new_run_folder,
 )
 
 Start = Callable[..., 'subprocess.Popen[str]']
@@ -101,7 +99,7 @@ def test_who_executes_program_after_program_is_found_at_every_moment(start: Star
 
 
 def test_own_process_does_not_count(run_id: str) -> None:
-    code = ('from process_visualizer.launching.process_scan import processes_of_run\n'
+    code = ('from process_visualizer.launching.run_record import processes_of_run\n'
             f'print(processes_of_run("{run_id}"))')
     found = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True,
                            env={**os.environ, RUN_VARIABLE: run_id}, check=True, timeout=30)
@@ -200,7 +198,7 @@ def test_crashed_run_is_cleaned_up(owner: Callable[[], object], start: Start, ru
 def test_owner_that_really_crashed(start: Start, ros_home: Path) -> None:
     """A program that starts a run and is killed, as by the kernel for want of memory."""
     code = ('import os, subprocess, time\n'
-            'from process_visualizer.launching.process_scan import RUN_VARIABLE\n'
+            'from process_visualizer.launching.run_record import RUN_VARIABLE\n'
             'from process_visualizer.launching.run_record import RunRecord\n'
             'record = RunRecord()\n'
             'record.write()\n'

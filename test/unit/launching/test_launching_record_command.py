@@ -14,13 +14,12 @@ import rosbag
 import rospy
 from std_msgs.msg import String, UInt32
 
-from process_visualizer.clients.recording_options import (
+from process_visualizer.clients.bag_recorder import (
     RecorderError,
     RecorderUnreachable,
     RecordingOptions,
 )
-from process_visualizer.commands.record_command import RecordRun
-from process_visualizer.commands.record_options import add_record_options, record_options
+from process_visualizer.commands.record_command import RecordRun, add_record_options, record_options
 from process_visualizer.msg import RecorderState
 
 FULL = 'the recording was stopped, because less than 1 MB are free in /bags'

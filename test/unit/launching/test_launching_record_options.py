@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.commands.record_options import (
+from process_visualizer.commands.record_command import (
     RecordOptions,
     add_record_options,
     queue_parameter,

@@ -15,15 +15,14 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 from surroundings import PATIENCE_S, wait_until
 
-from process_visualizer.launching.forked_process import ForkedProcess
-from process_visualizer.launching.process_scan import (
+from process_visualizer.launching.roslaunch_process import ForkedProcess, RoslaunchForks
+from process_visualizer.launching.run_record import (
     RUN_VARIABLE,
     end_processes,
     processes_of_run,
     start_time,
     wait_until_gone,
 )
-from process_visualizer.launching.roslaunch_forks import RoslaunchForks
 
 RUN_ID = f'unit-test-forks-{os.getpid()}'
 
@@ -252,7 +251,7 @@ def start_time_of(pid: int) -> int:
 def test_nothing_survives_a_program_that_is_killed(environment: Dict[str, str],
                                                    endless: str) -> None:
     script = ('import os, sys, time\n'
-              'from process_visualizer.launching.roslaunch_forks import RoslaunchForks\n'
+              'from process_visualizer.launching.roslaunch_process import RoslaunchForks\n'
               'process = RoslaunchForks().start([sys.argv[1]], os.environ)\n'
               'print(process.poll() is None, flush=True)\n'
               'time.sleep(600)\n')

@@ -13,12 +13,7 @@ from hypothesis import strategies as st
 from roslaunch.core import printlog_bold
 from roslaunch.nodeprocess import LocalProcess
 
-from process_visualizer.launching.roslaunch_output import (
-    ProcessEvent,
-    exit_code_in,
-    parse_line,
-    plain,
-)
+from process_visualizer.launching.run import ProcessEvent, exit_code_in, parse_line, plain
 
 STARTED = 'process[{}]: started with pid [4711]'
 DIED = '[{}] process has died [pid 4711, exit code {}, cmd /opt/a b __name:=n __log:=/x/n-1.log].'

@@ -9,8 +9,8 @@ from typing import Callable, Iterator, List
 
 import pytest
 
-from process_visualizer.launching.process_scan import RUN_VARIABLE, processes_of_run
 from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.run_record import RUN_VARIABLE, processes_of_run
 
 RUN_ID = f'unit-test-{os.getpid()}'
 Start = Callable[[str], RoslaunchProcess]

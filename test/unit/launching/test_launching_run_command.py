@@ -9,7 +9,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 import pytest
 
 from process_visualizer.commands.run_command import StopRequested, exit_code, raise_stop_once
-from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import NodeReport, NodeState
 
 
 class EndedRun(NamedTuple):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.launching.virtual_screen import ScreenError, VirtualScreen
+from process_visualizer.commands.scene_pictures import ScreenError, VirtualScreen
 
 
 def is_open(variables: 'dict[str, str]') -> bool:

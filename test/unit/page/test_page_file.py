@@ -12,9 +12,9 @@ import pytest
 from cycle_bags import write_bag
 from page_reader import PageReader
 
-from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.bagio.marks import Mark, add_mark
 from process_visualizer.commands.command_line import main
-from process_visualizer.commands.whole_file import write_whole
+from process_visualizer.commands.share_command import write_whole
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror=alert(2)>'
 

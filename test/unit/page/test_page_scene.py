@@ -14,9 +14,8 @@ from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.descriptions.colored_mesh import MeshError, read_colored_mesh
-from process_visualizer.descriptions.link_visuals import link_visuals
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
+from process_visualizer.robot.visuals import MeshError, link_visuals, read_colored_mesh
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 MESH = REPOSITORY / 'sewing_cell/meshes/sewing_machine.dae'

@@ -14,14 +14,13 @@ from sewing_runs import CELL, write_sewing_run
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.curves.position_values import PositionValues, key_of
-from process_visualizer.descriptions.robot_description import describe_device
-from process_visualizer.motion.kinematics import Kinematics
-from process_visualizer.motion.rotations import rotation_vector_between
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.page.robots import base_place
+from process_visualizer.robot.description import describe_device
+from process_visualizer.robot.kinematics import Kinematics
+from process_visualizer.robot.rotations import rotation_vector_between
 from process_visualizer.runs.comparison.comparison import GoodRuns
-from process_visualizer.runs.comparison.ghost_models import robot_models
-from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks, reference_tracks
+from process_visualizer.runs.comparison.ghost import ghost_tracks, reference_tracks, robot_models
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS_S = np.random.default_rng(3).uniform(0.6, 18.0, 60).tolist()

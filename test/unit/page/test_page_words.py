@@ -6,8 +6,8 @@ from pathlib import Path
 
 from cycle_bags import write_bag
 
-from process_visualizer.page.places import Span
-from process_visualizer.page.words import run_words
+from process_visualizer.page.robots import Span
+from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 

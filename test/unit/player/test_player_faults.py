@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Float32MultiArray
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.player.bag_player import NothingToPlay, PlaybackFailed, PlayerSettings
 

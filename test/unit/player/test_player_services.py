@@ -12,7 +12,7 @@ from std_msgs.msg import Float32MultiArray, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
-from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.bagio.recorder_topics import MARKS
 from process_visualizer.msg import PlayerState
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.player.bag_player import HEAD_START_NS, PlayerSettings

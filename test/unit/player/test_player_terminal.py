@@ -12,17 +12,12 @@ from recorded_rows import Row, cell_rows, write_bag
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Float32MultiArray
 
-from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.playback.timeline import CommandRefused
-from process_visualizer.player.bag_player import (
-    NothingToPlay,
-    PlaybackFailed,
-    PlayerSettings,
-)
-from process_visualizer.terminal.player_options import parse_options
-from process_visualizer.terminal.player_program import INTERRUPTED, exit_code, opened
-from process_visualizer.terminal.player_terminal import PlayerTerminal
-from process_visualizer.terminal.reindexing import ReindexRefused
+from process_visualizer.player.bag_player import NothingToPlay, PlaybackFailed, PlayerSettings
+from process_visualizer.player.player_options import parse_options
+from process_visualizer.player.player_program import INTERRUPTED, ReindexRefused, exit_code, opened
+from process_visualizer.player.player_terminal import PlayerTerminal
 
 Play = Callable[..., SimulatedPlayer]
 

@@ -12,9 +12,9 @@ import rospy
 from simulated_node import SimulatedNode, message_bytes
 from std_msgs.msg import Float32MultiArray, UInt8MultiArray
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.player.bag_publishers import PublishedTopic
-from process_visualizer.player.topic_reading import LARGEST_BYTES, TopicReadingService
+from process_visualizer.player.player_services import LARGEST_BYTES, TopicReadingService
 from process_visualizer.srv import ReadTopicRequest
 
 BEGIN_S = 1_600_000_000

@@ -6,8 +6,7 @@ import heapq
 from typing import Dict, List, Tuple
 
 from process_visualizer.remote.frames import GREETING, FrameReader, Kind, Message, MessageParts
-from process_visualizer.remote.link_window import LinkWindow
-from process_visualizer.remote.outbox import Outbox
+from process_visualizer.remote.outbox import LinkWindow, Outbox
 
 
 class SimulatedLink:

@@ -9,8 +9,14 @@ import pytest
 import yaml
 
 from process_visualizer.remote.offer import Mesh, Offer, digest_of, offer_of, topics_of
-from process_visualizer.remote.shown_models import mesh_paths, offered_meshes, shown_models
-from process_visualizer.remote.shown_view import fixed_frame, model_parameters, shown_view
+from process_visualizer.remote.shown_view import (
+    fixed_frame,
+    mesh_paths,
+    model_parameters,
+    offered_meshes,
+    shown_models,
+    shown_view,
+)
 
 OWN: Dict[str, Any] = {'Panels': ['own'], 'Visualization Manager': {
     'Displays': [{'Class': 'rviz/Grid'}], 'Global Options': {'Frame Rate': 30},

@@ -8,12 +8,14 @@ from typing import Dict, Tuple
 
 import pytest
 
-from process_visualizer.remote.address import Address, address_of, listening_address, ports_of
-from process_visualizer.remote.clock_offset import ClockOffset
 from process_visualizer.remote.link_words import (
+    Address,
+    address_of,
     clocks_apart,
+    listening_address,
     no_connection,
     nothing_there,
+    ports_of,
     relay_silent,
     types_differ,
     unknown_name,
@@ -21,6 +23,7 @@ from process_visualizer.remote.link_words import (
     versions_differ,
 )
 from process_visualizer.remote.offer import Topic
+from process_visualizer.viewing.relay_connection import ClockOffset
 
 REFUSED = ConnectionRefusedError(errno.ECONNREFUSED, 'refused')
 

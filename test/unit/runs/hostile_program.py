@@ -17,14 +17,14 @@ from typing import Any, Dict, List
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import write_plan
-from process_visualizer.runs.recorded.recorded_cell import recorded_cell
+from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 
 
 def _loaded(cell: Cell, folder: Path, bag: str) -> List[Dict[str, Any]]:

@@ -10,10 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import made_run
 
-from process_visualizer.runs.alignment.alignment import Means, aligned
-from process_visualizer.runs.alignment.anchors import Anchor, aligned_at, with_anchor
+from process_visualizer.runs.alignment.alignment import (
+    Anchor,
+    Means,
+    aligned,
+    aligned_at,
+    with_anchor,
+)
 from process_visualizer.runs.comparison.comparison import GoodRuns
-from process_visualizer.runs.comparison.timeline_moments import (
+from process_visualizer.runs.comparison.timeline_bands import (
     AnchoredRun,
     MomentKind,
     timeline_moments,

@@ -10,18 +10,16 @@ import numpy as np
 import pytest
 from made_runs import made_run, progress
 
-from process_visualizer.runs.comparison.comparison import (
-    Comparison,
-    GoodRuns,
-    incomparable,
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison_page import (
+    ScenePair,
+    comparison_page,
+    curve_drawing,
+    shown_s,
 )
-from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
-from process_visualizer.runs.comparison.curve_drawing import curve_drawing
-from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
-from process_visualizer.runs.comparison.verdict import verdict
-from process_visualizer.runs.comparison.wording import amount, clock
+from process_visualizer.runs.comparison.wording import amount, clock, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from cycle_bags import write_bag
 
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.commands.command_line import main
 
 

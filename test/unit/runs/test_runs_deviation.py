@@ -17,11 +17,9 @@ from process_visualizer.runs.deviation.band import (
     learned_band,
     tolerance_band,
 )
-from process_visualizer.runs.deviation.departures import departures
-from process_visualizer.runs.deviation.onset import onset
-from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind
-from process_visualizer.runs.deviation.tool_path_axes import path_axes
-from process_visualizer.runs.moving_window import moving_maximum, moving_mean, roughness
+from process_visualizer.runs.deviation.departures import departures, onset
+from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, path_axes
+from process_visualizer.runs.series import moving_maximum, moving_mean, roughness
 
 TIMES_S = np.arange(500) / 50.0
 FORCE = Signal('robot', 'tool force', 'N', SignalKind.FORCE)

@@ -14,8 +14,7 @@ from made_runs import made_run
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
-from process_visualizer.runs.comparison.drift import drifts
-from process_visualizer.runs.comparison.features import as_csv
+from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run, RunPhase
 

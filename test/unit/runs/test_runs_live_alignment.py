@@ -10,8 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, Span
-from process_visualizer.runs.alignment.phase_history import PhaseHistory
+from process_visualizer.runs.alignment.live_alignment import (
+    PERIOD_S,
+    LiveAlignment,
+    PhaseHistory,
+    Span,
+)
 
 RATE_HZ, DURATION_S, GO_S, STOP_S = 30.0, 14.0, 2.0, 12.0
 SPAN = Span('go', 'stop')

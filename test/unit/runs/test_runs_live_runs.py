@@ -7,8 +7,12 @@ from typing import List, Optional
 
 import pytest
 
-from process_visualizer.runs.comparison.live_comparison import LiveDeparture
-from process_visualizer.runs.comparison.live_runs import FinishedRun, LiveRuns, finished_run
+from process_visualizer.runs.comparison.live_comparison import (
+    FinishedRun,
+    LiveDeparture,
+    LiveRuns,
+    finished_run,
+)
 from process_visualizer.runs.deviation.signals import Signal, SignalKind
 
 NOON_S, LENGTH_S = 1_800_000_000.0, 8.0

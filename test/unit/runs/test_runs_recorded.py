@@ -15,8 +15,8 @@ from cycle_bags import BEGIN_S, write_bag
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 
-from process_visualizer.bags.marks import Mark, add_mark
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bagio.marks import Mark, add_mark
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands import scene_pictures
 from process_visualizer.commands.command_line import main

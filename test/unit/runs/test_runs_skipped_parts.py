@@ -7,8 +7,7 @@ from typing import Sequence, Tuple
 import numpy as np
 import pytest
 
-from process_visualizer.runs.alignment.alignment import Means
-from process_visualizer.runs.alignment.anchors import aligned_at
+from process_visualizer.runs.alignment.alignment import Means, aligned_at
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from process_visualizer.runs.deviation.state_order import StateOrder
-from process_visualizer.runs.states import States
+from process_visualizer.runs.series import States
 
 GOOD = States((10.0, 40.0, 50.0), (0.0, 2.0, 4.0))
 

@@ -9,9 +9,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QMessageBox, QWidget
 
 from process_visualizer.gui.app.launcher import Launcher
-from process_visualizer.gui.toolkit.delayed_act import DelayedAct
-from process_visualizer.gui.toolkit.questions import ask
+from process_visualizer.gui.toolkit.dialogs import ask
 from process_visualizer.gui.toolkit.sentences import listing, sentence
+from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0
 """How long the command to quit can be taken back."""

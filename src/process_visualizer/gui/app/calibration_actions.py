@@ -9,9 +9,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.model import Cell, Mode, Pose, Vector3
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit, fit_sensor
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
-from process_visualizer.gui.models.cell.fit_model import FitModel
-from process_visualizer.gui.models.cell.recording_calibration_model import (
+from process_visualizer.gui.cell.calibration_model import (
+    CalibrationModel,
+    FitModel,
     RecordingCalibrationModel,
 )
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
-from process_visualizer.gui.toolkit.questions import ask
+from process_visualizer.gui.toolkit.dialogs import ask
 
 _BAGS = ('.bag', '.bag.active')
 _WHAT = 'Drop a recording (all .bag files of a split one), or one configuration (.xml).'

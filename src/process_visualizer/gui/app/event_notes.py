@@ -8,17 +8,39 @@ from typing import Callable, Dict, Optional
 
 from PyQt5.QtCore import QObject
 
-from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.events_file import write_events
+from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
-from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.models.recording.recording_state import RECENT_S
+from process_visualizer.gui.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.recording.recording_state import RECENT_S
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.alarm_board import events_text
 from process_visualizer.health.alarm_conditions import part_titles
-from process_visualizer.health.event_text import events_text
 from process_visualizer.launching.part_report import PartState
+
+# Events of a recording, as text beside the bag.
+
+def events_path(bag: str) -> str:
+    """Return the file beside a bag that says what happened while it was recorded."""
+    return f'{bag}.events.txt'
+
+
+def write_events(bag: str, text: str) -> None:
+    """Write the file beside a bag, all at once.
+
+    Raises:
+        BagError: it cannot be written.
+    """
+    path = events_path(bag)
+    unfinished = f'{path}.unfinished'
+    try:
+        with open(unfinished, 'w', encoding='utf-8') as file:
+            file.write(text + '\n')
+        os.replace(unfinished, path)
+    except OSError as error:
+        raise BagError(path, f'cannot be written: {error.strerror}') from error
+
 
 _MODES = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
 _PHASES = {Phase.LAUNCHING: 'launching', Phase.RUNNING: 'launched',

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import os
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Mapping
+from typing import Any, Callable, Deque, Dict, Mapping, Optional
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QSettings, pyqtSignal
 
 from process_visualizer.gui.toolkit.tasks import Tasks
 
@@ -90,3 +90,33 @@ def _write(path: str, values: Values) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(beside, path)
+
+
+class Settings:
+    """A file of the user (``~/.config/process_visualizer/launcher.conf``)."""
+
+    def __init__(self, settings: Optional[QSettings] = None) -> None:
+        self._settings = settings or QSettings('process_visualizer', 'launcher')
+
+    @property
+    def folder(self) -> str:
+        """The folder of the file."""
+        return os.path.dirname(self._settings.fileName())
+
+    def value(self, name: str, default: Any = None) -> Any:
+        """Return what was stored under a name, of the type in which it was stored."""
+        text = self._settings.value(name)
+        if text is None:
+            return default
+        try:
+            return json.loads(str(text))
+        except ValueError:  # written by another version
+            return default
+
+    def store(self, name: str, value: Any) -> None:
+        """Remember a number, text, truth value, list or dictionary."""
+        self._settings.setValue(name, json.dumps(value))
+
+    def sync(self) -> None:
+        """Write everything into the file now; otherwise Qt does, when the program is idle."""
+        self._settings.sync()

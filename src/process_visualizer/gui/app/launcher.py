@@ -9,51 +9,143 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.editing.changes import changes
+from process_visualizer.cell.changes import changes
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Mode
+from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
-from process_visualizer.clients.recording_options import RecorderError
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
 from process_visualizer.gui.app.calibration_actions import CalibrationActions
 from process_visualizer.gui.app.event_notes import EventNotes
-from process_visualizer.gui.app.object_alarms import ObjectAlarms
-from process_visualizer.gui.app.region_control import RegionControl
-from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
-from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.models.cell.cell_model import CellModel
-from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.cell.launch_guard import LaunchGuard
-from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
-from process_visualizer.gui.models.cell.master_model import MasterModel
-from process_visualizer.gui.models.cell.mixture_model import MixtureModel
-from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
-from process_visualizer.gui.models.cell.tool_model import ToolModel
-from process_visualizer.gui.models.cell.unsaved_model import UnsavedModel
-from process_visualizer.gui.models.cell.view_model import ViewModel
-from process_visualizer.gui.models.cell.warnings_model import WarningsModel
-from process_visualizer.gui.models.cell.watch_model import WatchModel
-from process_visualizer.gui.models.comparison.bands_model import BandsModel
-from process_visualizer.gui.models.comparison.compare_model import CompareModel
-from process_visualizer.gui.models.comparison.ghost_model import GhostModel
-from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
-from process_visualizer.gui.models.playback.bag_model import BagModel
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
-from process_visualizer.gui.models.playback.values_model import ValuesModel
-from process_visualizer.gui.models.recording.bag_target import is_for_anybody
-from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
-from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.models.recording.replay_model import ReplayModel
+from process_visualizer.gui.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.cell.calibration_model import RegionModel, ToolModel
+from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
+from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
+from process_visualizer.gui.cell.edited_values import UnsavedModel
+from process_visualizer.gui.cell.launch_model import LaunchGuard, LaunchModel, MixtureModel, Phase
+from process_visualizer.gui.cell.master_model import MasterModel, WatchModel
+from process_visualizer.gui.cell.objects_model import ObjectsModel
+from process_visualizer.gui.cell.view_model import ViewModel
+from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
+from process_visualizer.gui.compare.ghost_model import GhostModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.live.replay_model import ReplayModel
+from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.values_model import ValuesModel
+from process_visualizer.gui.recording.recording_choices import is_for_anybody
+from process_visualizer.gui.recording.recording_model import Phase as RecordingPhase
+from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
-from process_visualizer.gui.ros.ros_link import RosLink
+from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.ros.sensor_links import ObjectLink, RegionLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
-from process_visualizer.launching.node_state import NodeState
-from process_visualizer.launching.part_report import PartState
+from process_visualizer.launching.part_report import NodeState, PartState
 from process_visualizer.launching.ros_master import RosMasterError
+
+# The status line, in the thesis' words (figures 5.2 to 5.4).
+
+_MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
+_RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
+              RecordingPhase.RECORDING: 'Recording',
+              RecordingPhase.STOPPING: 'Finishing the recording'}
+
+
+def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
+    """Return the activity of the system; ``mode`` is that of the nodes, ``trouble`` the worst."""
+    if phase is Phase.IDLE or mode is None:
+        return 'Idle'
+    if phase is Phase.LAUNCHING:
+        return 'Launching nodes…'
+    if phase is Phase.QUITTING:
+        return 'Quitting all nodes…'
+    text = ' '.join(filter(None, [_MODE[mode], activity]))
+    return f'{text}\n{trouble.text}' if trouble.level >= Level.WAITING else text
+
+
+def recorder_activity(phase: RecordingPhase) -> str:
+    """Return the activity of the recorder."""
+    return _RECORDING.get(phase, '')
+
+
+def player_activity(player: Optional[PlayerSnapshot]) -> str:
+    """Return the activity of the player."""
+    if player is None:
+        return ''
+    if player.paused:
+        return 'Paused'
+    direction = '' if player.rate > 0.0 else ' backwards'
+    return f'Playing{direction} at {abs(player.rate):g}×'
+
+
+_MARKER_LINE = 'marker'
+
+
+class RegionControl(QObject):
+    """Has the model; what takes its time is a task."""
+
+    def __init__(self, tasks: Tasks, parent: QObject) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._link = RegionLink(self)
+        self.model = RegionModel(tasks, self._link.move, self)
+        self._link.dragged.connect(self.model.take_dragged)
+        self.model.marker_wanted.connect(self._show_marker)
+        self.model.moved.connect(lambda device, region: tasks.run(
+            _MARKER_LINE, lambda: self._link.move_marker(device, region)))
+
+    def _show_marker(self, is_shown: bool) -> None:
+        device, region = self.model.device, self.model.region
+        if is_shown and region is not None:
+            chosen = region
+            self._tasks.run(_MARKER_LINE, lambda: self._link.show_marker(device, chosen), None,
+                            self._tell)
+        else:
+            self._tasks.run(_MARKER_LINE, self._link.hide_marker)
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self.model.failed.emit(str(error))
+
+
+_OBJECTS_LINE = 'objects'
+
+
+class ObjectAlarms(QObject):
+    """Has the model; subscribing is a task."""
+
+    def __init__(self, tasks: Tasks, launch: LaunchModel, alarms: AlarmsModel) -> None:
+        super().__init__(alarms)
+        self._tasks, self._launch, self._alarms = tasks, launch, alarms
+        self._link = ObjectLink(self)
+        self.model = ObjectsModel(self)
+        self.model.sensors_wanted.connect(self._follow_sensors)
+        self.model.changed.connect(self._tell)
+        self._link.seen.connect(self.model.take)
+        launch.changed.connect(self._follow_launch)
+
+    def _follow_launch(self) -> None:
+        is_up = self._launch.phase in (Phase.LAUNCHING, Phase.RUNNING)
+        self.model.set_running(self._launch.running if is_up else None)
+
+    def _follow_sensors(self, names: Sequence[str]) -> None:
+        self._tasks.run(_OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse)
+
+    def _refuse(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self._alarms.note(str(error))
+
+    def _tell(self) -> None:
+        self._alarms.set_objects(self.model.conditions, [
+            (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played])
+
 
 _REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError, RosMasterError,
                   OSError)

@@ -2,18 +2,25 @@
 """LauncherApp: the operator's window."""
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
+from PyQt5.QtCore import QObject
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
+    QActionGroup,
+    QApplication,
     QFileDialog,
     QHBoxLayout,
     QInputDialog,
     QLabel,
     QMainWindow,
+    QMenu,
+    QMessageBox,
     QSizePolicy,
     QStackedWidget,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -21,38 +28,164 @@ from PyQt5.QtWidgets import (
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.after_quit import AfterQuit
-from process_visualizer.gui.app.alarm_actions import alarm_strip
 from process_visualizer.gui.app.dropped_files import DropTarget
+from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
-from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.app.theme_choice import theme_choice
-from process_visualizer.gui.app.watch_dialog import WatchDialog
-from process_visualizer.gui.app.window_keys import WindowKeys
-from process_visualizer.gui.app.window_questions import WindowQuestions
-from process_visualizer.gui.models.cell.launch_model import Phase
-from process_visualizer.gui.toolkit.editor import open_in_editor
-from process_visualizer.gui.toolkit.theme_following import colour
-from process_visualizer.gui.toolkit.working_folder import working_folder
-from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
-from process_visualizer.gui.views.cell.changed_notice import ChangedNotice
-from process_visualizer.gui.views.cell.devices_panel import DevicesPanel
-from process_visualizer.gui.views.cell.launch_view import LaunchView
-from process_visualizer.gui.views.cell.log_view import LogView
-from process_visualizer.gui.views.cell.made_notice import MadeNotice
-from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
-from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
-from process_visualizer.gui.views.cell.region_panel import RegionPanel
-from process_visualizer.gui.views.cell.tool_notice import ToolNotice
-from process_visualizer.gui.views.cell.unsaved_notice import UnsavedNotice
-from process_visualizer.gui.views.cell.warnings_view import WarningsView
-from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
-from process_visualizer.gui.views.live.live_panel import LivePanel
-from process_visualizer.gui.views.parts.column_scroll import Column, ColumnOf, ColumnScroll
-from process_visualizer.gui.views.parts.labels import title, tool_button
-from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
-from process_visualizer.gui.views.parts.text_place import NoticePlace
-from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
-from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
+from process_visualizer.gui.app.look_on import WatchDialog
+from process_visualizer.gui.app.shortcuts import WindowKeys
+from process_visualizer.gui.cell.alarm_strip import alarm_strip
+from process_visualizer.gui.cell.calibration_panel import CalibrationPanel, RegionPanel
+from process_visualizer.gui.cell.devices_panel import DevicesPanel, LogView, WarningsView
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_view import LaunchView
+from process_visualizer.gui.cell.notices import (
+    ChangedNotice,
+    MadeNotice,
+    MixtureNotice,
+    NewConfigurationView,
+    ToolNotice,
+    UnsavedNotice,
+)
+from process_visualizer.gui.compare.compare_panel import ComparePanel
+from process_visualizer.gui.live.live_panel import LivePanel
+from process_visualizer.gui.playback.playback_panel import PlaybackPanel
+from process_visualizer.gui.recording.recording_panel import RecordingPanel
+from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folder
+from process_visualizer.gui.toolkit.dialogs import ask, message_box
+from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
+from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
+from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, colour
+from process_visualizer.gui.toolkit.widgets import PanelTabs, title, tool_button
+
+_BRIEF_MS = 15_000
+
+
+class WindowQuestions(QObject):
+    """The messages and questions of a window."""
+
+    def __init__(self, window: QMainWindow, launcher: Launcher) -> None:
+        super().__init__(window)
+        self._window = window
+        self._launcher = launcher
+        self._message: Optional[QMessageBox] = None
+        self._mixture: Optional[QMessageBox] = None
+
+    def show_message(self, message: str) -> None:
+        """Show a message; further ones are added to it while it is open."""
+        message, details = parted(sentence(message))
+        if self._message is None:
+            self._message = message_box(self._window, message)
+            self._message.setDetailedText(details)
+            self._message.finished.connect(self._forget_message)
+            self._message.open()
+        elif message not in self._message.text():
+            self._message.setText(f'{self._message.text()}\n\n{message}')
+        self.show_briefly(message)
+
+    def show_briefly(self, message: str) -> None:
+        """Show a message in the status bar, for long enough to be read."""
+        bar = self._window.statusBar()
+        assert bar is not None
+        bar.showMessage(sentence(message), _BRIEF_MS)
+
+    def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
+        """Offer to start the program again; the question closes when the master returns."""
+        self.show_briefly('The ROS master is not responding')
+        question = ask(
+            self._window,
+            'The ROS master is not responding. Running nodes continue, but nothing can be '
+            'launched or commanded. Quit all nodes (this finishes a recording) and start '
+            f'the launcher again?{self._what_stays()}', 'Quit and start again', start_again)
+        self._launcher.master.returned.connect(question.close)
+
+    def ask_about_mixture(self, who: str, mode: Mode) -> None:
+        """Ask about nodes that prevent a launch; the question closes when they are gone."""
+        what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
+                       else ('real-time mode', ''))
+        text = (f'{who}.\n\nStop that node: {what} starts by itself as soon as it is gone. '
+                f'Or start anyway{first}.')
+        if self._mixture is not None:
+            self._mixture.setText(text)
+            return
+        guard = self._launcher.guard
+        question = ask(self._window, text, 'Start anyway', guard.launch_all_the_same,
+                       guard.cancel)
+        question.setDefaultButton(QMessageBox.Cancel)
+        guard.settled.connect(question.close)
+        question.finished.connect(self._forget_mixture)
+        self._mixture = question
+
+    def _what_stays(self) -> str:
+        unsaved = self._launcher.unsaved.unsaved
+        return f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
+
+    def _forget_message(self) -> None:
+        self._message = None
+
+    def _forget_mixture(self) -> None:
+        self._mixture = None
+
+
+# The operator's choice of a theme.
+
+_SETTING = 'theme'
+
+
+class Wanted(Enum):
+    """A theme, or the one that the desktop has."""
+
+    DESKTOP = 'Follow desktop'
+    LIGHT = 'Light'
+    DARK = 'Dark'
+
+
+def theme_choice(settings: Settings, parent: QObject) -> ThemeChoice:
+    """Return the choice for the running application."""
+    app = QApplication.instance()
+    assert isinstance(app, QApplication)
+    desktop = app.findChild(DesktopTheme) or DesktopTheme(app.palette(), parent=app)
+    return ThemeChoice(app, desktop, settings, parent)
+
+
+class ThemeChoice(QObject):
+    """Gives the application the theme that is chosen, and remembers the choice."""
+
+    def __init__(self, app: QApplication, desktop: DesktopTheme, settings: Settings,
+                 parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._app, self._desktop, self._settings = app, desktop, settings
+        names = {wanted.name: wanted for wanted in Wanted}
+        self.wanted = names.get(settings.value(_SETTING, ''), Wanted.DESKTOP)
+        desktop.changed.connect(self._apply)
+        self._apply()
+
+    def choose(self, wanted: Wanted) -> None:
+        """Take another choice."""
+        self.wanted = wanted
+        self._settings.store(_SETTING, wanted.name)
+        self._apply()
+
+    def button(self) -> QToolButton:
+        """Return a button with a menu of the choices."""
+        button = tool_button('theme', 'theme', 'Light or dark', lambda: None)
+        menu = QMenu(button)
+        group = QActionGroup(menu)
+        for wanted in Wanted:
+            action = menu.addAction(wanted.value)
+            action.setCheckable(True)
+            action.setChecked(wanted is self.wanted)
+            action.setActionGroup(group)
+            action.triggered.connect(lambda _, wanted=wanted: self.choose(wanted))
+        button.setMenu(menu)
+        button.setPopupMode(QToolButton.InstantPopup)
+        button.setStyleSheet('QToolButton::menu-indicator { image: none; }')
+        return button
+
+    def _apply(self) -> None:
+        is_dark = self._desktop.is_dark if self.wanted is Wanted.DESKTOP \
+            else self.wanted is Wanted.DARK
+        apply_theme(self._app, DARK if is_dark else LIGHT)
+
 
 _MARGIN = 10
 _DEVICES_SHARE, _PANELS_SHARE = 1, 2

@@ -16,18 +16,16 @@ from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Viewers
-from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState
+from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState, Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.app.second_launcher import SecondLauncher
-from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.look_on import SecondLauncher
 from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.app.window_keeper import WindowKeeper
-from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.cell.cell_model import CellModel
 from process_visualizer.gui.ros.ros_link import NODE
-from process_visualizer.gui.toolkit.desktop_theme import DesktopTheme
-from process_visualizer.gui.toolkit.style import apply_style
+from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
 

@@ -10,15 +10,19 @@ from PyQt5.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
+    QDialog,
     QLineEdit,
     QShortcut,
     QWidget,
 )
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
-from process_visualizer.gui.models.playback.playback_model import PlaybackModel
-from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.models.recording.replay_model import ReplayModel
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.live.replay_model import ReplayModel
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.toolkit.dialogs import KeysDialog
 from process_visualizer.gui.toolkit.theme import theme
 
 _ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'F5', '?', 'Esc')
@@ -145,3 +149,56 @@ def _unless_writing(action: Callable[[], None]) -> Callable[[], None]:
         if not isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox)):
             action()
     return act
+
+
+class WindowKeys:
+    """Binds the keys of a window."""
+
+    def __init__(self, window: QWidget, launcher: Launcher, launch_or_quit: Callable[[], None],
+                 add_mark: Callable[[], None], zoom_in: Callable[[float], None]) -> None:
+        """``add_mark`` and ``zoom_in`` are of playback (``playback_keys``)."""
+        self._window = window
+        self._launcher = launcher
+        playback = playback_keys(launcher.playback, add_mark, zoom_in)
+        recording = recording_keys(launcher.recording)
+        replay = replay_keys(launcher.replay)
+        general = general_keys(launcher, launch_or_quit, self.show)
+        self._groups = {'Playback': playback, 'Recording': recording, 'Replay': replay[:1],
+                        'Always': general}
+        self._playback: List[QShortcut] = bind(window, playback)
+        self._recording: List[QShortcut] = bind(window, recording)
+        self._replay: List[QShortcut] = bind(window, replay)
+        launcher.replay.changed.connect(self.enable)
+        self._general: List[QShortcut] = bind(window, general)
+        launcher.link.key_pressed.connect(self.press)
+        EnterPresses(window)
+
+    def show(self) -> None:
+        """Show all keys."""
+        KeysDialog(help_text(self._groups), self._window).open()
+
+    def enable(self) -> None:
+        """Enable the keys of the mode while nodes run in it."""
+        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
+        is_running = self._launcher.launch.phase is Phase.RUNNING
+        for shortcut in self._playback:
+            shortcut.setEnabled(is_running and is_playback)
+        for shortcut in self._recording:
+            shortcut.setEnabled(is_running and not is_playback)
+        for shortcut in self._replay:
+            shortcut.setEnabled(not self._launcher.replay.is_live)
+        self._launcher.link.take_keys([it.key().toString() for it in self._enabled()])
+
+    def press(self, key: str) -> None:
+        """Do what a key does that was pressed in RViz, unless a dialog waits for an answer."""
+        if any(it.isModal() and it.isVisible() for it in self._window.findChildren(QDialog)):
+            return
+        for shortcut in self._enabled():
+            if shortcut.key().toString() == key:
+                shortcut.activated.emit()
+                return
+
+    def _enabled(self) -> List[QShortcut]:
+        """Those that have a meaning now; what RViz itself does with Ctrl is not passed on."""
+        keys = (*self._playback, *self._recording, *self._replay, *self._general)
+        return [it for it in keys if it.isEnabled() and 'Ctrl' not in it.key().toString()]

@@ -4,25 +4,142 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PyQt5.QtCore import QEvent, QObject, QRect, Qt, QTimer
-from PyQt5.QtGui import QGuiApplication, QScreen
-from PyQt5.QtWidgets import QStackedWidget, QWidget
+from PyQt5.QtCore import QEvent, QObject, QRect, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import (
+    QCloseEvent,
+    QColor,
+    QGuiApplication,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QScreen,
+)
+from PyQt5.QtWidgets import QLabel, QPushButton, QStackedWidget, QVBoxLayout, QWidget
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.views.cell.rviz_place import RvizPlace
-from process_visualizer.gui.views.playback.timeline_dock import TimelineDock
-from process_visualizer.rviz.screen_layout import (
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.widgets import in_column
+from process_visualizer.rviz.window_geometry import (
     Frame,
     Places,
+    Rectangle,
     followed,
     places,
     settings_of,
     sizes_from,
 )
-from process_visualizer.rviz.window_geometry import Rectangle
+
+# The window below RViz, as wide as the screen, with the buttons and the timeline.
+
+_SIDE = 10
+_GRIP_PX, _MARK_PX = 9, 36
+
+
+class TimelineDock(QWidget):
+    """Belongs to the launcher's window: its keys work here too, and only that window closes it.
+
+    It has no title bar. Its upper edge is dragged for its height; who owns it places it.
+    """
+
+    height_wanted = pyqtSignal(int)
+    """The operator has dragged the upper edge: the height [px]."""
+    close_refused = pyqtSignal()
+    """The operator, or the window manager, wanted to close it."""
+
+    def __init__(self, content: QWidget, window: QWidget) -> None:
+        """``window`` is the launcher's."""
+        # Of its kinds of windows, Qt gives the keys of the parent only to tools. The window
+        # manager is told that it is a dialog: some hide the tools of a program while RViz is used.
+        super().__init__(window, Qt.Tool | Qt.FramelessWindowHint)
+        self.setAttribute(Qt.WA_X11NetWmWindowTypeDialog)
+        self.setAttribute(Qt.WA_ShowWithoutActivating)
+        self.setObjectName('timeline_dock')
+        self.setWindowTitle('Timeline')
+        self.grip = Grip()
+        self.grip.dragged.connect(
+            lambda y: self.height_wanted.emit(self.frameGeometry().bottom() + 1 - y))
+        inside = QVBoxLayout()
+        inside.setContentsMargins(_SIDE, 0, _SIDE, _SIDE)
+        inside.addWidget(content)
+        column = in_column(self, 0, self.grip, inside)
+        column.setSizeConstraint(QVBoxLayout.SetNoConstraint)  # it may not outgrow the screen
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stay: a request to close the timeline is none to end the cell."""
+        event.ignore()
+        self.close_refused.emit()
+
+
+class Grip(QWidget):
+    """The upper edge of the dock."""
+
+    dragged = pyqtSignal(int)
+    """Where on the screen the edge should be: y [px]."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._offset = 0
+        self.setObjectName('timeline_grip')
+        self.setFixedHeight(_GRIP_PX)
+        self.setCursor(Qt.SplitVCursor)
+        self.setToolTip('Drag to resize the timeline')
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the border, and a mark that says that it can be dragged."""
+        painter = QPainter(self)
+        painter.fillRect(0, 0, self.width(), 1, self.palette().mid())
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(QColor(theme().tick))
+        painter.drawRoundedRect((self.width() - _MARK_PX) // 2, 4, _MARK_PX, 3, 1.5, 1.5)
+        painter.end()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Remember where the edge was grabbed."""
+        self._offset = event.y()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag the edge."""
+        if event.buttons() & Qt.LeftButton:
+            self.dragged.emit(event.globalY() - self._offset)
+
+
+class RvizPlace(QWidget):
+    """Belongs to the launcher's window; who owns it places it. Hidden while there is no text."""
+
+    restart_wanted = pyqtSignal()
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window, Qt.Tool | Qt.FramelessWindowHint)
+        self.setAttribute(Qt.WA_X11NetWmWindowTypeDialog)  # as the timeline
+        self.setAttribute(Qt.WA_ShowWithoutActivating)
+        self.setObjectName('rviz_place')
+        self.setWindowTitle('RViz')
+        self._text = QLabel()
+        self._text.setObjectName('rviz_place_text')
+        self._text.setAlignment(Qt.AlignCenter)
+        self._text.setWordWrap(True)
+        restart = QPushButton('Restart RViz')
+        restart.setObjectName('rviz_place_restart')
+        restart.clicked.connect(self.restart_wanted)
+        layout = QVBoxLayout(self)
+        layout.addStretch(1)
+        layout.addWidget(self._text)
+        layout.addWidget(restart, 0, Qt.AlignCenter)
+        layout.addStretch(1)
+        self.hide()
+
+    def show_text(self, text: str) -> None:
+        """Say why RViz is not here; with an empty text it is."""
+        self._text.setText(text)
+        self.setVisible(bool(text) and self.parentWidget().isVisible())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stay: it is a part of the launcher."""
+        event.ignore()
+
 
 _SETTLED_MS = 250  # without a change: the operator has let go of the window
 _TIMELINE_STAYS = ('The timeline belongs to this window: to end the cell, use Quit all nodes, or '

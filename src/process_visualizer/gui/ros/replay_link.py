@@ -13,12 +13,25 @@ from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.remote_follower import RemoteFollower
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.generate.choice import Choice
-from process_visualizer.gui.ros.player_messages import player_snapshot
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.launching.replay_cell import ReplayCell
 from process_visualizer.msg import PlayerState
 from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ, RVIZ_KEY_TOPIC
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import ShowReplay
+
+
+def player_snapshot(state: PlayerState) -> PlayerSnapshot:
+    """Return a state of the player."""
+    return PlayerSnapshot(
+        stamp_s=state.stamp.to_sec(), begin_s=state.begin.to_sec(), duration_s=state.duration,
+        position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
+        paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
+        segment=state.segment, published=state.published, dropped=state.dropped,
+        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
+        topics=tuple((topic.name, topic.published) for topic in state.topics),
+        others=tuple(state.others), since_s=state.since.to_sec())
+
 
 _BAG = 'replay.bag'
 _SERVICE = f'/{RVIZ}/show_replay'

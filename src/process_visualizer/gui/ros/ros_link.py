@@ -15,15 +15,13 @@ from sensor_msgs.msg import RegionOfInterest
 from std_msgs.msg import String
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.clients.bag_recorder import BagRecorder, RecorderMemory
 from process_visualizer.clients.player_client import PlayerClient
-from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
-from process_visualizer.gui.ros.player_messages import player_snapshot
-from process_visualizer.gui.ros.pose_marker import PoseMarker
-from process_visualizer.gui.ros.replay_link import ReplayLink
+from process_visualizer.gui.ros.replay_link import ReplayLink, player_snapshot
+from process_visualizer.gui.ros.rviz_markers import PoseMarker
 from process_visualizer.gui.ros.snapshots import (
     DisplaySnapshot,
     PhaseSnapshot,

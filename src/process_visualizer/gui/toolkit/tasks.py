@@ -2,11 +2,13 @@
 """Runs slow work off the GUI thread, and delivers the results to it."""
 from __future__ import annotations
 
+import math
 import queue
 import threading
-from typing import Any, Callable, Dict, NamedTuple, Optional
+import time
+from typing import Any, Callable, Dict, Generic, NamedTuple, Optional, TypeVar
 
-from PyQt5.QtCore import QObject, Qt, pyqtSignal
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 OnResult = Callable[[Any], None]
 OnError = Callable[[Exception], None]
@@ -99,3 +101,141 @@ class Tasks(QObject):
             task.on_error(error)
         else:
             raise error
+
+
+class Progress(QObject):
+    """Made in the GUI thread; the task reports to it from its own, the view shows it."""
+
+    changed = pyqtSignal(float)
+    """The finished part, 0 to 1; arrives in the GUI thread."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._cancelled = threading.Event()
+
+    def report(self, fraction: float) -> None:
+        """Report the finished part, 0 to 1; for any thread."""
+        self.changed.emit(fraction)
+
+    def cancel(self) -> None:
+        """Ask the task to end soon."""
+        self._cancelled.set()
+
+    def is_cancelled(self) -> bool:
+        """Return whether the task must end; for any thread."""
+        return self._cancelled.is_set()
+
+
+_LOOK_MS = 200
+
+
+class DelayedAct(QObject):
+    """Waits, then acts; ``changed`` tells of each second that is left."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, delay_s: float, act: Callable[[], None],
+                 clock_s: Callable[[], float] = time.monotonic,
+                 parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._delay_s, self._act, self._clock_s = delay_s, act, clock_s
+        self._due_s: Optional[float] = None
+        self._left_s = 0
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_MS)
+        self._timer.timeout.connect(self.look)
+
+    @property
+    def is_waiting(self) -> bool:
+        """Return whether the act is to come, and can be taken back."""
+        return self._due_s is not None
+
+    @property
+    def left_s(self) -> int:
+        """The seconds until then; 0 if nothing is to come."""
+        return self._left_s
+
+    def begin(self) -> None:
+        """Act after the delay."""
+        self._due_s = self._clock_s() + self._delay_s
+        self._timer.start()
+        self.look()
+
+    def take_back(self) -> None:
+        """Do not act."""
+        self._due_s = None
+        self._timer.stop()
+        self._show(0)
+
+    def look(self) -> None:
+        """Act if it is time."""
+        if self._due_s is None:
+            return
+        left_s = self._due_s - self._clock_s()
+        if left_s > 0.0:
+            self._show(math.ceil(left_s))
+        else:
+            self.take_back()
+            self._act()
+
+    def _show(self, left_s: int) -> None:
+        if left_s != self._left_s:
+            self._left_s = left_s
+            self.changed.emit()
+
+
+Value = TypeVar('Value')
+
+
+class NewestCall(Generic[Value]):
+    """Calls a function with the newest value: at most one call is under way, others are skipped.
+
+    Used in the GUI thread; the function runs in a line of tasks.
+    """
+
+    def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
+                 on_done: Callable[[], None], on_error: OnError) -> None:
+        """``on_done`` is called when the newest value was taken, ``on_error`` when one fails."""
+        self._tasks = tasks
+        self._line = line
+        self._function = function
+        self._on_done = on_done
+        self._on_error = on_error
+        self._under_way: Optional[Value] = None
+        self._next: Optional[Value] = None
+
+    @property
+    def wanted(self) -> Optional[Value]:
+        """The newest value, as long as the function has not taken it; else None."""
+        return self._under_way if self._next is None else self._next
+
+    @property
+    def waiting(self) -> Optional[Value]:
+        """The newest value, if its turn has not come yet; else None."""
+        return self._next
+
+    def request(self, value: Value) -> None:
+        """Call the function with a value, unless a newer one comes before its turn."""
+        if self._under_way is None:
+            self._call(value)
+        else:
+            self._next = value
+
+    def _call(self, value: Value) -> None:
+        self._under_way = value
+        self._tasks.run(self._line, lambda: self._function(value), self._end, self._fail)
+
+    def _end(self, _result: Any) -> None:
+        value, self._under_way, self._next = self._next, None, None
+        if value is None:
+            self._on_done()
+        else:
+            self._call(value)
+
+    def _fail(self, error: Exception) -> None:
+        self._end(None)
+        self._on_error(error)
+
+
+Newest = Callable[[Callable[[Any], Any]], NewestCall[Any]]
+"""Makes one of a function that takes the newest value."""

@@ -2,9 +2,22 @@
 """The colours of the launcher: a light theme and a dark one, each with one accent colour."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+import gc
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any, Callable, Iterator, Optional, Tuple
 
-from PyQt5.QtGui import QGuiApplication, QPalette
+from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal, pyqtSlot
+from PyQt5.QtDBus import (
+    QDBusConnection,
+    QDBusMessage,
+    QDBusPendingCallWatcher,
+    QDBusPendingReply,
+    QDBusVariant,
+)
+from PyQt5.QtGui import QColor, QFont, QGuiApplication, QPalette
+from PyQt5.QtWidgets import QApplication, QPushButton, QRadioButton, QStyleFactory, QWidget
 
 
 @dataclass(frozen=True)
@@ -92,3 +105,295 @@ def is_dark(palette: QPalette) -> bool:
     """Return whether a palette has light text on a dark window."""
     return bool(palette.color(QPalette.Window).lightness()
                 < palette.color(QPalette.WindowText).lightness())
+
+
+# Keeps what was coloured once in step with the theme of the application.
+
+_COLOUR, _SHEET_KEY, _SELECTION = 'theme_colour', 'theme_sheet', 'theme_selection'
+
+
+def colour(widget: QWidget, name: str) -> None:
+    """Set the colour of the widget's text while it is enabled: the name of a field of Theme."""
+    widget.setProperty(_COLOUR, name)
+    chosen = QColor(getattr(theme(), name))
+    if widget.palette().color(QPalette.Active, QPalette.WindowText) != chosen:
+        palette = QPalette()  # whose other colours are those of the application, also later
+        for group in (QPalette.Active, QPalette.Inactive):
+            palette.setColor(group, QPalette.WindowText, chosen)
+        widget.setPalette(palette)
+
+
+def colour_selection(view: QWidget, name: str) -> None:
+    """Set the colour behind selected rows: the name of a field of Theme."""
+    view.setProperty(_SELECTION, name)
+    palette = QPalette()
+    palette.setColor(QPalette.Highlight, QColor(getattr(theme(), name)))
+    view.setPalette(palette)
+
+
+def set_sheet(widget: QWidget, sheet: str) -> None:
+    """Give a widget a style sheet in which <NAME> stands for the colour of that name in Theme."""
+    widget.setProperty(_SHEET_KEY, sheet)
+    coloured = with_colours(sheet)
+    if widget.styleSheet() != coloured:
+        widget.setStyleSheet(coloured)
+
+
+def with_colours(sheet: str) -> str:
+    """Return a style sheet in which each <NAME> is replaced by the colour of the theme."""
+    for name, value in asdict(theme()).items():
+        sheet = sheet.replace(f'<{name}>', value)
+    return sheet
+
+
+def recolour(app: QApplication) -> None:
+    """Colour all widgets anew, after the theme has changed."""
+    for widget in app.allWidgets():
+        for name, renew in ((_COLOUR, colour), (_SHEET_KEY, set_sheet),
+                            (_SELECTION, colour_selection)):
+            if widget.property(name):
+                renew(widget, widget.property(name))
+
+
+class ThemeFollower(QObject):
+    """Calls a function when the theme of a widget changes, for what is not painted anew by Qt."""
+
+    def __init__(self, widget: QWidget, show: Callable[[], None]) -> None:
+        super().__init__(widget)
+        self._show = show
+        self._shown = theme()
+        widget.installEventFilter(self)
+
+    def eventFilter(self, widget: Optional[QObject], event: Optional[QEvent]) -> bool:
+        """Notice that the palette is of another theme."""
+        if event is not None and event.type() == QEvent.PaletteChange and theme() != self._shown:
+            self._shown = theme()
+            self._show()
+        return super().eventFilter(widget, event)
+
+
+_SERVICE, _PATH = 'org.freedesktop.portal.Desktop', '/org/freedesktop/portal/desktop'
+_SETTINGS = 'org.freedesktop.portal.Settings'
+_GROUP, _KEY = 'org.freedesktop.appearance', 'color-scheme'
+_DARK, _LIGHT = 1, 2
+
+
+class DesktopTheme(QObject):
+    """Asks the desktop's portal (XDG Desktop Portal, Settings), and listens to its changes.
+
+    Until it answers, and where there is none, the palette counts that Qt had from the desktop.
+    """
+
+    changed = pyqtSignal()
+
+    def __init__(self, palette: QPalette, bus: Optional[QDBusConnection] = None,
+                 parent: Optional[QObject] = None) -> None:
+        """``palette`` is the one of the application before it was given another."""
+        super().__init__(parent)
+        self._is_dark = is_dark(palette)
+        self._bus = bus or QDBusConnection.sessionBus()
+        self._watcher: Optional[QDBusPendingCallWatcher] = None
+        if self._bus.isConnected():
+            self._bus.connect(_SERVICE, _PATH, _SETTINGS, 'SettingChanged', self._take_change)
+            self._ask()
+
+    @property
+    def is_dark(self) -> bool:
+        """Return whether the desktop is dark."""
+        return self._is_dark
+
+    def _ask(self) -> None:
+        question = QDBusMessage.createMethodCall(_SERVICE, _PATH, _SETTINGS, 'Read')
+        question.setArguments([_GROUP, _KEY])
+        self._watcher = QDBusPendingCallWatcher(self._bus.asyncCall(question), self)
+        self._watcher.finished.connect(self._take_answer)
+
+    def _take_answer(self, watcher: QDBusPendingCallWatcher) -> None:
+        reply = QDBusPendingReply(watcher)
+        if not reply.isError() and reply.reply().arguments():
+            self._take(reply.reply().arguments()[0])
+
+    @pyqtSlot(QDBusMessage)
+    def _take_change(self, message: QDBusMessage) -> None:
+        group, key, value = (*message.arguments(), None, None, None)[:3]
+        if (group, key) == (_GROUP, _KEY):
+            self._take(value)
+
+    def _take(self, value: Any) -> None:
+        """Take the portal's value, which is wrapped once or twice."""
+        while isinstance(value, QDBusVariant):
+            value = value.variant()
+        if value in (_DARK, _LIGHT) and (value == _DARK) != self._is_dark:
+            self._is_dark = value == _DARK
+            self.changed.emit()
+
+
+# Makes colours that were chosen for RViz readable behind and on those of the launcher.
+
+_LEAST_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
+_SATURATION = 0.85
+_STEP = 0.05
+
+
+def readable_colour(colour: Tuple[float, float, float]) -> QColor:
+    """Return a colour (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
+    return QColor(_readable(colour, theme().paper))
+
+
+@lru_cache(maxsize=256)
+def _readable(colour: Tuple[float, float, float], paper_name: str) -> QColor:
+    """Curves ask for the same few colours at each picture."""
+    chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
+    readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
+                               chosen.valueF())
+    paper = QColor(paper_name)
+    while contrast(readable, paper) < _LEAST_CONTRAST:
+        readable = _farther(readable, paper)
+    return readable
+
+
+def translucent(name: str, alpha: int) -> QColor:
+    """Return a colour of the theme (#rrggbb) with an opacity from 0 to 255."""
+    colour = QColor(name)
+    colour.setAlpha(alpha)
+    return colour
+
+
+def _farther(colour: QColor, paper: QColor) -> QColor:
+    """Darker on light paper; on dark paper brighter, and paler where that is not enough."""
+    hue, saturation, value, _alpha = colour.getHsvF()
+    if _luminance(paper) > 0.5:
+        return QColor.fromHsvF(max(hue, 0.0), saturation, value * (1.0 - _STEP))
+    return QColor.fromHsvF(max(hue, 0.0), saturation if value < 1.0 else saturation * 0.9,
+                           min(value + _STEP, 1.0))
+
+
+def contrast(one: QColor, other: QColor) -> float:
+    """Return the contrast ratio of WCAG 2.1 (1.4.3) of two colours, at least 1."""
+    darker, lighter = sorted(map(_luminance, (one, other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def _luminance(colour: QColor) -> float:
+    red, green, blue = (_linear(part) for part in colour.getRgbF()[:3])
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def _linear(part: float) -> float:
+    return part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4
+
+
+# The style of the launcher: one accent colour on a calm palette, light or dark.
+
+_ROLES = {
+    QPalette.Window: 'window', QPalette.WindowText: 'text', QPalette.Base: 'paper',
+    QPalette.AlternateBase: 'row', QPalette.Text: 'text', QPalette.Button: 'button',
+    QPalette.ButtonText: 'text', QPalette.Light: 'light', QPalette.Midlight: 'midlight',
+    QPalette.Mid: 'mid', QPalette.Dark: 'dark', QPalette.Shadow: 'shadow',
+    QPalette.Highlight: 'primary', QPalette.Link: 'accent', QPalette.LinkVisited: 'accent',
+    QPalette.ToolTipBase: 'paper', QPalette.ToolTipText: 'text',
+    QPalette.PlaceholderText: 'quiet',
+}
+_ON_PRIMARY = (QPalette.BrightText, QPalette.HighlightedText)
+_DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
+_SHEET = """
+QGroupBox { border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }
+QGroupBox::title { subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }
+QRadioButton::indicator { width: 12px; height: 12px; border-radius: 7px;
+  border: 1px solid palette(window-text); background: palette(base); }
+QRadioButton::indicator:focus, QRadioButton::indicator:hover { border-color: palette(link); }
+QRadioButton::indicator:checked { background: qradialgradient(cx: 0.5, cy: 0.5, radius: 0.5,
+  fx: 0.5, fy: 0.5, stop: 0 palette(text), stop: 0.55 palette(text), stop: 0.65 palette(base),
+  stop: 1 palette(base)); }
+QToolTip { border: 1px solid palette(mid); padding: 3px; }
+"""
+"""For all widgets, whatever the theme: another sheet would mean to polish all of them again."""
+_PRIMARY = """
+QPushButton { background: <primary>; color: white; border: 0; border-radius: 3px;
+  font-weight: bold; }
+QPushButton:hover { background: <primary_hovered>; }
+QPushButton:pressed { background: <primary_pressed>; }
+QPushButton:focus { border: 2px solid <primary_focus>; }
+QPushButton:disabled { background: <primary_off>; color: <primary_off_text>; }
+"""
+
+
+def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
+    """Give an application the launcher's style, palette and group boxes."""
+    app.setAttribute(Qt.AA_UseHighDpiPixmaps)
+    with _no_widget_collected():
+        app.setStyle(QStyleFactory.create('Fusion'))
+        app.setStyleSheet(_SHEET)
+    apply_theme(app, wanted)
+
+
+def apply_theme(app: QApplication, wanted: Theme) -> None:
+    """Give an application, and all of its widgets, the colours of a theme."""
+    with _no_widget_collected():
+        app.setPalette(palette(wanted))
+        app.setPalette(_check_box_palette(wanted), 'QCheckBox')
+        recolour(app)
+        for widget in app.allWidgets():
+            if isinstance(widget, QRadioButton):  # the sheet keeps the colours of the last theme
+                widget.style().unpolish(widget)
+                widget.style().polish(widget)
+
+
+@contextmanager
+def _no_widget_collected() -> Iterator[None]:
+    """Keep unreachable widgets, which Python's collector would delete, for as long as it takes.
+
+    Qt goes through a list of all widgets and tells each of its style, palette or sheet; what hears
+    of it in Python makes objects, and so may call the collector. Qt would then go on with a widget
+    that is no more: the end of the program, by SIGSEGV.
+    """
+    is_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if is_on:
+            gc.enable()
+
+
+def set_primary(button: QPushButton, is_primary: bool) -> None:
+    """Give a button the accent colour, or remove it."""
+    set_sheet(button, _PRIMARY if is_primary else '')
+
+
+def palette(wanted: Theme) -> QPalette:
+    """Return the colours of a theme."""
+    colours = QPalette()
+    for role, name in _ROLES.items():
+        colours.setColor(role, QColor(getattr(wanted, name)))
+    for role in _ON_PRIMARY:
+        colours.setColor(role, QColor(Qt.white))
+    for role in _DISABLED_ROLES:
+        colours.setColor(QPalette.Disabled, role, QColor(wanted.disabled_text))
+    colours.setColor(QPalette.Disabled, QPalette.Highlight, QColor(wanted.mid))
+    return colours
+
+
+def _check_box_palette(wanted: Theme) -> QPalette:
+    colours = palette(wanted)
+    colour_indicators(colours, wanted)
+    return colours
+
+
+def colour_indicators(colours: QPalette, wanted: Theme) -> None:
+    """Let boxes, ticks and dots be seen: Fusion's outline is darker than the window.
+
+    What is written beside the box of a QCheckBox has another role than the tick.
+    """
+    colours.setColor(QPalette.Base, QColor(wanted.indicator))
+    colours.setColor(QPalette.Text, QColor(wanted.indicator_tick))
+    colours.setColor(QPalette.Disabled, QPalette.Base, QColor(wanted.indicator_off))
+    colours.setColor(QPalette.Disabled, QPalette.Text, QColor(wanted.indicator_off_tick))
+
+
+def tabular_font(font: QFont) -> QFont:
+    """Return a font of the same size with digits of equal width, so that times do not jump."""
+    tabular = QFont(font)
+    tabular.setFamily('monospace')
+    tabular.setStyleHint(QFont.Monospace)
+    return tabular

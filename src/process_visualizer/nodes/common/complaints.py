@@ -4,13 +4,87 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import Dict, List, Mapping, Optional, Tuple
+from dataclasses import dataclass, field
+from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from process_visualizer.nodes.common.complaint_book import Complaint, ComplaintBook
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.robot.limit_alarms import Limits, LimitWatch
+from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
+
+# The present problems of a node, each for as long as it lasts. Imports no rospy.
+
+HOLD_S = 3.0
+"""A complaint lasts this long [s] after the last bad message, so that it does not blink."""
+
+
+@dataclass
+class Complaint:
+    """A problem with something; times are those of a clock that does not jump [s]."""
+
+    text: str
+    since_s: float
+    last_s: float
+    is_error: bool = False
+    count: int = 0  # of messages; 0 where it is not about messages
+    values: Mapping[str, str] = field(default_factory=dict)  # for programs
+    good_s: Optional[float] = None  # when the last good message came after a bad one
+
+
+class ComplaintBook:
+    """The complaints by their key: what they are about, such as a topic or a frame.
+
+    A complaint about messages ends when good ones come and no bad one has come for some time;
+    if no message comes at all, the complaint remains.
+    """
+
+    def __init__(self) -> None:
+        """There are no complaints at first."""
+        self._complaints: Dict[str, Complaint] = {}
+        self._ended: List[str] = []
+
+    def add(self, key: str, text: str, now_s: float, is_error: bool = False,
+            values: Optional[Mapping[str, str]] = None) -> None:
+        """Note a bad message."""
+        complaint = self._write(key, text, now_s, is_error)
+        complaint.count, complaint.values = complaint.count + 1, values or {}
+
+    def state(self, key: str, text: str, now_s: float,
+              values: Optional[Mapping[str, str]] = None, is_error: bool = False) -> None:
+        """Set a complaint that lasts until `end`."""
+        self._write(key, text, now_s, is_error).values = values or {}
+
+    def note_good(self, key: str, now_s: float) -> None:
+        """Note a good message."""
+        complaint = self._complaints.get(key)
+        if complaint is not None:
+            complaint.good_s = now_s
+
+    def end(self, key: str) -> None:
+        """End the complaint about something."""
+        if self._complaints.pop(key, None) is not None:
+            self._ended.append(key)
+
+    def present(self, now_s: float) -> Dict[str, Complaint]:
+        """Return the present complaints."""
+        for key in [key for key, it in self._complaints.items()
+                    if it.good_s is not None and now_s - it.last_s > HOLD_S]:
+            self.end(key)
+        return self._complaints
+
+    def take_ended(self) -> List[str]:
+        """Return the keys of complaints that have ended since the last call."""
+        ended, self._ended = self._ended, []
+        return [key for key in ended if key not in self._complaints]
+
+    def _write(self, key: str, text: str, now_s: float, is_error: bool = False) -> Complaint:
+        complaint = self._complaints.setdefault(key, Complaint(text, now_s, now_s))
+        complaint.text, complaint.last_s = text, now_s
+        complaint.is_error, complaint.good_s = is_error, None
+        return complaint
+
 
 DIAGNOSTICS = '/diagnostics'
 PERIOD_S = 0.5
@@ -112,3 +186,79 @@ class Complaints:
 
     def _name(self, key: str) -> str:
         return f'{self._node.name}: {key}'
+
+
+class LimitState:
+    """Judges one variable of a device; see LimitWatch for when an alarm begins and ends."""
+
+    def __init__(self, complaints: Complaints, key: str, label: str, limits: Limits,
+                 unit: str) -> None:
+        """``key`` is the variable's alone in its device."""
+        self._complaints, self._limits = complaints, limits
+        self._key, self._label, self._unit = f'limits of {key}', label, unit
+        self._watch = LimitWatch(limits)
+
+    def take(self, time_s: float, value: float) -> None:
+        """Take the present value; times [s] are those of a clock that does not jump."""
+        if not self._limits.exist:
+            return
+        self._watch.add(time_s, value)
+        present = self._watch.present
+        if present is None:
+            self._complaints.end(self._key)
+            return
+        text = self._limits.sentence(self._label, present.extreme, self._unit)
+        values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit)}
+        self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
+
+    def forget(self) -> None:
+        """End the alarm, as values of another time follow."""
+        if self._watch.present is not None:
+            self._complaints.end(self._key)
+        self._watch = LimitWatch(self._limits)
+
+
+# Says on /diagnostics which nodes do not answer, for programs that show it.
+
+_LOG_PERIOD_S = 20.0
+
+
+class SilentNode(NamedTuple):
+    """The device that a node belongs to ('': the program itself), and what its silence means."""
+
+    device: str
+    meaning: str
+
+
+class SilentNodes:
+    """The nodes that were silent when it was told last."""
+
+    def __init__(self, node: NodeHandle) -> None:
+        """``node`` is the one that asks."""
+        self._complaints = Complaints(node, node.name.strip('/'))
+        self._told: Mapping[str, SilentNode] = {}
+
+    def tell(self, silent: Mapping[str, SilentNode]) -> None:
+        """Say that these nodes are silent now, by their names, and the others no longer."""
+        for name in set(self._told) - set(silent):
+            self._complaints.end(name)
+        for name, it in silent.items():
+            values: Dict[str, str] = {SILENT_NODE_KEY: name, CONCERNED_KEY: it.device}
+            short = name.rpartition('/')[2]
+            self._complaints.state(name, f'{short} is not responding: {it.meaning}', values,
+                                   _LOG_PERIOD_S)
+        self._told = dict(silent)
+
+
+class Patience:
+    """Tells whether something has been missing for a time, without a break."""
+
+    def __init__(self, period_s: float) -> None:
+        """Take for how long [s] it may be missing."""
+        self._period_s = period_s
+        self._since_s = math.inf
+
+    def is_over(self, is_missing: bool, now_s: float) -> bool:
+        """Take whether it is missing at a time [s]; return whether that is to be told."""
+        self._since_s = min(self._since_s, now_s) if is_missing else math.inf
+        return now_s >= self._since_s + self._period_s

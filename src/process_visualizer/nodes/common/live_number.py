@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A number that a user may change on the parameter server while a node runs."""
+"""Parameters of a node: those it reads at its start, and a number that changes while it runs."""
 from __future__ import annotations
+
+import rospy
 
 from process_visualizer.nodes.common.markers import Pace
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.parameters.reading import is_number
+from process_visualizer.parameters.reading import Parameters, is_number
 
 _LOG_PERIOD_S = 10.0
 
@@ -36,3 +38,8 @@ class LiveNumber:
         self._said = text
         if self._log.is_due(self._node.monotonic_s()):
             self._node.warn(text)
+
+
+def private_parameters() -> Parameters:
+    """Return all private parameters of this node, in one call to the master."""
+    return Parameters(rospy.get_param('~', {}), rospy.get_name())

@@ -8,16 +8,17 @@ from typing import Any, Callable, List, Optional, Tuple
 import numpy as np
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostRobot as GhostRobotMessage
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.playback_follower import PlaybackFollower
-from process_visualizer.nodes.common.process_end import spin_to_end, start_node
-from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow
-from process_visualizer.nodes.ghost.ghost_robot import GhostRobot, Joints
-from process_visualizer.nodes.ghost.live_follower import LiveFollower
-from process_visualizer.nodes.ghost.live_joints import LiveJoints
+from process_visualizer.nodes.common.node_handle import (
+    NodeHandle,
+    PlaybackFollower,
+    spin_to_end,
+    start_node,
+)
+from process_visualizer.nodes.ghost.ghost_robot import GhostArrow, GhostRobot, Joints
+from process_visualizer.nodes.ghost.live_follower import LiveFollower, LiveJoints
+from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC
 from process_visualizer.runs.alignment.live_alignment import Span
 from process_visualizer.srv import (

@@ -4,19 +4,86 @@ from __future__ import annotations
 
 import math
 import queue
-from typing import List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
+import roslib.message
 import rospy
+from sensor_msgs.msg import JointState
 
-from process_visualizer.motion.kinematics import Placement
+from process_visualizer.bagio.number_places import FieldPath
 from process_visualizer.msg import GhostEvent, GhostPhase
+from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.newest_message import RawMessage, decode
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.ghost.event_watch import EventWatch
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
-from process_visualizer.nodes.ghost.live_joints import LiveJoints
+from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import GHOST_PHASE_TOPIC
 from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, Span
+from process_visualizer.runs.event import Passages
+
+
+class LiveJoints:
+    """Subscribes to what the robot's own picture is moved by, so the ghost is in step with that."""
+
+    def __init__(self, node: NodeHandle, device: str) -> None:
+        """Begin to listen."""
+        self._positions: Dict[str, float] = {}
+        self.stamp_s = 0.0
+        """When they were measured; 0 before there are any, or if they are not stamped."""
+        self._subscriber = node.subscribe(f'/{device}/joint_states', JointState, self._take,
+                                          queue_size=10)
+
+    def _take(self, message: JointState) -> None:
+        self.stamp_s = message.header.stamp.to_sec()
+        self._positions = {**self._positions, **dict(zip(message.name, message.position))}
+
+    def at(self, _time_s: float) -> Optional[Dict[str, float]]:
+        """Return the positions [rad or m] by joint; None before there are any."""
+        return self._positions or None
+
+    def close(self) -> None:
+        """Listen no longer."""
+        self._subscriber.unregister()
+
+
+_LOG_PERIOD_S = 10.0
+
+
+class EventWatch:
+    """Looks at each message of the event's topic."""
+
+    def __init__(self, node: NodeHandle, event: GhostEvent, on_event: Callable[[str], None]
+                 ) -> None:
+        """Begin to listen; ``on_event`` is called with the name, in a thread of the topic.
+
+        Raises:
+            ValueError: the field is no path.
+        """
+        self._node, self._event, self._on_event = node, event, on_event
+        self._path = FieldPath(event.field)
+        self._passages = Passages(event.threshold, event.is_above, event.hysteresis)
+        self._log = Pace(_LOG_PERIOD_S)
+        self._subscriber = node.subscribe(event.topic, rospy.AnyMsg, self._take, queue_size=100)
+
+    def _take(self, message: Any) -> None:
+        header = message._connection_header
+        raw = RawMessage(header['type'], header['md5sum'], message._buff, 0.0)
+        try:
+            message_class = roslib.message.get_message_class(header['type'])
+            number = self._path.number(decode(raw, message_class))
+        except ValueError as error:
+            if self._log.is_due(self._node.monotonic_s()):
+                self._node.warn(f'the event "{self._event.name}" is not seen: '
+                                f'{self._event.topic}: {error}')
+            return
+        if self._passages.take(number):
+            self._on_event(self._event.name)
+
+    def close(self) -> None:
+        """Listen no longer."""
+        self._subscriber.unregister()
+
 
 _MOST_ROWS = 20_000
 _OLD_S = 0.2

@@ -2,17 +2,121 @@
 """Reads a quantity from a topic with any supported message type."""
 from __future__ import annotations
 
+import math
+import struct
 import threading
-from typing import Any, Callable, Dict, Generic, Mapping, Optional, Sequence, TypeVar
+from dataclasses import dataclass, replace
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Generic,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    TypeVar,
+)
 
 import genpy
 import rospy
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 
-from process_visualizer.motion.source_conflict import SourceConflict
-from process_visualizer.motion.time_watch import TimeWatch
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.ros_names import CONFLICT_KEY
+from process_visualizer.robot.rotations import (
+    NO_ROTATION,
+    Quaternion,
+    quaternion_from_rotation_vector,
+)
+from process_visualizer.ros_names import CONFLICT_KEY, FLOAT_ARRAY, POSE_STAMPED, WRENCH_STAMPED
+
+_BESIDE_S = 1.0
+"""Within which two nodes publish the same quantity."""
+_MIN_IN_A_ROW = 5
+_LATE_STEPS = 20.0
+"""A node that passes on another's values may be so many of its steps late."""
+
+
+class _Told(NamedTuple):
+    values: Sequence[float]
+    time_s: float
+    step: float  # since the one before
+
+
+class SourceConflict:
+    """Notices that the values of several nodes contradict each other, as JointBoard does in C++.
+
+    A forgotten simulator beside a driver is drawn in turn with it, and each message alone looks
+    right. A node that only passes on what another says, some steps late, is no contradiction.
+    """
+
+    def __init__(self, equal: float) -> None:
+        """``equal``: values that are no farther apart, in their unit, are the same."""
+        self._equal = equal
+        self._told: Dict[str, _Told] = {}
+        self._in_a_row = 0
+
+    def add(self, source: str, values: Sequence[float], now_s: float) -> str:
+        """Take the values that a node has published; return the problem, '' without one.
+
+        Args:
+            source: the node's name.
+            values: (n,), of the same n each time.
+            now_s: of a clock that only advances.
+        """
+        before = self._told.get(source)
+        step = 0.0 if before is None else math.dist(before.values, values)
+        told = _Told(tuple(values), now_s, step)
+        self._told = {name: it for name, it in self._told.items()
+                      if now_s - it.time_s < _BESIDE_S and len(it.values) == len(values)}
+        self._told[source] = told
+        others = {name: math.dist(it.values, values) for name, it in self._told.items()
+                  if name != source}
+        apart = max((distance for name, distance in others.items() if distance > self._equal
+                     + _LATE_STEPS * max(step, self._told[name].step)), default=0.0)
+        if others:
+            self._in_a_row = self._in_a_row + 1 if apart else 0
+        if not others or self._in_a_row < _MIN_IN_A_ROW:
+            return ''
+        return (f'{len(self._told)} nodes publish on this topic, {", ".join(sorted(self._told))}, '
+                f'and their values are {apart:.3g} apart; what is shown jumps between them. Stop '
+                'all but one')
+
+
+LONGEST_STEP_S = 1.0  # of a simulated clock
+MEMORY_S = 6.0  # longer than warnings are held back
+
+
+class TimeWatch:
+    """Compares ROS time with a clock that always goes on (the class TimeWatch in C++ is alike)."""
+
+    def __init__(self) -> None:
+        self._last_s: Optional[float] = None
+        self._advanced_s = 0.0
+        self._stepped_back_s = -math.inf
+
+    def problem(self, ros_s: float, steady_s: float) -> str:
+        """Return what is wrong with ROS time [s], or was some seconds ago; nothing if it goes on.
+
+        Args:
+            ros_s: the present ROS time.
+            steady_s: the present time of a clock that always goes on.
+        """
+        if self._last_s is not None and ros_s < self._last_s:
+            self._stepped_back_s = steady_s
+        if ros_s != self._last_s:
+            self._advanced_s = steady_s
+        self._last_s = ros_s
+        if steady_s - self._stepped_back_s < MEMORY_S:
+            return 'ROS time has gone back: look at what publishes /clock'
+        if steady_s - self._advanced_s > LONGEST_STEP_S:
+            return ('ROS time stands still: look at what publishes /clock, or set /use_sim_time '
+                    'to false')
+        return ''
+
 
 Quantity = TypeVar('Quantity')
 Decoder = Callable[[bytes], Quantity]
@@ -104,3 +208,158 @@ class TopicReader(Generic[Quantity]):
 
     def _warn(self, problem: str, values: Optional[Mapping[str, str]] = None) -> None:
         self._complaints.add(self._topic, f'a message on {self._topic} {problem}', values=values)
+
+
+# Reads the numbers of a std_msgs/Float32MultiArray straight from its bytes.
+#
+# A driver sends a few numbers at 125 Hz and more; building the message with its layout costs
+# several times as much as finding where the numbers are. For that few, Python's own numbers are
+# faster than an array.
+
+_UINT32 = struct.Struct('<I')
+
+
+def float32_values(message: bytes) -> Tuple[float, ...]:
+    """Return the numbers without the layout's data_offset of padding.
+
+    Args:
+        message: the serialised message: the layout's dimensions (label, size, stride),
+            data_offset, and the data.
+
+    Raises:
+        ValueError: the bytes are not those of such a message.
+    """
+    try:
+        position = _end_of_dimensions(message)
+        (offset,) = _UINT32.unpack_from(message, position)
+        (count,) = _UINT32.unpack_from(message, position + 4)
+    except struct.error:
+        raise ValueError('the message is cut off in its layout') from None
+    if len(message) != position + 8 + 4 * count:
+        raise ValueError('the message has another size than its layout says')
+    if offset > count:
+        raise ValueError('data_offset of the layout lies behind the end of the data')
+    return struct.unpack_from(f'<{count}f', message, position + 8)[offset:]
+
+
+def _end_of_dimensions(message: bytes) -> int:
+    """Return where the layout's list of dimensions ends."""
+    (dimension_count,) = _UINT32.unpack_from(message, 0)
+    position = 4
+    for _ in range(dimension_count):
+        (label_length,) = _UINT32.unpack_from(message, position)
+        position += 4 + label_length + 8  # the label, then size and stride
+    return position
+
+
+# The quantities that a robot's driver sends, and the message types for them.
+
+_FARTHEST_M, _LARGEST_FORCE_N, _LARGEST_TORQUE_NM = 1e5, 1e7, 1e7
+"""Far beyond what any robot reaches or bears."""
+
+
+@dataclass(frozen=True)
+class ToolPose:
+    """Pose of the tool in a frame ('' is the robot's base frame)."""
+
+    position: Sequence[float]  # (3,) [m]
+    quaternion: Quaternion = NO_ROTATION  # x y z w, not zero, of any length
+    frame: str = ''
+    stamp_s: float = 0.0  # when it was measured; 0: the message does not say
+    has_rotation: bool = True  # False: the message holds a position only
+    child_frame: str = ''  # the frame of tf that has this pose
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Force (3,) [N] and torque (3,) [Nm] in a frame ('' is the robot's force frame)."""
+
+    force: Sequence[float]
+    torque: Sequence[float]
+    frame: str = ''
+
+
+def _pose_from_array(message: bytes) -> ToolPose:
+    """Read x y z [m], and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
+    values = _finite(float32_values(message))
+    _in_range(values[:3], 'position', _FARTHEST_M, 'm')
+    if len(values) == 3:
+        return ToolPose(values, has_rotation=False)
+    if len(values) == 6:
+        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]))
+    if len(values) == 7:
+        return _with_rotation(ToolPose(values[:3]), values[3:])
+    raise ValueError('3 values (x y z), 6 (with a rotation vector) or 7 (with a quaternion '
+                     f'x y z w) are expected, not {len(values)}')
+
+
+def _pose_from_pose_stamped(message: bytes) -> ToolPose:
+    stamped = deserialize(PoseStamped, message)
+    position, rotation = stamped.pose.position, stamped.pose.orientation
+    quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
+    return _with_rotation(ToolPose(
+        _in_range(_finite(_numbers(position)), 'position', _FARTHEST_M, 'm'),
+        frame=stamped.header.frame_id.lstrip('/'),
+        stamp_s=stamped.header.stamp.to_sec()), quaternion)
+
+
+def _wrench_from_array(message: bytes) -> Wrench:
+    """Read fx fy fz [N], and tx ty tz [Nm] if present."""
+    values = _finite(float32_values(message))
+    if len(values) not in (3, 6):
+        raise ValueError('3 values (a force) or 6 (a force and a torque) are expected, '
+                         f'not {len(values)}')
+    return _wrench(values[:3], values[3:] if len(values) == 6 else (0.0, 0.0, 0.0))
+
+
+def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
+    stamped = deserialize(WrenchStamped, message)
+    return _wrench(_finite(_numbers(stamped.wrench.force)),
+                   _finite(_numbers(stamped.wrench.torque)),
+                   stamped.header.frame_id.lstrip('/'))
+
+
+def _wrench(force: Sequence[float], torque: Sequence[float], frame: str = '') -> Wrench:
+    return Wrench(_in_range(force, 'force', _LARGEST_FORCE_N, 'N'),
+                  _in_range(torque, 'torque', _LARGEST_TORQUE_NM, 'Nm'), frame)
+
+
+POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {
+    FLOAT_ARRAY: _pose_from_array,
+    POSE_STAMPED: _pose_from_pose_stamped,
+}
+WRENCH_DECODERS: Dict[str, Decoder[Wrench]] = {
+    FLOAT_ARRAY: _wrench_from_array,
+    WRENCH_STAMPED: _wrench_from_wrench_stamped,
+}
+
+
+def deserialize(message_class: Type[genpy.Message], message: bytes) -> Any:
+    """Return a message from its bytes; raises genpy.DeserializationError."""
+    return message_class().deserialize(message)
+
+
+def _numbers(vector: Any) -> Sequence[float]:
+    return vector.x, vector.y, vector.z
+
+
+def _finite(values: Sequence[float]) -> Sequence[float]:
+    if not all(map(math.isfinite, values)):
+        raise ValueError('it holds NaN or infinity')
+    return values
+
+
+def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> Sequence[float]:
+    """Return values that a robot can have; raise ValueError for others, which nobody should see."""
+    if max(map(abs, values), default=0.0) > largest:
+        raise ValueError(f'a {what} of {max(values, key=abs):.3g} {unit} is out of any physical '
+                         f'range (up to {largest:g} {unit})')
+    return values
+
+
+def _with_rotation(pose: ToolPose, quaternion: Sequence[float]) -> ToolPose:
+    """Return a pose with its rotation; drivers that know only the position leave that zero."""
+    if max(map(abs, quaternion)) < 1e-6:
+        return replace(pose, has_rotation=False)
+    x, y, z, w = quaternion
+    return replace(pose, quaternion=(x, y, z, w))

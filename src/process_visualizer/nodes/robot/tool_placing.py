@@ -3,25 +3,177 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Mapping, Optional
+from collections import deque
+from typing import Any, Deque, Dict, Mapping, NamedTuple, Optional, Sequence
 
+import numpy as np
 import rospy
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.tool_place import (
-    MOTION_S,
-    Difference,
-    ToolDifference,
-    ToolPlace,
-    base_place,
-)
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
-from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
+from process_visualizer.nodes.robot.message_reader import ToolPose, deserialize
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.rotations import (
+    NO_ROTATION,
+    Quaternion,
+    Triple,
+    Vector,
+    conjugate,
+    rotated,
+    rotation_vector_between,
+)
+from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
+
+# Learns a robot's tool from samples that are taken while the robot is at rest.
+
+PERIOD_S = 0.2  # between two looks, between which nothing may move
+_LONGEST_S = 1.0
+_STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; else a pose is not that of the joint states
+
+
+class _Look(NamedTuple):
+    time_s: float
+    joints: Mapping[str, float]
+    position: Vector
+
+
+class ToolStudy:
+    """Learns the tool of one robot from received poses and joint positions."""
+
+    def __init__(self, kinematics: Kinematics, base: str, chosen: str) -> None:
+        """``chosen`` is the tool frame that was chosen in the model."""
+        self._kinematics, self._base = kinematics, base
+        self._bodies = _bodies(kinematics, base)
+        self._learner = ToolLearner(chosen, self._bodies)
+        self._last: Optional[_Look] = None
+        self.finding: Optional[Finding] = None
+
+    def look(self, now_s: float, joints: Mapping[str, float], position: Vector,
+             quaternion: Optional[Quaternion]) -> None:
+        """Look at the last data; it is a sample if nothing has moved since the previous look."""
+        last = self._last
+        if last is not None and 0.0 <= now_s - last.time_s < PERIOD_S:
+            return
+        look = self._last = _Look(now_s, dict(joints), position)
+        if last is not None and now_s - last.time_s < _LONGEST_S and _is_still(last, look):
+            self._learner.add(look.joints, self._frames(look.joints), position, quaternion)
+            self.finding = self._learner.finding()
+
+    def _frames(self, joints: Mapping[str, float]) -> Dict[str, Placement]:
+        places = {frame: self._kinematics.placement(frame, self._base, joints)
+                  for frame in self._bodies}
+        return {frame: place for frame, place in places.items() if place is not None}
+
+
+def describe(robot: str, topic: str, chosen: str, finding: Finding) -> str:
+    """Return what was learned, in two sentences."""
+    if finding.is_frame:
+        return (f'the poses of {robot} on {topic} are those of the frame {finding.frame}, '
+                f'{finding.distance_m:.3f} m from the frame {chosen} that is shown')
+    place = f'at {_words(finding.xyz)} m' + (
+        f', turned by yaw pitch roll {_words(finding.ypr)} rad,' if any(finding.ypr) else '')
+    return (f'the poses of {robot} on {topic} are those of a tool {place} in the frame '
+            f'{finding.frame}; the frame {chosen} is shown, {finding.distance_m:.3f} m from it')
+
+
+def values(finding: Finding) -> Dict[str, str]:
+    """Return it as texts, for the configuration."""
+    return {'tool_frame': finding.frame, 'tool_xyz': _words(finding.xyz),
+            'tool_ypr': _words(finding.ypr)}
+
+
+def _words(numbers: Vector) -> str:
+    return ' '.join(f'{number:g}' for number in numbers)
+
+
+def _is_still(one: _Look, other: _Look) -> bool:
+    return (math.dist(one.position, other.position) < _STILL_M
+            and one.joints.keys() == other.joints.keys()
+            and all(abs(value - other.joints[name]) < _STILL_JOINT
+                    for name, value in one.joints.items()))
+
+
+def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
+    """Return the bodies to which links are fixed; links only for collisions are not tools."""
+    bodies = {}
+    for link in kinematics.links:
+        body = kinematics.fixed_to(link, base)
+        carriers = kinematics.carriers(body, base)
+        if carriers is not None and link not in kinematics.collision_only:
+            bodies[link] = Body(body, carriers)
+    return bodies
+
+
+# The place of a robot's arrows: in which frame, turned how, and beginning where.
+
+MOTION_S = 0.1
+"""Poses and joint states of one moment may come so far apart; a moving tool is elsewhere then."""
+_SAMPLES = 15
+_NOTHING: Triple = (0.0, 0.0, 0.0)
+
+
+class ToolPlace(NamedTuple):
+    """A frame to draw in, its rotation in the base frame, and the tool's position in both."""
+
+    frame: str
+    quaternion: Quaternion  # x y z w
+    foot: Vector  # (3,) [m] in the frame: where arrows begin
+    position: Vector  # (3,) [m] in the base frame
+
+    def in_frame(self, vector: Vector) -> Triple:
+        """Return a vector (3,) of the base frame in this one."""
+        return rotated(conjugate(self.quaternion), vector)
+
+
+class Difference(NamedTuple):
+    """The difference between the reported pose of a tool and the model's: in the tool frame."""
+
+    offset: Triple  # (3,) [m]
+    angle: float  # rad; NaN without a reported orientation
+
+    def distance_m(self) -> float:
+        """Return the distance of the two positions [m]."""
+        return math.hypot(*self.offset)
+
+
+class ToolDifference:
+    """The reported poses of a tool beside those of its model: what differs, and for how long.
+
+    A pose and the joint states of the same moment come one after the other, and a jump (of
+    playback) brings one before the other; so the median of some samples counts.
+    """
+
+    def __init__(self) -> None:
+        """Begin without samples."""
+        self._samples: Deque[Sequence[float]] = deque(maxlen=_SAMPLES)
+
+    def add(self, model: Placement, position: Vector, quaternion: Optional[Quaternion]) -> None:
+        """Compare one reported position (3,) [m], and orientation if there is one."""
+        offset = rotated(conjugate(model.quaternion),
+                         [a - b for a, b in zip(position, model.position)])
+        angle = math.nan if quaternion is None else math.hypot(
+            *rotation_vector_between(model.quaternion, quaternion))
+        self._samples.append((*offset, angle))
+
+    def is_settled(self) -> bool:
+        """Return whether there are enough samples to speak of it."""
+        return len(self._samples) == _SAMPLES
+
+    def median(self) -> Difference:
+        """Return the difference in the middle of the last samples."""
+        if not self._samples:
+            return Difference(_NOTHING, math.nan)
+        x, y, z, angle = np.median(np.array(self._samples), axis=0).tolist()
+        return Difference((x, y, z), angle)
+
+
+def base_place(base_frame: str, position: Vector) -> ToolPlace:
+    """Return the place at a reported position, where no frame is known that moves with the tool."""
+    return ToolPlace(base_frame, NO_ROTATION, position, position)
+
 
 PATIENCE_S = 5.0  # before missing data is reported: the other nodes start too
 LOOK_PERIOD_S = 1.0

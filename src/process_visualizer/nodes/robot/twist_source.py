@@ -2,18 +2,409 @@
 """The source of the tool's velocity: received poses, or the recording that is played."""
 from __future__ import annotations
 
-from typing import NamedTuple, Optional
+import math
+import threading
+from functools import partial
+from operator import itemgetter
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
+import genpy
 import rospy
+from sensor_msgs.msg import JointState
 
-from process_visualizer.motion.rotations import Triple
-from process_visualizer.motion.velocity.measuring_time import MeasuringTime
-from process_visualizer.motion.velocity.tool_velocity import ToolVelocity
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.live_number import LiveNumber
+from process_visualizer.nodes.common.markers import Pace
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
-from process_visualizer.nodes.robot.robot_messages import ToolPose
-from process_visualizer.ros_names import PLAYBACK_RATE
+from process_visualizer.nodes.robot.message_reader import ToolPose, deserialize, float32_values
+from process_visualizer.nodes.robot.tool_input import FramesNotConnected, PoseDecoder
+from process_visualizer.playback.playback_clock import PlaybackClock
+from process_visualizer.playback.timeline import MAX_RATE
+from process_visualizer.robot.joints import JointMatching
+from process_visualizer.robot.recorded_velocity import (
+    Part,
+    RecordedPose,
+    RecordedPoses,
+    RecordedVelocity,
+    kept_part,
+    needed_part,
+    next_part,
+)
+from process_visualizer.robot.rotations import Triple
+from process_visualizer.robot.velocity import USABLE_WITHIN_S, MeasuringTime, ToolVelocity
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    FLOAT_ARRAY,
+    JOINT_STATE,
+    PLAYBACK_RATE,
+    PLAYER_STATE_TOPIC,
+)
+from process_visualizer.srv import ReadTopic
+
+# A robot's recorded joints, under the names in its model.
+
+class JointsAt(NamedTuple):
+    """Positions [rad or m] of joints by name, and when they were measured."""
+
+    positions: Dict[str, float]
+    stamp: rospy.Time
+
+
+class RecordedJoints(NamedTuple):
+    """The topics on which drivers send the joints, and the meaning of their messages."""
+
+    topics: Tuple[str, ...]
+    matching: JointMatching
+
+    def decode(self, kind: str, message: bytes, recorded_s: float) -> JointsAt:
+        """Return the robot's joints in a message that was recorded at a time [s].
+
+        Raises:
+            ValueError: it cannot be used.
+        """
+        if kind == FLOAT_ARRAY:
+            return JointsAt(self.matching.match((), float32_values(message)),
+                            rospy.Time.from_sec(recorded_s))
+        if kind != JOINT_STATE:
+            raise ValueError(f'{kind} carries no joints')
+        try:
+            state = deserialize(JointState, message)
+        except genpy.DeserializationError as error:
+            raise ValueError(f'its bytes are not those of {kind}: {error}') from error
+        stamp = state.header.stamp
+        if abs(stamp.to_sec() - recorded_s) > USABLE_WITHIN_S:  # none, or another computer's
+            stamp = rospy.Time.from_sec(recorded_s)
+        return JointsAt(self.matching.match(state.name, state.position), stamp)
+
+
+# Reads the poses of a tool from a part of the recording, with the player's service ~read.
+
+SERVICE = f'/{BAG_PLAYER}/read'
+JOINTS_HZ = 100.0
+"""At most this rate of joint states is used, as by robot_state_publisher."""
+_ANSWER_S = 5.0
+_NS = 1e-9
+_SHORTEST = 0.9  # of a period: joint states come unevenly
+Decoders = Callable[[str], Optional[PoseDecoder]]
+
+
+class Reading(NamedTuple):
+    """The poses, their period [s], and the reason if frames up to the base are missing."""
+
+    poses: RecordedPoses
+    period_s: float
+    problem: str = ''
+
+
+class _Messages(NamedTuple):
+    """The messages of a topic with the positions [s] at which they were recorded."""
+
+    type: str
+    begin_s: float  # of the recording: bag time of position 0
+    period_s: float
+    messages: List[Tuple[float, bytes]]
+
+
+class _Event(NamedTuple):
+    """A message: when it was recorded [s], what finds its pose, and the period of its topic [s]."""
+
+    recorded_s: float
+    pose: Callable[[], Optional[ToolPose]]
+    period_s: float
+
+
+class RecordedReader:
+    """Reads one tool's poses, and the robot's joints if the poses need them."""
+
+    def __init__(self, node: NodeHandle, topic: str, decoders: Decoders,
+                 joints: Optional[RecordedJoints], preroll_s: float) -> None:
+        """Read the poses of one topic.
+
+        Args:
+            node: its connection to ROS.
+            topic: the topic of the poses; '' if joints and model give them.
+            decoders: returns a new decoder of messages of a type, None for an unsupported one.
+            joints: those of the robot, if they have a topic.
+            preroll_s: how much a decoder receives before the wanted poses [s].
+        """
+        self._node, self._has_poses = node, bool(topic)
+        self.topic = node.resolve(topic or (joints.topics[0] if joints else topic))
+        self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
+        self._needs_joints = False
+        self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
+
+    def read(self, part: Part) -> Optional[Reading]:
+        """Return the poses of a part of the recording; None if they are not played.
+
+        Raises:
+            ServiceUnreachable: the player does not answer.
+        """
+        reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
+        tool = self._messages(self.topic, reach) if self._has_poses else None
+        reading = None if self._needs_joints or not self._has_poses \
+            else self._decoded(part, tool, [])
+        if self._joints is None or (reading is not None and not reading.problem):
+            return reading
+        topics = [self._node.resolve(it) for it in self._joints.topics]
+        joints = [it for it in (self._messages(topic, reach) for topic in topics) if it]
+        self._needs_joints = bool(joints)
+        if not joints and reading is not None:
+            return reading._replace(problem=f'{reading.problem}; record {" and ".join(topics)} too,'
+                                    ' from which it can be computed')
+        return self._decoded(part, tool, joints)
+
+    def _messages(self, topic: str, part: Part) -> Optional[_Messages]:
+        """Return the messages of a topic; None if it is not played."""
+        messages: List[Tuple[float, bytes]] = []
+        begin_s = part.begin_s
+        while True:
+            answer = self._service.call(topic, begin_s, part.end_s)
+            if not answer.success:
+                return None
+            end = 0
+            for recorded_s, size in zip(answer.positions, answer.sizes):
+                end += size
+                messages.append((recorded_s, answer.data[end - size:end]))
+            if answer.end >= part.end_s:
+                return _Messages(answer.type, answer.recording_begin.to_sec(), answer.period,
+                                 messages)
+            begin_s = answer.end + _NS
+
+    def _decoded(self, part: Part, tool: Optional[_Messages],
+                 joints: Sequence[_Messages]) -> Optional[Reading]:
+        decoder = self._decoders('' if tool is None else tool.type)
+        if decoder is None:
+            return None
+        events = [event for it in joints for event in self._joint_events(decoder, it)]
+        if tool is None and not events:
+            return None
+        if tool is not None:
+            events += [_Event(recorded_s, partial(decoder.pose, message), tool.period_s)
+                       for recorded_s, message in tool.messages]
+        played = [*joints, *([tool] if tool else [])]
+        found = _collected(events, played[-1].begin_s, is_in_parts=tool is None)
+        poses = [it for it in found.poses if it.recorded_s >= part.begin_s]
+        return Reading(RecordedPoses(part, poses), tool.period_s if tool else found.period_s,
+                       '' if found.poses else found.problem)
+
+    def _joint_events(self, decoder: PoseDecoder, joints: _Messages) -> Iterator[_Event]:
+        assert self._joints is not None
+        new: Dict[str, float] = {}
+        next_s = -math.inf
+        for recorded_s, message in joints.messages:
+            try:
+                found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
+            except ValueError:
+                continue  # joint_proc reports it when it is played
+            new.update(found.positions)
+            if new and recorded_s >= next_s:
+                next_s = recorded_s + _SHORTEST / JOINTS_HZ
+                yield _Event(recorded_s, partial(decoder.take_joints, new, found.stamp),
+                             joints.period_s)
+                new = {}
+
+
+class _Collected(NamedTuple):
+    """Poses, why one was not there, and the period of the messages that have the first [s]."""
+
+    poses: List[RecordedPose]
+    problem: str
+    period_s: float
+
+
+def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _Collected:
+    """Return the poses in some events, in their order.
+
+    Of joints that come in parts, the last pose with one stamp counts: it has all of them.
+    Messages that cannot be used are left out: they are reported when they are played.
+    """
+    poses: List[RecordedPose] = []
+    problem, period_s = '', 0.0
+    for recorded_s, take, topic_period_s in sorted(events, key=itemgetter(0)):
+        try:
+            pose = take()
+        except FramesNotConnected as error:
+            problem = str(error)
+            continue
+        except (ValueError, genpy.DeserializationError):
+            continue
+        if pose is not None:
+            period_s = period_s or topic_period_s
+            stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
+            if is_in_parts and poses and poses[-1].stamp_s == stamp_s:
+                poses.pop()
+            poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
+    return _Collected(poses, problem, period_s)
+
+
+# The tool's velocity at the position of playback, read from the recording ahead of time.
+
+MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
+_RETRY_S, _WARNING_S = 1.0, 10.0
+
+
+class RecordedMoment(NamedTuple):
+    """A position of playback, its wall time [s], and the velocities around it."""
+
+    position_s: float
+    wall_s: float
+    around: RecordedVelocity
+
+    def velocity(self) -> Optional[Triple]:
+        """Return the velocity (3,) [m/s] in the base frame; None if the tool has none."""
+        return self.around.velocity(self.position_s)
+
+    def angular_velocity(self) -> Optional[Triple]:
+        """Return the angular velocity (3,) [rad/s] in the base frame; None as above."""
+        return self.around.angular_velocity(self.position_s)
+
+    def age_s(self) -> Optional[float]:
+        """Return the age of the last pose [s of the recording]; None before the first."""
+        return self.around.age_s(self.position_s)
+
+
+class _Known(NamedTuple):
+    poses: RecordedPoses
+    velocity: RecordedVelocity
+
+
+class RecordedMotion:
+    """Keeps the poses around the position of playback.
+
+    A worker reads them with the player's service ~read: first the poses needed for the position,
+    then those ahead. So a velocity depends only on the recording and the position, not on earlier
+    messages or arrival times.
+    """
+
+    def __init__(self, node: NodeHandle, reader: RecordedReader, clock: PlaybackClock,
+                 window_s: float, on_change: Callable[[], None]) -> None:
+        """Prepare; `start` begins to follow the player.
+
+        Args:
+            node: its connection to ROS.
+            reader: reads the poses.
+            clock: the clock of the player's states.
+            window_s: the window of the slopes [s].
+            on_change: called, in various threads, with each state of the player, and when more is
+                known.
+        """
+        self._node, self._reader = node, reader
+        self._clock = clock
+        self._window_s = window_s
+        self._on_change = on_change
+        self._lock = threading.Lock()
+        self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
+        self._duration_s = 0.0
+        self._is_played: Optional[bool] = None  # not known yet
+        self._known: Optional[_Known] = None
+        self._problem = ''
+        self._retry_s = 0.0
+        self._awaited_s = math.inf
+        self._warnings = Pace(_WARNING_S)
+        self._worker = node.worker(self._read, 'recorded poses')
+
+    def start(self) -> None:
+        """Begin to follow the player."""
+        self._node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._take_state)
+
+    def is_in_charge(self) -> bool:
+        """Return whether a player plays the poses, or may play them."""
+        return self._is_played is not False and self._clock.follows_player(self._node.wall_s())
+
+    @property
+    def problem(self) -> str:
+        """Return why the recording cannot give a velocity; '' if it can."""
+        return self._problem if self.is_in_charge() else ''
+
+    def is_awaited(self) -> bool:
+        """Return whether the velocity at the position will be known in a moment."""
+        if not self.is_in_charge() or self.moment() is not None:
+            self._awaited_s = math.inf
+            return False
+        self._awaited_s = min(self._awaited_s, self._node.monotonic_s())
+        return self._node.monotonic_s() < self._awaited_s + MOMENT_S
+
+    def moment(self) -> Optional[RecordedMoment]:
+        """Return the moment at the present position; None while it is not known."""
+        wall_s = self._node.wall_s()
+        bag, known = self._clock.present(wall_s), self._known
+        if bag is None or known is None:
+            return None
+        position_s = self._within(bag.time_s)
+        if not known.poses.part.holds(needed_part(position_s, self._duration_s)):
+            return None
+        return RecordedMoment(position_s, wall_s, known.velocity)
+
+    def forget(self) -> None:
+        """Read everything again, as messages have another meaning now."""
+        with self._lock:
+            self._recording = ()
+
+    def _take_state(self, state: PlayerState) -> None:
+        recording = (state.begin, state.duration, *state.files,
+                     *(topic.name for topic in state.topics))
+        with self._lock:
+            if recording != self._recording:
+                self._recording, self._duration_s = recording, state.duration
+                self._is_played = self._known = None
+        self._worker.wake()
+        self._on_change()
+
+    def _within(self, position_s: float) -> float:
+        return min(max(position_s, 0.0), self._duration_s)
+
+    def _read(self) -> Optional[float]:
+        """Read the part that is needed next, and go on (0 s) until none is."""
+        with self._lock:
+            recording, part = self._recording, self._next_part()
+        if part is None:
+            return None
+        self._extend(recording, part)
+        return 0.0
+
+    def _next_part(self) -> Optional[Part]:
+        bag = self._clock.present(self._node.wall_s())
+        if (bag is None or not self._recording or self._node.monotonic_s() < self._retry_s
+                or not self.is_in_charge()):
+            return None
+        known = None if self._known is None else self._known.poses.part
+        return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
+
+    def _extend(self, recording: Tuple[object, ...], part: Part) -> None:
+        try:
+            reading = self._reader.read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
+        except ServiceUnreachable as error:
+            now_s = self._node.monotonic_s()
+            # not for the first time: the player may just have ended
+            if self._retry_s and self._warnings.is_due(now_s):
+                self._node.warn(f'{self._reader.topic}: its recorded velocities are not known: '
+                                f'{error}')
+            self._retry_s = now_s + _RETRY_S
+            return
+        self._retry_s = 0.0
+        known = None if reading is None else self._joined(reading)
+        with self._lock:
+            if self._recording is recording:
+                self._is_played, self._known = reading is not None, known
+                self._problem = '' if reading is None else reading.problem
+        self._on_change()
+
+    def _joined(self, reading: Reading) -> _Known:
+        poses, before = reading.poses, self._known
+        if before is not None and (before.poses.part.end_s == poses.part.begin_s
+                                   or before.poses.part.begin_s == poses.part.end_s):
+            poses = before.poses.joined(poses)
+        bag = self._clock.present(self._node.wall_s())
+        if bag is not None:
+            poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
+        return _Known(poses, poses.velocity(self._window_s, reading.period_s))
+
+
+def _bounded(rate: float) -> float:
+    """Return the rate for which poses are read ahead; at higher ones velocities may be missing."""
+    return min(max(rate, -MAX_RATE), MAX_RATE)
+
 
 _STANDING: Triple = (0.0, 0.0, 0.0)
 

@@ -2,13 +2,86 @@
 """Two runs aligned: by their motion where they have one, else by their events."""
 from __future__ import annotations
 
+import math
+from difflib import SequenceMatcher
 from enum import Enum
-from typing import NamedTuple, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
-from process_visualizer.runs.alignment.common_events import common_events
-from process_visualizer.runs.alignment.motion_alignment import motion_alignment
-from process_visualizer.runs.alignment.time_map import TimeMap, shift, time_map
-from process_visualizer.runs.run import Run
+import numpy as np
+
+from process_visualizer.runs.alignment.motion import Motion, common_motions, moving_rows
+from process_visualizer.runs.alignment.refinement import refined
+from process_visualizer.runs.alignment.skipped_parts import skipped_parts, with_parts
+from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
+from process_visualizer.runs.alignment.time_map import (
+    CommonEvents,
+    TimeMap,
+    common_events,
+    shift,
+    time_map,
+)
+from process_visualizer.runs.run import Run, part_of
+from process_visualizer.runs.series import States, is_sequence, states
+
+_MOST_ROUGH_ROWS, _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 3000, 5.0, 12.5, 50.0
+_FINE_REACH_S = 1.0
+_EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
+"""So far from where events place it, a moment is looked for; farther, the farther from them."""
+_SKIPPED = 0.02
+"""What a skipped row costs, as a share of the variance of the reference's motion."""
+
+
+def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional[TimeMap]:
+    """Return the map of time; None where the tools do not move, or not alike.
+
+    Rough warping finds the moment, near the events where there are some; fine warping around it
+    and a least-squares refinement find it more exactly than one sample.
+    """
+    size_s = math.sqrt(max(reference.duration_s, 1.0) * max(run.duration_s, 1.0))
+    rough_hz = min(_ROUGH_HZ, _MOST_ROUGH_ROWS / size_s)
+    motions = common_motions(reference, run, rough_hz)
+    if not _moves(motions[0]) or not _moves(motions[1]):
+        return None
+    rough = _warped(*motions, *_near_events(motions, events))
+    if rough is None:
+        return None
+    motions = common_motions(reference, run, _FINE_HZ)
+    middle = rough.to_run(motions[0].times_s) * _FINE_HZ
+    reach_s = max(_FINE_REACH_S, 3.0 / rough_hz)
+    fine = _warped(*motions, middle, np.full(len(middle), reach_s * _FINE_HZ))
+    return None if fine is None else refined(fine, *common_motions(reference, run, _REFINED_HZ))
+
+
+def _moves(motion: Motion) -> bool:
+    """Return whether there is a tool, and it moves at times."""
+    return motion.positions.shape[1] > 0 and bool(moving_rows(motion).any())
+
+
+def _near_events(motions: Tuple[Motion, Motion],
+                 events: CommonEvents) -> Tuple[np.ndarray, np.ndarray]:
+    """Return where in the run a row may be: the middle and the reach, both in rows."""
+    times_s, rate_hz = motions[0].times_s, motions[0].rate_hz
+    if not len(events.reference_s):
+        length = len(motions[1].positions)
+        return np.full(len(times_s), length / 2), np.full(len(times_s), length / 2 + 1)
+    middle = time_map(events.reference_s, events.run_s).to_run(times_s)
+    away_s = np.abs(times_s[:, np.newaxis] - events.reference_s).min(axis=1)
+    return middle * rate_hz, (_EVENT_REACH_S + _EVENT_SPREAD * away_s) * rate_hz
+
+
+def _warped(reference: Motion, run: Motion, middle: np.ndarray,
+            reach: np.ndarray) -> Optional[TimeMap]:
+    """Return the map by the moments at which a tool moves; in between time runs evenly."""
+    spread = float(np.nansum(np.nanvar(reference.positions, axis=0)))
+    rows, columns = warp(reference.positions, run.positions, band_around(middle, reach),
+                         _SKIPPED * spread)
+    if not len(rows):
+        return None
+    tells = moving_rows(reference)[rows] | moving_rows(run)[np.clip(
+        columns, 0, len(run.positions) - 1)]
+    if np.count_nonzero(tells) < 2:
+        return None
+    return time_map(rows[tells] / reference.rate_hz, columns[tells] / run.rate_hz)
 
 
 class Means(Enum):
@@ -38,3 +111,107 @@ def aligned(reference: Run, run: Run) -> Alignment:
     if len(events.reference_s):
         return Alignment(time_map(events.reference_s, events.run_s), Means.EVENTS, events.notes)
     return Alignment(shift(0.0), Means.BEGIN, events.notes)
+
+
+# Moments of two runs that belong together because the operator says so.
+
+_LEAST_APART_S = 0.05
+
+
+class Anchor(NamedTuple):
+    """A moment of the reference, and the one of the run that belongs to it [s]."""
+
+    reference_s: float
+    run_s: float
+
+
+def with_anchor(anchors: Sequence[Anchor], added: Anchor) -> Tuple[Anchor, ...]:
+    """Return anchors in the order of time; those that contradict the added one are left out."""
+    kept = [it for it in anchors
+            if (it.reference_s - added.reference_s) * (it.run_s - added.run_s) > 0.0
+            and min(abs(it.reference_s - added.reference_s),
+                    abs(it.run_s - added.run_s)) >= _LEAST_APART_S]
+    return tuple(sorted([*kept, added]))
+
+
+def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment:
+    """Return the alignment that goes through anchors; between two of them, that of the parts.
+
+    Args:
+        reference, run: to align.
+        anchors: both of their times rise, as those of ``with_anchor``.
+    """
+    if not anchors:
+        return _aligned_in_parts(reference, run)
+    return _joined(reference, run, anchors, _aligned_in_parts)
+
+
+def _aligned_in_parts(reference: Run, run: Run) -> Alignment:
+    """The alignment, in which a part that only one of the runs has stands for itself."""
+    found = aligned(reference, run)
+    if not reference.motions or not run.motions:
+        return found
+    parts = skipped_parts(reference, run, found.time_map)
+    anchors = [Anchor(*it) for it in with_parts([], parts)
+               if 0.0 < it[0] < reference.duration_s and 0.0 < it[1] < run.duration_s]
+    return _joined(reference, run, anchors, aligned) if anchors else found
+
+
+def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
+            align: Callable[[Run, Run], Alignment]) -> Alignment:
+    corners = [Anchor(0.0, 0.0), *anchors, Anchor(reference.duration_s, run.duration_s)]
+    points, is_moving = list(anchors), False
+    for begin, end in zip(corners, corners[1:]):
+        found = align(part_of(reference, begin.reference_s, end.reference_s, reference.name),
+                      part_of(run, begin.run_s, end.run_s, run.name))
+        is_moving |= found.means is Means.MOTION
+        if found.means is not Means.BEGIN:  # where a part begins, is an anchor, or nothing
+            points += _inside(found, begin, end)
+    points.sort()
+    alignment = time_map(*np.array(points, float).T)
+    notes = common_events(reference.events, run.events).notes
+    return Alignment(alignment, Means.MOTION if is_moving else Means.ANCHORS, notes)
+
+
+def _inside(found: Alignment, begin: Anchor, end: Anchor) -> List[Anchor]:
+    """The points of a part's map, as far as they contradict neither corner."""
+    reference_s = found.time_map.reference_s + begin.reference_s
+    run_s = found.time_map.run_s + begin.run_s
+    kept = ((reference_s > begin.reference_s) & (reference_s < end.reference_s)
+            & (run_s > begin.run_s) & (run_s < end.run_s))
+    return [Anchor(*it) for it in zip(reference_s[kept].tolist(), run_s[kept].tolist())]
+
+
+_FEWEST, _ALIKE = 4, 0.6
+
+
+def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
+    """Return the alignment at which states and events begin; None where they are too few.
+
+    The way to another place is another one, so the motion does not tell which moments are the same.
+    """
+    theirs = run.by_key
+    best: List[Tuple[float, float]] = []
+    for channel in reference.channels:
+        if channel.key in theirs and is_sequence(channel) and is_sequence(theirs[channel.key]):
+            found = _common(states(channel), states(theirs[channel.key]))
+            best = max(best, found, key=len)
+    if len(best) < _FEWEST:
+        return None
+    events = common_events(reference.events, run.events)
+    pairs = sorted([*best, *zip(events.reference_s.tolist(), events.run_s.tolist())])
+    rising = [pairs[0]]
+    for pair in pairs[1:]:
+        if pair[0] > rising[-1][0] and pair[1] > rising[-1][1]:
+            rising.append(pair)
+    return Alignment(time_map(*np.array(rising).T), Means.STATES, events.notes)
+
+
+def _common(mine: States, other: States) -> List[Tuple[float, float]]:
+    """Return begins (s of both) of states that both have in the same order; none if few."""
+    blocks = SequenceMatcher(None, mine.values, other.values, False).get_matching_blocks()
+    found = [(mine.since_s[block.a + row], other.since_s[block.b + row])
+             for block in blocks for row in range(block.size)]
+    if len(found) < _ALIKE * max(len(mine.values), len(other.values)):
+        return []
+    return [it for it in found if it[0] > 0.0 and it[1] > 0.0]

@@ -6,9 +6,8 @@ from typing import NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.data_gaps import known_at
-from process_visualizer.runs.moving_window import moving_maximum
 from process_visualizer.runs.run import Run, ToolMotion
+from process_visualizer.runs.series import known_at, moving_maximum
 
 _LEAST_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5

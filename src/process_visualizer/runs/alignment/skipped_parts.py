@@ -14,7 +14,7 @@ import numpy as np
 from process_visualizer.runs.alignment.motion import Motion, common_motions
 from process_visualizer.runs.alignment.time_map import TimeMap
 from process_visualizer.runs.run import Channel, Run
-from process_visualizer.runs.states import States, is_sequence, states
+from process_visualizer.runs.series import States, is_sequence, states
 
 _STANDS_STILL_S = 0.02
 """As short as the steps at which runs are compared: no moment is in between."""

@@ -16,9 +16,14 @@ from typing import (
 
 import numpy as np
 
-from process_visualizer.runs.alignment.alignment import Alignment, Means
-from process_visualizer.runs.alignment.anchors import Anchor, aligned_at, with_anchor
-from process_visualizer.runs.alignment.state_alignment import aligned_by_states
+from process_visualizer.runs.alignment.alignment import (
+    Alignment,
+    Anchor,
+    Means,
+    aligned_at,
+    aligned_by_states,
+    with_anchor,
+)
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
     FEWEST_RUNS,
@@ -33,6 +38,7 @@ from process_visualizer.runs.deviation.band import (
     signal_tolerance,
     widened,
 )
+from process_visualizer.runs.deviation.channel_faults import StuckSensors, vibration_hz
 from process_visualizer.runs.deviation.departures import (
     Departure,
     Nearness,
@@ -53,10 +59,8 @@ from process_visualizer.runs.deviation.signals import (
     signals,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
-from process_visualizer.runs.deviation.stuck import StuckSensors
-from process_visualizer.runs.deviation.vibration import vibration_hz
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
-from process_visualizer.runs.states import States, is_sequence, states
+from process_visualizer.runs.series import States, is_sequence, states
 
 _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""

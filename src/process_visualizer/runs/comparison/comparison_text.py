@@ -7,15 +7,15 @@ from collections import Counter
 from typing import Any, Dict, List, Sequence
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
-from process_visualizer.runs.comparison.drift import Drift, drifts
-from process_visualizer.runs.comparison.features import phase_at
-from process_visualizer.runs.comparison.verdict import band_text, verdict
+from process_visualizer.runs.comparison.features import Drift, drifts, phase_at
 from process_visualizer.runs.comparison.wording import (
     amount,
+    band_text,
     moment,
     nearest_text,
     quantity,
     unjudged_texts,
+    verdict,
 )
 from process_visualizer.runs.deviation.departures import Departure
 

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers for a table: how long each phase of a run took, and what each channel had in it."""
+"""Numbers of runs for a table, and their growth from run to run."""
 from __future__ import annotations
 
 import csv
 import io
-from typing import Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.deviation.signals import Signal, SignalKind
 from process_visualizer.runs.run import Run
+
+# Numbers for a table: how long each phase of a run took, and what each channel had in it.
 
 WHOLE = 'whole run'
 _HEAD = ('run', 'begin_s', 'verdict', 'phase', 'duration_s', 'device', 'channel', 'unit', 'least',
@@ -63,3 +66,81 @@ def _rows(comparison: Comparison) -> Iterator[Tuple[str, ...]]:
             yield (run.name, f'{run.begin_s:.3f}', judged, stretch.name,
                    f'{stretch.end_s - stretch.begin_s:.3f}', channel.device, channel.label,
                    channel.unit, *(f'{it:.6g}' for it in numbers))
+
+
+# Drift: growth or fall from run to run of one recording, before any is out of range.
+
+_FEWEST_RUNS, _FEWEST_RISING = 8, 6
+_SURE = 6.0
+"""So many times its own uncertainty is a slope that is told: there are many signals and places."""
+_LEAST_SHARE = 0.25
+"""In all it must change by this share of the band's width at least, else nobody needs to know."""
+_KINDS = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.PLACE, SignalKind.NOISE)
+
+
+class Drift(NamedTuple):
+    """A signal that changes by so much from run to run, since a run of a name."""
+
+    signal: Signal
+    per_run: float
+    since: str
+    runs: int
+
+
+def drifts(comparisons: Sequence[Comparison]) -> List[Drift]:
+    """Return what drifts over the runs of each recording, the most in terms of its band first.
+
+    The mean of a run beside the middle of the band is taken as constant up to some run, and as
+    changing evenly from it on (least squares).
+    """
+    recordings: Dict[Tuple[str, ...], List[Comparison]] = {}
+    for it in comparisons:
+        if it.columns:
+            recordings.setdefault(it.run.recording, []).append(it)
+    found: List[Tuple[float, Drift]] = []
+    for runs in recordings.values():
+        runs.sort(key=lambda it: it.run.begin_s)
+        if len(runs) >= _FEWEST_RUNS:
+            found += _of_recording(runs)
+    return [it for _, it in sorted(found, key=lambda it: -it[0])]
+
+
+def _of_recording(runs: Sequence[Comparison]) -> List[Tuple[float, Drift]]:
+    found = []
+    for signal in runs[0].band.signals:
+        if signal.kind not in _KINDS or signal.over_s or not all(
+                signal in it.columns and signal in it.band.signals for it in runs):
+            continue
+        away = np.array([_mean_away(it, signal) for it in runs])
+        if not np.isfinite(away).all():
+            continue
+        row, slope, sureness = _bend(away)
+        width = float(np.nanmedian(runs[0].band.signals[signal].half_width))
+        share = abs(slope) * (len(away) - 1 - row) / max(width, 1e-12)
+        if sureness > _SURE and share > _LEAST_SHARE:
+            found.append((share, Drift(signal, slope, runs[row].run.name, len(away) - row)))
+    return found
+
+
+def _mean_away(comparison: Comparison, signal: Signal) -> float:
+    away = comparison.columns[signal] - comparison.band.signals[signal].middle
+    known = away[np.isfinite(away)]
+    return float(known.mean()) if len(known) else float('nan')
+
+
+def _bend(values: np.ndarray) -> Tuple[int, float, float]:
+    """The run since which values (n,) change evenly, by how much, and that in uncertainties."""
+    rows = np.arange(len(values), dtype=float)
+    best = (0, 0.0, 0.0)
+    least = np.inf
+    for row in range(len(values) - _FEWEST_RISING + 1):
+        rise = np.maximum(rows - row, 0.0)
+        centered = rise - rise.mean()
+        spread = float(centered @ centered)
+        slope = float(centered @ values) / spread
+        left = values - values.mean() - slope * centered
+        square = float(left @ left)
+        if square < least:
+            noise = np.sqrt(max(square, 1e-24) / max(len(values) - 3, 1))
+            least, best = square, (row, slope, abs(slope) * float(np.sqrt(spread)) / noise)
+    return best

@@ -7,6 +7,7 @@ from typing import Dict, List
 
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.features import phase_at
+from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
 
@@ -106,3 +107,38 @@ def quantity(signal: Signal, value: float, sign: bool = False, digits: int = 2) 
     if 'e' in text and 1e-3 <= abs(value) < 1e6:
         text = f'{value:+.0f}' if sign else f'{value:.0f}'
     return f'{text} {unit}'.strip()
+
+
+# The verdict on a run, in one sentence.
+
+_MOST_FOLLOWERS = 2
+
+
+def verdict(comparison: Comparison) -> str:
+    """Return whether, when and with what a run left the band first, and what followed."""
+    found = comparison.departures
+    if comparison.why_not:
+        return f'is not judged: {comparison.why_not}'
+    if not found:
+        return 'in range'
+    first = found[0]
+    text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
+    for other in found[1:1 + _MOST_FOLLOWERS]:
+        later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
+        text += f'; {_later(later_s)} {other.signal.name}'
+    rest = len(found) - 1 - _MOST_FOLLOWERS
+    return text + (f'; and {rest} more' if rest > 0 else '')
+
+
+def _later(seconds: float) -> str:
+    if abs(seconds) < 0.1:
+        return 'at the same time'
+    return f'{seconds:.1f} s later' if seconds > 0 else f'{-seconds:.1f} s before, faintly,'
+
+
+def band_text(band: Band) -> str:
+    """Return what a band is made of."""
+    if band.rate is None:
+        runs = 'one good run' if band.runs == 1 else f'{band.runs} good runs'
+        return f'what {runs} did, and a tolerance around it'
+    return f'learned from {band.runs} good runs: {100 * band.rate:g} % of good runs leave it'

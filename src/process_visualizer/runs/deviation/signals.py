@@ -8,23 +8,56 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.runs.alignment.time_map import TimeMap
-from process_visualizer.runs.data_gaps import (
-    data_gaps,
-    inside,
-    known_at,
-    period_s,
-    slow_values,
-)
-from process_visualizer.runs.deviation.tool_path_axes import path_axes
-from process_visualizer.runs.moving_window import (
+from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
+from process_visualizer.runs.series import (
     ROUGH_S,
+    data_gaps,
+    held_at,
+    inside,
+    is_sequence,
+    known_at,
     mean_of_last,
     moving_maximum,
     moving_mean,
+    period_s,
     roughness,
+    slow_values,
 )
-from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
-from process_visualizer.runs.states import held_at, is_sequence
+
+_LEAST_SPEED_M_S = 0.005
+
+
+def path_axes(positions: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Return unit vectors (n, 3, 3): along the path, sideways (left), up; in the positions' frame.
+
+    Up is z; along is the horizontal direction of the path. Where the tool rests or moves straight
+    up or down, it is that of the nearest moment at which the tool moves horizontally.
+
+    Args:
+        positions: (n, 3) [m], with z up; NaN where unknown.
+        rate_hz: of the rows.
+    """
+    along = np.column_stack((_directions(positions[:, :2], rate_hz), np.zeros(len(positions))))
+    up = np.tile((0.0, 0.0, 1.0), (len(positions), 1))
+    return np.stack((along, np.cross(up, along), up), axis=1)
+
+
+def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
+    if len(positions) < 2:
+        return np.tile((1.0, 0.0), (len(positions), 1))
+    velocity = np.gradient(positions, axis=0) * rate_hz
+    speed = np.linalg.norm(velocity, axis=1)
+    moving = np.flatnonzero(speed > _LEAST_SPEED_M_S)  # not where it is NaN
+    if not len(moving):
+        return np.tile((1.0, 0.0), (len(positions), 1))
+    behind = np.searchsorted(moving, np.arange(len(positions)))
+    later = moving[np.minimum(behind, len(moving) - 1)]
+    earlier = moving[np.maximum(behind - 1, 0)]
+    here = np.arange(len(positions))
+    nearest = np.where(np.abs(later - here) <= np.abs(here - earlier), later, earlier)
+    result: np.ndarray = velocity[nearest] / speed[nearest, np.newaxis]
+    return result
+
 
 RATE_HZ = 50.0
 MEAN_ROWS = int(0.1 * RATE_HZ)

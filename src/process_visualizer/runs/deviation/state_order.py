@@ -8,8 +8,8 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tup
 
 import numpy as np
 
-from process_visualizer.runs.deviation.spread import student_quantile
-from process_visualizer.runs.states import States
+from process_visualizer.runs.deviation.band import student_quantile
+from process_visualizer.runs.series import States
 
 Order = Tuple[float, ...]
 _LEAST_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6

@@ -4,16 +4,94 @@ from __future__ import annotations
 
 import os
 import re
+import tempfile
 from contextlib import contextmanager
 from typing import Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
-from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_parts import recording_parts
-from process_visualizer.cell.model import Cell
-from process_visualizer.runs.recorded.recorded_cell import recorded_cell
-from process_visualizer.runs.recorded.run_cutting import cut_into_runs
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording, recording_parts
+from process_visualizer.cell.model import Cell, RunSpan
+from process_visualizer.cell.stored_configuration import write_configuration
+from process_visualizer.cell.trust import Origin, Provenance, trusted_packages
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.runs.event import Cycle, cycles
 from process_visualizer.runs.recorded.run_reader import read_run
-from process_visualizer.runs.run import Run
+from process_visualizer.runs.run import Context, Run, part_of
+
+# The runs of a recording: its cycles, by what the configuration says a run is.
+
+class NoCycle(ValueError):
+    """A recording has none; the text says which event is missing."""
+
+
+def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
+    """Return the cycles of a recording, named NAME#1, NAME#2 …; without a span, all as one run.
+
+    What belongs to a run before its begin and behind its end is cut off where the recording ends.
+
+    Raises:
+        NoCycle: the recording does not contain a whole one.
+    """
+    if span is None:
+        return (whole,)
+    begins = [event.time_s for event in whole.events if event.name == span.begin]
+    ends = [event.time_s for event in whole.events if event.name == span.end]
+    found = tuple(Cycle(*it) for it in zip(begins, begins[1:])
+                  if it[1] - it[0] >= span.shortest_s) if span.begin == span.end \
+        else cycles(begins, ends, span.shortest_s)
+    if not found:
+        missing = next((name for name, times in ((span.begin, begins), (span.end, ends))
+                        if not times), None)
+        raise NoCycle(f'{whole.name} holds no whole run: ' + (
+            f'"{missing}" does not occur' if missing is not None
+            else f'no "{span.end}" follows a "{span.begin}"'))
+    return tuple(_run(whole, span, cycle, f'{whole.name}#{number}')
+                 for number, cycle in enumerate(found, start=1))
+
+
+def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
+    after_s = 0.0 if cycle.is_broken_off else span.after_s
+    part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
+                   min(cycle.end_s + after_s, whole.duration_s), name)
+    return part._replace(is_broken_off=cycle.is_broken_off, context=_context(part, span.group),
+                         place=_context(part, span.place))
+
+
+def _context(run: Run, what: str) -> Context:
+    return ((what, _usual_value(run, what)),) if what else ()
+
+
+def _usual_value(run: Run, what: str) -> Optional[float]:
+    """The value that a run has most often of a channel, by its label or topic."""
+    for channel in run.channels:
+        if what.strip('/') in (channel.label, channel.topic.strip('/')):
+            values = channel.values[np.isfinite(channel.values)]
+            found, counts = np.unique(values, return_counts=True)
+            return float(found[counts.argmax()]) if len(found) else None
+    return None
+
+
+@contextmanager
+def recorded_cell(recording: Recording) -> Iterator[Cell]:
+    """Yield the cell; while it is used, the models beside its configuration exist.
+
+    Nothing in it may run but nodes of packages that the user trusts.
+
+    Raises:
+        BagError: the recording holds no configuration.
+        ConfigurationError: it is none on this machine.
+        OSError: its files cannot be written, or the list of trusted packages cannot be read.
+    """
+    stored = recorded_configuration(recording)
+    if stored is None:
+        raise BagError(recording.paths[0], 'holds no configuration; name one with --config')
+    with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
+        provenance = Provenance(Origin.BAG, folder, trusted_packages())
+        yield XmlParser(stored.arguments, provenance).parse(write_configuration(stored, folder))
+
 
 _CYCLE = re.compile(r'(.+)#(\d+)(?:-(\d+))?\Z')
 Numbers = Tuple[int, int]

@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import os
-from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recorder_topics import recorded_configuration
-from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Cell, ProcessEvent
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.marks import read_marks
+from process_visualizer.bagio.message_layout import MessageDamaged, checked_end, read_length
+from process_visualizer.bagio.number_places import Locator
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.errors import nearest
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    ProcessEvent,
+    Topic,
+    TopicFunction,
+)
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
-from process_visualizer.curves.samples import Samples, found_series, read_samples, sampled
-from process_visualizer.motion.kinematics import Placement
-from process_visualizer.motion.rotations import matrix_from_quaternion
-from process_visualizer.ros_names import WRENCH_STAMPED
+from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
+from process_visualizer.curves.source_locators import SourceLocators, joint_locator, joint_matching
+from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
+from process_visualizer.robot.tool_frame import base_frame
+from process_visualizer.ros_names import POSE_STAMPED, WRENCH_STAMPED
 from process_visualizer.runs.event import passages_s
-from process_visualizer.runs.recorded.absent_sources import absent_sources
-from process_visualizer.runs.recorded.joint_series import joint_series
-from process_visualizer.runs.recorded.tool_base import header_frame, tool_base
 from process_visualizer.runs.run import (
     Channel,
     ChannelKind,
@@ -31,10 +42,139 @@ from process_visualizer.runs.run import (
     ToolMotion,
 )
 
+# Sources that the configuration names and a recording does not have.
+
+class Absent(NamedTuple):
+    """A source without data: what is wrong, and the name that may be meant; empty if none is.
+
+    Of a topic whose messages have no such field, the text says so.
+    """
+
+    name: str
+    text: str
+    is_misspelt: bool
+
+
+def absent_sources(recording: Recording, wanted: Sequence[CurveSource],
+                   series: Sequence[Series]) -> Tuple[Absent, ...]:
+    """Return which of the wanted sources of numbers a recording does not have, given its series."""
+    topics = {it.topic for it in recording.index.connections}
+    found = [it.source for it in series if _has_field(recording, it)]
+    return tuple(_absent(source, topics) for source in wanted
+                 if source not in found and not source.plain)
+
+
+def _has_field(recording: Recording, series: Series) -> bool:
+    """Return whether the first messages have the number; without any, nothing is known."""
+    if series.source.quantity is not Quantity.NUMBER:
+        return True
+    for number, locator in series.locators.parts[0].items():
+        positions = recording.index.positions(number)
+        try:
+            if not len(positions) or locator.places(recording.message(int(positions[0]))).numbers:
+                return True
+        except BagDamaged:
+            return True
+    return False
+
+
+def _absent(source: CurveSource, topics: Set[str]) -> Absent:
+    name = f'{source.device} {source.channel_label}'.strip()
+    if source.topic in topics:
+        what = f'number "{source.field}"' if source.quantity is Quantity.NUMBER \
+            else f'{source.channel_label} that can be read'
+        return Absent(name, f'the messages of "{source.topic}" have no {what}, which is configured '
+                            f'for "{name}"', source.quantity is Quantity.NUMBER)
+    meant: Optional[str] = nearest(source.topic, topics)
+    hint = '' if meant is None else f'; did you mean "{meant}"?'
+    return Absent(name, f'no recording has the topic "{source.topic}", which is configured for '
+                        f'"{name}"{hint}', meant is not None)
+
+
+_COLOR = (0.5, 0.5, 0.5)
+
+
+def joint_series(recording: Recording, devices: Sequence[Device]) -> List[Series]:
+    """Return a series for each joint of the robots whose models can be loaded."""
+    found: List[Series] = []
+    for device in devices:
+        topics = device.topics_for(TopicFunction.JOINT_STATES)
+        description = _description(device) if device.type is DeviceType.ROBOT else None
+        if topics and description is not None:
+            found += _series(recording, device, topics, description)
+    return found
+
+
+def _description(device: Device) -> Optional[RobotDescription]:
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
+def _series(recording: Recording, device: Device, topics: Sequence[Topic],
+            description: RobotDescription) -> List[Series]:
+    matching = joint_matching(device, description)
+    connections = [number for topic in topics
+                   for number in recording.index.connections_of(topic.name)]
+    found = []
+    for joint in matching.joints:
+        located: Dict[int, Locator] = {}
+        for number in connections:
+            locator = joint_locator(recording.index.connections[number].type, joint, matching)
+            if locator is not None:
+                located[number] = locator
+        if located:
+            name = joint.rpartition('/')[2]
+            unit = 'm' if description.joints[joint] == 'prismatic' else 'rad'
+            source = CurveSource(device.name, f'joint {name}', unit, _COLOR, Quantity.JOINT,
+                                 topics[0].name)
+            found.append(Series(source, SourceLocators((located,))))
+    return found
+
+
+# The pose, in the global frame, of the frame in which a recorded tool position is given.
+
+_FRAME_OFFSET = 12
+"""In a std_msgs/Header, behind sequence number and stamp."""
+
+
+def tool_base(recording: Recording, cell: Cell, source: CurveSource) -> Placement:
+    """Return the place of the frame of a source's positions; an unknown frame counts as global.
+
+    The frame is that of the messages, otherwise the one that the configuration names.
+    """
+    device = cell.device(source.device)
+    topic = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
+    named = None if topic is None else topic.parent_frame
+    frame = header_frame(recording, source.topic, POSE_STAMPED) or named or base_frame(device)
+    for base in (it.base for it in cell.devices):
+        if base is not None and base.frame == frame:
+            x, y, z, w = (float(it) for it in quaternion_from_ypr(base.pose.ypr))
+            return Placement(base.pose.xyz, (x, y, z, w))
+    return Placement()
+
+
+def header_frame(recording: Recording, topic: str, kind: str) -> Optional[str]:
+    """Return the frame in the first message of a topic, if it is of a type with a header."""
+    index = recording.index
+    for number in index.connections_of(topic):
+        positions = index.positions(number)
+        if index.connections[number].type != kind or not len(positions):
+            continue
+        try:
+            data = recording.message(int(positions[0]))
+            length, begin = read_length(data, _FRAME_OFFSET)
+            return bytes(data[begin:checked_end(data, begin, length)]).decode(
+                'utf-8', 'replace').strip('/') or None
+        except (BagDamaged, MessageDamaged):
+            continue
+    return None
+
+
 _KINDS: Dict[Quantity, ChannelKind] = {
     Quantity.SPEED: ChannelKind.SPEED, Quantity.FORCE: ChannelKind.FORCE,
     Quantity.NUMBER: ChannelKind.VARIABLE, Quantity.JOINT: ChannelKind.JOINT}
-_COLOR = (0.5, 0.5, 0.5)
 
 
 def read_run(recording: Recording, cell: Cell,

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contents of a recording, for an operator who chooses one; reads its index only."""
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from process_visualizer.bagio.bag_errors import BagError, Gap
+from process_visualizer.bagio.marks import Mark, read_marks
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.model import Device
+from process_visualizer.cell.stored_configuration import StoredConfiguration
+from process_visualizer.ros_names import OWN_TOPICS
+
+
+class CatalogueTopic(NamedTuple):
+    """A topic of a recording; more than one type means that only the first can be played.
+
+    ``rate_hz`` is that between its first and last message, 0 where there are not two.
+    """
+
+    name: str
+    types: Tuple[str, ...]
+    message_count: int
+    rate_hz: float
+    is_latched: bool = False
+
+
+class Catalogue(NamedTuple):
+    """Contents of a recording; ``begin_ns`` is since the epoch.
+
+    ``topics`` are those of the devices, by name, without what the recorder adds;
+    ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order
+    of time. ``problems`` are texts: what cannot be read in the files or beside them; ``gaps`` are
+    the former. ``remarks`` are what else the operator should know of them.
+    """
+
+    paths: Tuple[str, ...]
+    begin_ns: int
+    duration_s: float
+    size_bytes: int
+    message_count: int
+    topics: Tuple[CatalogueTopic, ...]
+    marks: Tuple[Mark, ...] = ()
+    problems: Tuple[str, ...] = ()
+    configuration: Optional[StoredConfiguration] = None
+    gaps: Tuple[Gap, ...] = ()
+    remarks: Tuple[str, ...] = ()
+
+    @property
+    def topic_names(self) -> Tuple[str, ...]:
+        """The names of the topics."""
+        return tuple(topic.name for topic in self.topics)
+
+    def position_s(self, mark: Mark) -> float:
+        """Return where a mark is, in s from the beginning."""
+        return (mark.time_ns - self.begin_ns) / 1e9
+
+
+def read_catalogue(paths: Sequence[str]) -> Catalogue:
+    """Return what the bags of one recording hold.
+
+    Raises:
+        BagUnindexed: one of the files has to be reindexed first.
+        BagError: one of the files is not a bag, or one that cannot be read.
+        ValueError: no file is given.
+    """
+    with Recording(paths) as recording:
+        marks, bad_marks = _marks(recording)
+        configuration = recorded_configuration(recording)
+        topics = _topics(recording)
+        return Catalogue(
+            recording.paths, recording.begin_ns,
+            (recording.end_ns - recording.begin_ns) / 1e9, recording.size_bytes,
+            len(recording.index) + recording.index.left_out, topics, tuple(marks),
+            (*map(str, recording.gaps), *bad_marks), configuration, recording.gaps,
+            recording.remarks)
+
+
+def missing_topics(catalogue: Catalogue,
+                   devices: Sequence[Device]) -> Dict[str, Tuple[str, ...]]:
+    """Return by device what it would play and the recording has not; nothing of complete ones."""
+    present = set(catalogue.topic_names)
+    missing = {device.name: tuple(name for name in _recorded(device) if name not in present)
+               for device in devices}
+    return {name: topics for name, topics in missing.items() if topics}
+
+
+def unused_topics(catalogue: Catalogue, devices: Sequence[Device]) -> Tuple[str, ...]:
+    """Return the topics of the recording that no device plays."""
+    played = {name for device in devices for name in _recorded(device)}
+    return tuple(name for name in catalogue.topic_names if name not in played)
+
+
+def _recorded(device: Device) -> List[str]:
+    return list(dict.fromkeys(topic.name for topic in device.topics if topic.record))
+
+
+def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
+    """The marks, or why those beside the bag cannot be read: it can be played without them."""
+    try:
+        return read_marks(recording), []
+    except BagError as error:
+        return [], [str(error)]
+
+
+def _topics(recording: Recording) -> Tuple[CatalogueTopic, ...]:
+    names = {connection.topic for connection in recording.index.connections}
+    topics = (_topic(recording, name) for name in sorted(names) if not name.startswith(OWN_TOPICS))
+    return tuple(topic for topic in topics if topic.message_count)
+
+
+def _topic(recording: Recording, name: str) -> CatalogueTopic:
+    index = recording.index
+    numbers = index.connections_of(name)
+    times_ns = index.time_ns[index.positions_of(numbers)]
+    count = len(times_ns)
+    duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if count else 0.0
+    types = dict.fromkeys(index.connections[number].type for number in numbers)
+    return CatalogueTopic(name, tuple(types), count,
+                          (count - 1) / duration_s if duration_s else 0.0,
+                          any(index.connections[number].latching for number in numbers))

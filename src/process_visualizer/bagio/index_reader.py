@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads the index of a bag: what it holds and where, without reading the messages."""
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagDamaged, BagError, BagUnindexed, Gap, RecordError
+from process_visualizer.bagio.bag_file import (
+    INDEX_ENTRY_BYTES,
+    OP_CHUNK,
+    OP_CHUNK_INFO,
+    OP_CONNECTION,
+    OP_INDEX,
+    BagFile,
+    BagHeader,
+    ChunkInfo,
+    Record,
+    chunk_info_of,
+    connection_of,
+    fields_of,
+    number,
+    operation,
+    records_in,
+    sized_part,
+)
+from process_visualizer.bagio.bag_index import (
+    MAX_UNSET_NS,
+    BagIndex,
+    ChunkPlaces,
+    Columns,
+    Strays,
+    connection_dtype,
+    is_rising,
+)
+from process_visualizer.bagio.chunk_store import ChunkStore
+from process_visualizer.bagio.message_definition import Connection, with_definition
+from process_visualizer.ros_names import STATIC_TF_TOPIC
+
+# Tells times at which nothing can have been recorded from the others, and leaves them out.
+#
+# A message has time 0 if its writer knew none, and one of 1970 or 2106 if its clock was wrong.
+# Among the others it would make a recording of decades of which nearly all is empty.
+
+_MAX_PAUSE_NS = 7 * 24 * 3600 * 1_000_000_000
+"""No recording pauses for longer."""
+_MAX_FROM_ZERO_NS = 10 * 1_000_000_000
+"""Simulated time may begin at 0; if nothing follows for so long, that stands for no time."""
+_MAX_LOOKS = 100_000
+
+
+def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> BagIndex:
+    """Return the index of a file without messages whose times are far from most others.
+
+    The index may say another time of a message than its record does, which counts then:
+    ``own_time_ns`` reads it, of the message at a position (BagDamaged if it cannot be). What is
+    latched, and /tf_static, holds whenever it came: it is there from the beginning on. Gaps with
+    such times are at an unknown time (0).
+    """
+    first_ns, last_ns = _span(index.time_ns)
+    doubtful = np.flatnonzero((index.time_ns <= MAX_UNSET_NS)
+                              | ~_inside(index.time_ns, first_ns, last_ns))
+    if len(doubtful):
+        index = _corrected(index, doubtful[:_MAX_LOOKS], own_time_ns)
+        first_ns, last_ns = _span(index.time_ns)
+    rows = _inside(index.time_ns, first_ns, last_ns)
+    gaps = [it if not len(index) or _inside(np.array([it.begin_ns, it.end_ns]),
+                                            first_ns - _MAX_PAUSE_NS, last_ns + _MAX_PAUSE_NS).all()
+            else it._replace(begin_ns=0, end_ns=0) for it in index.gaps]
+    if rows.all() and gaps == list(index.gaps):
+        return index
+    holds = np.array([_holds(it) for it in index.connections], bool)[index.connection] & ~rows
+    columns = Columns(*(np.concatenate((column[holds], column[rows])) for column in index.columns))
+    columns.time_ns[:np.count_nonzero(holds)] = first_ns
+    return BagIndex(index.connections, columns, index.chunks, gaps, _strays(index, ~rows))
+
+
+def _span(time_ns: np.ndarray) -> Tuple[int, int]:
+    """The first and the last of rising times that belong together: most of them, or else all."""
+    if not len(time_ns):
+        return 0, 0
+    zeros = int(np.searchsorted(time_ns, MAX_UNSET_NS, side='right'))
+    if zeros == len(time_ns) or time_ns[zeros] <= _MAX_FROM_ZERO_NS:
+        zeros = 0
+    known = time_ns[zeros:]
+    bounds = [0, *(np.flatnonzero(np.diff(known) > _MAX_PAUSE_NS) + 1).tolist(), len(known)]
+    count, begin = max((end - begin, begin) for begin, end in zip(bounds, bounds[1:]))
+    if 2 * count <= len(known):
+        return int(time_ns[0]), int(time_ns[-1])
+    return int(known[begin]), int(known[begin + count - 1])
+
+
+def _inside(time_ns: np.ndarray, first_ns: int, last_ns: int) -> np.ndarray:
+    inside: np.ndarray = (time_ns >= first_ns) & (time_ns <= last_ns)
+    return inside
+
+
+def _corrected(index: BagIndex, positions: np.ndarray,
+               own_time_ns: Callable[[int], int]) -> BagIndex:
+    """The index with the times that some messages have themselves."""
+    time_ns = index.time_ns.copy()
+    for position in positions.tolist():
+        try:
+            time_ns[position] = own_time_ns(position)
+        except BagDamaged:
+            continue  # whoever reads the message is told
+    if np.array_equal(time_ns, index.time_ns):
+        return index
+    return BagIndex(index.connections, index.columns._replace(time_ns=time_ns), index.chunks,
+                    index.gaps)
+
+
+def _holds(connection: Connection) -> bool:
+    return connection.latching or connection.topic.endswith(STATIC_TF_TOPIC)
+
+
+def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
+    for topic in sorted({it.topic for it in index.connections}):
+        numbers: List[int] = list(index.connections_of(topic))
+        times_ns = index.time_ns[rows & np.isin(index.connection, numbers)]
+        unset = int(np.searchsorted(times_ns, MAX_UNSET_NS, side='right'))
+        for part in filter(len, (times_ns[:unset], times_ns[unset:])):
+            yield Strays(topic, len(part), int(part[0]), int(part[-1]),
+                         any(_holds(index.connections[number]) for number in numbers))
+
+
+_LARGEST_SUMMARY_BYTES = 1 << 30
+_INDEX_HEAD_BYTES = 128
+# so that a batch's arrays are small enough to use the same memory again: a third of the time
+_BATCH_BYTES = INDEX_ENTRY_BYTES << 13
+_ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
+
+Connections = Dict[int, Connection]
+
+
+class Part(NamedTuple):
+    """The index entries of one connection in one chunk, as their bytes."""
+
+    chunk: int
+    connection: int
+    entries: memoryview
+
+
+def read_index(file: BagFile) -> BagIndex:
+    """Return the index of one bag.
+
+    Parts of the index that are damaged become gaps. Where a publisher did not send the definition
+    of its messages, the installed one stands, if it is the same.
+
+    Raises:
+        BagUnindexed: the bag has no index, or only a part of it.
+        BagError: the file is not a bag, or one that cannot be read.
+    """
+    header = file.indexed_header()
+    by_id, infos = _read_summary(file, header)
+    numbers = {connection_id: number_ for number_, connection_id in enumerate(sorted(by_id))}
+    ends = [*(info.position for info in infos[1:]), header.index_position]
+    entries = IndexEntries(len(numbers), _capacity(infos, ends))
+    gaps: List[Gap] = []
+    for chunk, (info, end) in enumerate(zip(infos, ends)):
+        try:
+            entries.add([Part(chunk, _numbered(numbers, connection_id), data)
+                         for connection_id, data in _index_of_chunk(file, info, end)])
+        except RecordError as error:
+            gaps.append(_gap(file, info, by_id, f'a part of the index cannot be read: {error}'))
+    places = ChunkPlaces(np.zeros(len(infos), np.int32),
+                         np.array([info.position for info in infos], np.uint64))
+    index = BagIndex([by_id[it] for it in sorted(by_id)], entries.columns(), places, gaps)
+    return with_usable_times(index, ChunkStore([file], index).own_time_ns)
+
+
+class IndexEntries:
+    """Turns index entries into columns, a batch of chunks at a time to need little memory."""
+
+    def __init__(self, connection_count: int, capacity: int) -> None:
+        """Make room for so many entries; memory is only taken by those that come."""
+        self._columns = Columns(np.empty(capacity, np.int64),
+                                np.empty(capacity, connection_dtype(connection_count)),
+                                np.empty(capacity, np.int32), np.empty(capacity, np.uint32))
+        self._count = 0
+        self._parts: List[Part] = []
+        self._waiting_bytes = 0
+
+    def add(self, parts: Sequence[Part]) -> None:
+        """Take the parts of a chunk; chunks come in the order of the file.
+
+        Raises:
+            RecordError: there are more entries than there is room for; none is taken.
+        """
+        size = sum(len(part.entries) for part in parts)
+        if (self._count + (self._waiting_bytes + size) // INDEX_ENTRY_BYTES
+                > len(self._columns.time_ns)):
+            raise RecordError('the index lists more messages than the file can hold')
+        self._parts.extend(parts)
+        self._waiting_bytes += size
+        if self._waiting_bytes >= _BATCH_BYTES:
+            self._convert()
+
+    def columns(self) -> Columns:
+        """Return all rows; within a batch they are in order."""
+        self._convert()
+        return Columns(*(column[:self._count] for column in self._columns))
+
+    def _convert(self) -> None:
+        parts, self._parts, self._waiting_bytes = self._parts, [], 0
+        entries = np.frombuffer(b''.join(part.entries for part in parts), _ENTRY)
+        counts = [len(part.entries) // INDEX_ENTRY_BYTES for part in parts]
+        chunk = np.repeat(np.array([part.chunk for part in parts], np.int32), counts)
+        connection = np.repeat(np.array([part.connection for part in parts],
+                                        self._columns.connection.dtype), counts)
+        time_ns = entries['seconds'].astype(np.int64) * 1_000_000_000 + entries['nanoseconds']
+        order = _order(chunk, entries['offset'], time_ns)
+        rows = slice(self._count, self._count + len(order))
+        self._count = rows.stop
+        batch = Columns(time_ns, connection, chunk, entries['offset'])
+        for column, values in zip(self._columns, batch):
+            column[rows] = values[order]
+
+
+def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.ndarray:
+    """The order by time; messages of the same time as they were recorded."""
+    recorded = np.argsort((chunk.astype(np.int64) << 32) | offset, kind='stable')
+    if is_rising(time_ns[recorded]):
+        return recorded
+    return recorded[np.argsort(time_ns[recorded], kind='stable')]
+
+
+def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[ChunkInfo]]:
+    """The connections by id, and the chunks in the order of the file, from the end of the bag."""
+    size = file.size - header.index_position
+    if size > _LARGEST_SUMMARY_BYTES:
+        raise BagError(file.path, f'the list of its chunks would be {size} bytes long; '
+                                  'the file is damaged')
+    connections: Connections = {}
+    infos: List[ChunkInfo] = []
+    try:
+        _check_summary(file, header.index_position)
+        for record in records_in(memoryview(file.read(header.index_position, size))):
+            _take(record, connections, infos)
+    except RecordError as error:
+        raise BagUnindexed(file.path, f'its index cannot be read to the end ({error}); '
+                                      'it has to be reindexed') from error
+    if len(connections) < header.connection_count or len(infos) < header.chunk_count:
+        raise BagUnindexed(file.path, 'a part of its index is missing (the file is cut off); '
+                                      'it has to be reindexed')
+    return connections, sorted({info.position: info for info in infos}.values())
+
+
+def _check_summary(file: BagFile, position: int) -> None:
+    """Look at its beginning, before all of the file that follows is read into memory.
+
+    Raises:
+        RecordError: something else stands there.
+    """
+    if (position < file.size
+            and operation(file.head_at(position).fields) not in (OP_CONNECTION, OP_CHUNK_INFO)):
+        raise RecordError('something else stands in its place')
+
+
+def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:
+    kind = operation(record.fields)
+    if kind == OP_CONNECTION:
+        connections[number(record.fields, b'conn')] = with_definition(connection_of(record))
+    elif kind == OP_CHUNK_INFO:
+        infos.append(chunk_info_of(record))
+
+
+def _index_of_chunk(file: BagFile, info: ChunkInfo, end: int) -> List[Tuple[int, memoryview]]:
+    """Connection id and index entries of each index record behind a chunk, up to a byte."""
+    head = file.head_at(info.position)
+    if operation(head.fields) != OP_CHUNK:
+        raise RecordError('no chunk begins here')
+    messages = sum(count for _, count in info.counts)
+    size = messages * INDEX_ENTRY_BYTES + len(info.counts) * _INDEX_HEAD_BYTES
+    if head.end > end:
+        raise RecordError('the chunk goes on into the next one')
+    if messages * INDEX_ENTRY_BYTES > end - head.end:
+        raise RecordError('it lists more messages than there is room for')
+    block = memoryview(file.read(head.end, min(size, end - head.end)))
+    found, at = [], 0
+    for _ in info.counts:
+        begin, end = sized_part(block, at)
+        connection, count = _index_head(bytes(block[begin:end]))
+        begin, at = sized_part(block, end)
+        if at - begin != count * INDEX_ENTRY_BYTES:
+            raise RecordError('an index record has a wrong length')
+        found.append((connection, block[begin:at]))
+    if sum(len(data) for _, data in found) != messages * INDEX_ENTRY_BYTES:
+        raise RecordError('it lists another number of messages')
+    return found
+
+
+@lru_cache(4096)
+def _index_head(header: bytes) -> Tuple[int, int]:
+    """Connection id and number of entries of an index record; most headers come many times."""
+    fields = fields_of(header)
+    if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
+        raise RecordError('no index record of version 1 stands here')
+    return number(fields, b'conn'), number(fields, b'count')
+
+
+def _capacity(infos: Sequence[ChunkInfo], ends: Sequence[int]) -> int:
+    """Return the upper limit of messages: those listed, as far as there is room for them."""
+    return sum(min(sum(count for _, count in info.counts),
+                   max(0, end - info.position) // INDEX_ENTRY_BYTES)
+               for info, end in zip(infos, ends))
+
+
+def _numbered(numbers: Dict[int, int], connection_id: int) -> int:
+    if connection_id not in numbers:
+        raise RecordError(f'connection {connection_id} is not described')
+    return numbers[connection_id]
+
+
+def _gap(file: BagFile, info: ChunkInfo, connections: Connections, reason: str) -> Gap:
+    topics = {connections[it].topic for it, _ in info.counts if it in connections}
+    return Gap(file.path, info.position, info.begin_ns, info.end_ns, tuple(sorted(topics)), reason)

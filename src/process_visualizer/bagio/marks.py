@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Labelled moments of a recording: those in the bag, and those added afterwards beside it."""
+from __future__ import annotations
+
+import bisect
+import errno
+import hashlib
+import json
+import os
+from typing import Any, List, NamedTuple, Optional, Sequence
+
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.json_text import parsed_json
+from process_visualizer.bagio.recorder_topics import MARKS, texts
+from process_visualizer.bagio.recording import Recording
+
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
+
+
+class Mark(NamedTuple):
+    """A labelled moment [ns since the epoch]."""
+
+    time_ns: int
+    label: str
+
+
+def marks_path(bag: str) -> str:
+    """Return the file beside a bag that holds the marks added afterwards."""
+    return f'{bag}.marks.json'
+
+
+def read_marks(recording: Recording) -> List[Mark]:
+    """Return all marks of a recording in the order of time.
+
+    Raises:
+        BagError: a file of marks beside a bag is not one.
+    """
+    marks = [Mark(*text) for text in texts(recording, MARKS)]
+    for path in recording.paths:
+        marks += added_marks(path)
+    return sorted(marks)
+
+
+def mark_at(marks: Sequence[Mark], time_ns: int) -> Optional[Mark]:
+    """Return the last of sorted marks at or before a time [ns since the epoch], or None."""
+    row = bisect.bisect_right([mark.time_ns for mark in marks], time_ns)
+    return marks[row - 1] if row else None
+
+
+def own_marks_path(bag: str) -> str:
+    """Return the file of the user for marks of a bag in whose folder nothing can be written."""
+    data = os.environ.get('XDG_DATA_HOME') or os.path.expanduser('~/.local/share')
+    where = hashlib.sha256(os.path.abspath(bag).encode('utf-8', 'surrogateescape')).hexdigest()
+    return os.path.join(data, 'process_visualizer', 'marks',
+                        f'{os.path.basename(bag)}-{where[:12]}.marks.json')
+
+
+def added_marks(bag: str) -> List[Mark]:
+    """Return the marks that were added to a bag, beside it and by this user.
+
+    Raises:
+        BagError: a file is not one of marks.
+    """
+    return [*_marks_in(marks_path(bag)), *_marks_in(own_marks_path(bag))]
+
+
+def _marks_in(path: str) -> List[Mark]:
+    """The marks in a file; none if it does not exist."""
+    if not os.path.exists(path):
+        return []
+    try:
+        with open(path, encoding='utf-8') as file:
+            return [_mark(entry) for entry in parsed_json(file.read())]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BagError(path, f'cannot be read as marks ({error}); repair or remove it') from error
+
+
+def _mark(entry: Any) -> Mark:
+    """A mark from its JSON.
+
+    Raises:
+        ValueError, KeyError, TypeError: it is none.
+    """
+    time_ns, label = entry['time_ns'], entry['label']
+    if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 63 or not isinstance(label, str):
+        raise ValueError('a mark is a time in ns since the epoch and a label')
+    label.encode()
+    return Mark(time_ns, label)
+
+
+def add_mark(bag: str, mark: Mark) -> str:
+    """Add a mark to the file beside a bag, else to one of the user; the bag is not touched.
+
+    Returns the path of the file.
+
+    Raises:
+        BagError: the file cannot be read, or neither can be written; they are as they were.
+    """
+    path, own = marks_path(bag), own_marks_path(bag)
+    try:
+        _write(path, [*_marks_in(path), mark])
+        return path
+    except OSError as error:
+        refusal = BagError(path, f'cannot be written: {error.strerror}')
+        if error.errno not in _READ_ONLY:
+            raise refusal from error
+    try:
+        os.makedirs(os.path.dirname(own), exist_ok=True)
+        _write(own, [*_marks_in(own), mark])
+    except OSError:
+        raise refusal from None
+    return own
+
+
+def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
+    """Replace the marks in the file beside a bag, all at once.
+
+    Raises:
+        BagError: the file cannot be written; then it is as it was.
+    """
+    path = marks_path(bag)
+    try:
+        _write(path, marks)
+    except OSError as error:
+        raise BagError(path, f'cannot be written: {error.strerror}') from error
+
+
+def _write(path: str, marks: Sequence[Mark]) -> None:
+    unfinished = f'{path}.unfinished'
+    with open(unfinished, 'w', encoding='utf-8') as file:
+        json.dump([mark._asdict() for mark in sorted(marks)], file, indent=1, ensure_ascii=False)
+    os.replace(unfinished, path)

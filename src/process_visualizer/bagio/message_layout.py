@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Places of a message's parts in its bytes: the wire format of ROS, without its values.
+
+A layout walks over the bytes of a message, noting where the
+stamps are. Whatever is of a known size is skipped at once, however long.
+"""
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from struct import Struct
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, Union
+
+from process_visualizer.bagio.message_definition import (
+    PRIMITIVE_SIZES,
+    STRING,
+    DefinitionError,
+    Definitions,
+    Field,
+    parse_definitions,
+    short_name,
+)
+
+Data = Union[bytes, bytearray, memoryview]
+
+_LENGTH = Struct('<I')
+
+
+class MessageDamaged(Exception):
+    """The bytes of a message do not fit its definition; the text says where."""
+
+
+class Layout(ABC):
+    """A part of a message; min_size is the fewest bytes [bytes] that it takes."""
+
+    min_size: int
+    has_stamps: bool
+
+    @abstractmethod
+    def walk(self, data: Data, position: int, stamps: List[int]) -> int:
+        """Return the position behind the part that begins at a position; note its stamps.
+
+        Raises:
+            MessageDamaged: the part does not fit into the data.
+        """
+
+
+class Fixed(Layout):
+    """A part that always takes the same bytes; its stamps are at the same offsets."""
+
+    def __init__(self, size: int, offsets: Tuple[int, ...] = ()) -> None:
+        """Take the size [bytes] and the offsets of the stamps."""
+        self.min_size = size
+        self.offsets = offsets
+        self.has_stamps = bool(offsets)
+
+    def walk(self, data: Data, position: int, stamps: List[int]) -> int:
+        """See Layout."""
+        end = checked_end(data, position, self.min_size)
+        for offset in self.offsets:
+            stamps.append(position + offset)
+        return end
+
+
+class Blob(Layout):
+    """A length and that many elements of fixed size without stamps: strings, images, joints."""
+
+    has_stamps = False
+
+    def __init__(self, element_size: int) -> None:
+        """Take the size [bytes] of an element."""
+        self.min_size = _LENGTH.size
+        self._element_size = element_size
+
+    def walk(self, data: Data, position: int, stamps: List[int]) -> int:
+        """See Layout."""
+        count, position = read_length(data, position)
+        return checked_end(data, position, count * self._element_size)
+
+
+class Repeated(Layout):
+    """An array: a fixed number of elements, or (None) as many as the length before them says."""
+
+    def __init__(self, element: Layout, count: Optional[int]) -> None:
+        """Take the layout of an element and the number of them."""
+        self._element = element
+        self._count = count
+        self.min_size = _LENGTH.size if count is None else count * element.min_size
+        self.has_stamps = element.has_stamps
+
+    def walk(self, data: Data, position: int, stamps: List[int]) -> int:
+        """See Layout; the work is bounded, as every element takes bytes."""
+        count = self._count
+        if count is None:
+            count, position = read_length(data, position)
+        checked_end(data, position, count * self._element.min_size)
+        walk = self._element.walk
+        for _ in range(count):
+            position = walk(data, position, stamps)
+        return position
+
+
+class Record(Layout):
+    """Parts one behind the other: a message."""
+
+    def __init__(self, parts: Sequence[Layout]) -> None:
+        """Take the parts in their order."""
+        self.parts = list(parts)
+        self.min_size = sum(part.min_size for part in parts)
+        self.has_stamps = any(part.has_stamps for part in parts)
+
+    def walk(self, data: Data, position: int, stamps: List[int]) -> int:
+        """See Layout."""
+        for part in self.parts:
+            position = part.walk(data, position, stamps)
+        return position
+
+
+def checked_end(data: Data, position: int, size: int) -> int:
+    """Return position + size.
+
+    Raises:
+        MessageDamaged: that is behind the end of the data.
+    """
+    end = position + size
+    if end > len(data):
+        raise MessageDamaged(
+            f'{size} bytes are expected at byte {position}, but the message ends at {len(data)}')
+    return end
+
+
+def read_length(data: Data, position: int) -> Tuple[int, int]:
+    """Return the length of an array or string at a position, and the position behind it."""
+    end = checked_end(data, position, _LENGTH.size)
+    return _LENGTH.unpack_from(data, position)[0], end
+
+
+# From a parsed message definition to the layout of the message's bytes.
+
+MAX_DEPTH = 40  # of messages in messages
+MAX_STAMPS = 10_000  # in a part of fixed size
+
+
+class LayoutCompiler:
+    """Builds the layouts of the types of one definition, each type once."""
+
+    def __init__(self, definitions: Definitions) -> None:
+        """Take the fields of all types."""
+        self._definitions = definitions
+        self._layouts: Dict[str, Layout] = {}
+        self._open: List[str] = []  # the types being built, outermost first
+
+    def message(self, type_name: str) -> Layout:
+        """Return the layout of a message type ('package/Type').
+
+        Raises:
+            DefinitionError: a type is missing, contains itself, or is nested or repeated absurdly.
+        """
+        if type_name not in self._layouts:
+            if type_name in self._open:
+                raise DefinitionError(f'{type_name} contains itself')
+            if type_name not in self._definitions:
+                raise DefinitionError(f'the definition of {type_name} is missing')
+            if len(self._open) >= MAX_DEPTH:
+                raise DefinitionError(f'{type_name} is nested more than {MAX_DEPTH} deep')
+            self._open.append(type_name)
+            parts = [self._field(field) for field in self._definitions[type_name]]
+            self._layouts[type_name] = joined(parts)
+            self._open.pop()
+        return self._layouts[type_name]
+
+    def _field(self, field: Field) -> Layout:
+        if field.type_name == STRING:
+            element: Layout = Blob(1)
+        elif field.type_name in PRIMITIVE_SIZES:
+            element = Fixed(PRIMITIVE_SIZES[field.type_name], (0,) if is_stamp(field) else ())
+        else:
+            element = self.message(field.type_name)
+        if not field.is_array:
+            return element
+        if field.length == 0:
+            return Fixed(0)
+        if not isinstance(element, Fixed) or (element.has_stamps and field.length is None):
+            return Repeated(element, field.length)
+        return Blob(element.min_size) if field.length is None else times(element, field.length)
+
+
+def is_stamp(field: Field) -> bool:
+    """Return whether a field says when its message was true: a single `time` named `stamp`.
+
+    This is what std_msgs/Header has, and what types without a header call it (velodyne_msgs,
+    actionlib_msgs/GoalID). Other times are data: a map's load time, a GPS receiver's reference,
+    the simulated /clock, a duration.
+    """
+    return field.type_name == 'time' and field.name == 'stamp' and not field.is_array
+
+
+def times(element: Fixed, count: int) -> Fixed:
+    """Return a part of fixed size, repeated."""
+    if count * len(element.offsets) > MAX_STAMPS:
+        raise DefinitionError(f'more than {MAX_STAMPS} stamps in arrays of fixed length')
+    offsets = () if not element.offsets else tuple(
+        index * element.min_size + offset for index in range(count) for offset in element.offsets)
+    return Fixed(count * element.min_size, offsets)
+
+
+def joined(parts: List[Layout]) -> Layout:
+    """Return parts one behind the other as one; neighbours of fixed size become one part."""
+    merged: List[Layout] = []
+    for part in flattened(parts):
+        if isinstance(part, Fixed) and merged and isinstance(merged[-1], Fixed):
+            part = behind(merged.pop(), part)
+        merged.append(part)
+    if not merged:
+        return Fixed(0)
+    return merged[0] if len(merged) == 1 else Record(merged)
+
+
+def flattened(parts: List[Layout]) -> List[Layout]:
+    """Return the parts with those of small messages, such as a header, in the place of these."""
+    found: List[Layout] = []
+    for part in parts:
+        small = isinstance(part, Record) and len(part.parts) <= 4
+        found.extend(part.parts if small and isinstance(part, Record) else [part])
+    return found
+
+
+def behind(first: Layout, second: Fixed) -> Fixed:
+    """Return two parts of fixed size as one."""
+    assert isinstance(first, Fixed)
+    if len(first.offsets) + len(second.offsets) > MAX_STAMPS:
+        raise DefinitionError(f'more than {MAX_STAMPS} stamps in a part of fixed size')
+    moved = tuple(first.min_size + offset for offset in second.offsets)
+    return Fixed(first.min_size + second.min_size, first.offsets + moved)
+
+
+def until_last_stamp(layout: Layout) -> Layout:
+    """Return the layout without the parts that follow the last stamp: no need to walk these."""
+    if not isinstance(layout, Record):
+        return layout
+    parts = list(layout.parts)
+    while parts and not parts[-1].has_stamps:
+        parts.pop()
+    return joined(parts[:-1] + [until_last_stamp(part) for part in parts[-1:]])
+
+
+# The stamps inside a recorded message: found by its definition, moved without deserialising it.
+
+NS_PER_S = 1_000_000_000
+_STAMP = Struct('<II')  # seconds, nanoseconds
+_MAX_STAMP_NS = (1 << 32) * NS_PER_S - 1
+
+
+class StampLocator:
+    """Finds the stamps of one message type in the bytes of its messages.
+
+    A stamp is a single field `time stamp`, of a std_msgs/Header or of any other message, at any
+    depth, in arrays too (see layout_compiler.is_stamp). The definition is data: it is parsed
+    with limits and never becomes code.
+    """
+
+    def __init__(self, type_name: str, definition: str) -> None:
+        """Take the message type and its definition, as the bag's connection carries them.
+
+        Raises:
+            DefinitionError: the definition cannot be understood.
+        """
+        self.type_name = short_name(type_name)
+        definitions = parse_definitions(self.type_name, definition)
+        self._layout = LayoutCompiler(definitions).message(self.type_name)
+        self._stamped = until_last_stamp(self._layout)
+
+    @property
+    def has_stamps(self) -> bool:
+        """Return whether messages of this type can have stamps at all."""
+        return self._layout.has_stamps
+
+    def offsets(self, data: Data) -> List[int]:
+        """Return where [bytes] the stamps are, ascending; what follows the last is not looked at.
+
+        Raises:
+            MessageDamaged: the bytes do not fit the definition.
+        """
+        found: List[int] = []
+        self._stamped.walk(data, 0, found)
+        return found
+
+    def check(self, data: Data) -> None:
+        """Look at the whole message; see ``checked_offsets``."""
+        self.checked_offsets(data)
+
+    def checked_offsets(self, data: Data) -> List[int]:
+        """Return where [bytes] the stamps are, ascending, after a look at the whole message.
+
+        Raises:
+            MessageDamaged: the bytes do not fit the definition, or there are more than it has.
+        """
+        found: List[int] = []
+        end = self._layout.walk(data, 0, found)
+        if end != len(data):
+            raise MessageDamaged(f'the message should end at byte {end}, not at {len(data)}')
+        return found
+
+    def moved(self, data: Data, mapping: Callable[[int], int]) -> Data:
+        """Return the message with every stamp [ns] replaced by what the mapping makes of it.
+
+        Stamps of zero stay: they mean "the latest there is". The data itself is not changed; it
+        is returned where nothing moves.
+
+        Raises:
+            MessageDamaged: the bytes do not fit the definition.
+            ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
+        """
+        pieces = with_stamps_moved(data, self.offsets(data), mapping)
+        return data if len(pieces) == 1 else b''.join(pieces)
+
+
+def with_stamps_moved(data: Data, offsets: Sequence[int],
+                      mapping: Callable[[int], int]) -> List[Data]:
+    """Return a message in pieces, with the stamps [ns] at some offsets replaced, without a copy.
+
+    Stamps of zero stay: they mean "the latest there is".
+
+    Raises:
+        ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
+    """
+    view = memoryview(data)
+    pieces: List[Data] = []
+    position = 0
+    for offset in offsets:
+        seconds, nanoseconds = _STAMP.unpack_from(view, offset)
+        if seconds or nanoseconds:
+            pieces += (view[position:offset],
+                       packed(mapping(seconds * NS_PER_S + nanoseconds)))
+            position = offset + _STAMP.size
+    return [*pieces, view[position:]]
+
+
+def packed(stamp_ns: int) -> bytes:
+    """Return a time [ns] as ROS serialises it.
+
+    Raises:
+        ValueError: ROS has no such time.
+    """
+    if not 0 <= stamp_ns <= _MAX_STAMP_NS:
+        raise ValueError(f'{stamp_ns} ns is no ROS time')
+    return _STAMP.pack(*divmod(stamp_ns, NS_PER_S))

@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parts of a message, where several messages together are the state of a topic.
+
+Two messages with different transforms, markers, joints or diagnostics hold beside each other:
+many drivers send each group of joints in a message of its own. The layouts are those of ROS 1's
+serialisation (little-endian).
+"""
+from __future__ import annotations
+
+import re
+import struct
+from typing import Callable, Collection, Dict, Iterator, NamedTuple, Optional, Tuple
+
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
+from process_visualizer.ros_names import TF_TYPES
+
+# The transforms in messages on /tf_static, taken apart and put into one message.
+#
+# A tf2_msgs/TFMessage is, in ROS 1's serialisation (little-endian), the number of transforms and
+# then each geometry_msgs/TransformStamped: sequence number, stamp, parent frame, child frame, and
+# seven float64 for translation and rotation.
+
+_COUNT = struct.Struct('<I')
+_BEFORE_PARENT = 12
+_POSE = 7 * 8
+
+
+def joined(transforms: Collection[bytes]) -> bytes:
+    """Return a TFMessage with some transforms."""
+    return _COUNT.pack(len(transforms)) + b''.join(transforms)
+
+
+def split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
+    """Yield child frame (without a leading slash) and bytes of each transform of a TFMessage.
+
+    Raises:
+        MessageDamaged: the bytes are no TFMessage.
+    """
+    offset = _COUNT.size
+    for _ in range(_length(data, 0)):
+        begin = offset
+        _, offset = _name(data, offset + _BEFORE_PARENT)
+        child, offset = _name(data, offset)
+        offset += _POSE
+        if offset > len(data):
+            raise MessageDamaged(f'a TFMessage of {len(data)} bytes ends within a transform')
+        yield child.lstrip(b'/'), data[begin:offset]
+    if offset != len(data):
+        raise MessageDamaged(f'a TFMessage has {len(data) - offset} bytes too many')
+
+
+def _length(data: bytes, offset: int) -> int:
+    if offset + _COUNT.size > len(data):
+        raise MessageDamaged(f'a TFMessage of {len(data)} bytes ends within a length')
+    return int(_COUNT.unpack_from(data, offset)[0])
+
+
+def _name(data: bytes, offset: int) -> Tuple[bytes, int]:
+    end = offset + _COUNT.size + _length(data, offset)
+    return data[offset + _COUNT.size:end], end
+
+
+# The message that removes all markers of a topic from RViz.
+#
+# The bytes are those of visualization_msgs/Marker in ROS 1's serialisation, with action DELETEALL.
+
+MARKER = 'visualization_msgs/Marker'
+_MARKER_ARRAY = 'visualization_msgs/MarkerArray'
+_DEFINITIONS = {(MARKER, '4048c9de2a16f4ae8e0538085ebf1b97'),
+                (_MARKER_ARRAY, 'd155b9ce5188fbaf89745847fd5882d7')}
+_DELETE_ALL = 3
+_LENGTH = struct.Struct('<I')
+_STAMPED = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
+_REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_embedded_materials
+
+
+def shows_markers(connection: Connection) -> bool:
+    """Return whether the messages of a connection are markers, or arrays of them, for RViz."""
+    return (connection.type, connection.md5sum) in _DEFINITIONS
+
+
+def has_markers(connection: Connection) -> bool:
+    """Return whether RViz would read messages as markers: it compares the checksum only."""
+    return any(connection.md5sum == checksum for _, checksum in _DEFINITIONS)
+
+
+def marker_removal(connection: Connection, example: Data) -> bytes:
+    """Return the message for a connection with markers, in the frame of an example message."""
+    array = connection.type == _MARKER_ARRAY
+    marker = _STAMPED.pack(0, 0, 0) + _frame(example, _LENGTH.size if array else 0) + _REST.pack(
+        0, 0, 0, _DELETE_ALL, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    return (_LENGTH.pack(1) if array else b'') + marker
+
+
+def _frame(example: Data, marker_offset: int) -> bytes:
+    """The frame with its length; empty where the example has no marker."""
+    begin = marker_offset + _STAMPED.size
+    if len(example) < begin + _LENGTH.size:
+        return _LENGTH.pack(0)
+    end = begin + _LENGTH.size + int(_LENGTH.unpack_from(example, begin)[0])
+    return bytes(memoryview(example)[begin:end])
+
+
+_STAMPED_BYTES = 12  # sequence number and stamp
+_IDENTITY = struct.Struct('<iii')  # id, type, action
+_LOOKS_BYTES = 7 * 8 + 3 * 8 + 4 * 4  # pose, scale, colour
+_LIFETIME = struct.Struct('<ii')
+_POINT_BYTES, _COLOUR_BYTES, _FLOAT64_BYTES = 24, 16, 8
+_NS_PER_S = 1_000_000_000
+_DIAGNOSTICS = 'diagnostic_msgs/DiagnosticArray'
+_JOINT_STATE = 'sensor_msgs/JointState'
+_NAMED_JOINTS = re.compile(r'\w+/\w*JointStates?')
+_NAMES_FIRST = re.compile(r'(std_msgs/)?Header\s+\w+\s+string\[\]\s')
+_REMARK = re.compile(r'#.*|^\s*\n', re.MULTILINE)
+
+
+class MessagePart(NamedTuple):
+    """A message's part about one thing: which, and for how long [ns] (0: until replaced)."""
+
+    key: bytes
+    lifetime_ns: int = 0
+
+
+Parts = Tuple[MessagePart, ...]
+PartsReader = Callable[[bytes], Parts]
+CLEARS = MessagePart(b'')
+"""The part of a message that ends all that was said before."""
+
+
+def parts_reader(connection: Connection) -> Optional[PartsReader]:
+    """Return what reads the parts of a connection's messages; None where each is a whole state.
+
+    The reader raises MessageDamaged where the bytes do not fit the type.
+    """
+    if connection.type in TF_TYPES:
+        return lambda data: tuple(MessagePart(child) for child, _ in split(data))
+    if shows_markers(connection):
+        return _marker if connection.type == MARKER else _markers
+    if lasts(connection):
+        return _joint_state if connection.type == _JOINT_STATE else _joints
+    if connection.type == _DIAGNOSTICS:
+        return _diagnostics
+    return None
+
+
+def lasts(connection: Connection) -> bool:
+    """Return whether the parts of its messages hold however old they are, as those of joints do.
+
+    Types of joint states begin with a header and the names of their joints.
+    """
+    return connection.type == _JOINT_STATE or bool(
+        _NAMED_JOINTS.fullmatch(connection.type)
+        and _NAMES_FIRST.match(_REMARK.sub('', connection.message_definition).lstrip()))
+
+
+def expires(connection: Connection) -> bool:
+    """Return whether the parts of its messages are out of date after a while, as those of tf."""
+    return connection.type in TF_TYPES
+
+
+def _joints(data: bytes) -> Parts:
+    """Return a part for each joint that a message names."""
+    return _names(data)[0]
+
+
+def _joint_state(data: bytes) -> Parts:
+    """Return the same; none of a message without positions, beside which those of before hold."""
+    parts, offset = _names(data)
+    counts = []
+    for _ in ('position', 'velocity', 'effort'):
+        count, offset = _number(data, offset)
+        counts.append(count)
+        offset += count * _FLOAT64_BYTES
+    if offset != len(data):
+        raise MessageDamaged(f'a joint state takes {offset} bytes, and there are {len(data)}')
+    return parts if counts[0] else ()
+
+
+def _names(data: bytes) -> Tuple[Parts, int]:
+    """Return the names behind the header, and the place behind them."""
+    _, offset = _text(data, _STAMPED_BYTES)
+    count, offset = _number(data, offset)
+    parts = []
+    for _ in range(count):
+        name, offset = _text(data, offset)
+        parts.append(MessagePart(name))
+    return tuple(parts), offset
+
+
+def _diagnostics(data: bytes) -> Parts:
+    """Return a part for each status, by its name."""
+    _, offset = _text(data, _STAMPED_BYTES)
+    count, offset = _number(data, offset)
+    parts = []
+    for _ in range(count):
+        name, offset = _text(data, offset + 1)  # behind the level
+        parts.append(MessagePart(name))
+        for _ in range(2):  # message, hardware_id
+            _, offset = _text(data, offset)
+        values, offset = _number(data, offset)
+        for _ in range(2 * values):  # keys and values
+            _, offset = _text(data, offset)
+    return tuple(parts)
+
+
+def _marker(data: bytes) -> Parts:
+    return _read_markers(data, 0, 1)
+
+
+def _markers(data: bytes) -> Parts:
+    count, offset = _number(data, 0)
+    return _read_markers(data, offset, count)
+
+
+def _read_markers(data: bytes, offset: int, count: int) -> Parts:
+    """Return the parts of so many markers, which begin at an offset and end with the message."""
+    parts = []
+    for _ in range(count):
+        part, offset = _read_marker(data, offset)
+        parts.append(part)
+    if offset != len(data):
+        raise MessageDamaged(f'{count} markers take {offset} bytes, and there are {len(data)}')
+    return tuple(parts)
+
+
+def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
+    _, offset = _text(data, offset + _STAMPED_BYTES)
+    namespace, offset = _text(data, offset)
+    try:
+        number, _, action = _IDENTITY.unpack_from(data, offset)
+        offset += _IDENTITY.size + _LOOKS_BYTES
+        seconds, nanoseconds = _LIFETIME.unpack_from(data, offset)
+    except struct.error as error:
+        raise MessageDamaged(f'a marker ends too early: {error}') from None
+    offset += _LIFETIME.size + 1
+    for size in (_POINT_BYTES, _COLOUR_BYTES):
+        length, offset = _number(data, offset)
+        offset += length * size
+    for _ in range(2):
+        _, offset = _text(data, offset)
+    if action == _DELETE_ALL:
+        return CLEARS, offset + 1
+    lifetime_ns = max(0, seconds * _NS_PER_S + nanoseconds)
+    return MessagePart(_LENGTH.pack(number & 0xffffffff) + namespace, lifetime_ns), offset + 1
+
+
+def _text(data: bytes, offset: int) -> Tuple[bytes, int]:
+    length, begin = _number(data, offset)
+    end = begin + length
+    if end > len(data):
+        raise MessageDamaged(f'a message of {len(data)} bytes ends within a text')
+    return data[begin:end], end
+
+
+def _number(data: bytes, offset: int) -> Tuple[int, int]:
+    end = offset + _LENGTH.size
+    if end > len(data):
+        raise MessageDamaged(f'a message of {len(data)} bytes ends too early')
+    return int(_LENGTH.unpack_from(data, offset)[0]), end
+
+
+# Messages that leave nothing of a topic in sight, for the types that have such a message.
+#
+# RViz keeps the last message of each topic. What was not there yet must not be seen, above all not
+# what was there before a jump. Numbers and poses have no value that says "nothing"; a cloud
+# without points, a path without poses and the removal of all markers do.
+
+_CLOUD = ('sensor_msgs/PointCloud2', '1158d486dd51d683ce2f1be655c3c181')
+_HEADER_BEGIN = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
+_EMPTY = bytes(4)  # the length of an array, or a number
+_FIELD_END = 4 + 1 + 4  # of a sensor_msgs/PointField behind its name: offset, type, count
+
+
+class _Arrays(NamedTuple):
+    """A message that ends with arrays, behind its header and other fields of some bytes."""
+
+    kept_bytes: int
+    array_count: int
+
+
+_BY_TYPE: Dict[Tuple[str, str], _Arrays] = {
+    ('geometry_msgs/PoseArray', '916c28c5764443f268b296bb671b9d97'): _Arrays(0, 1),
+    ('nav_msgs/GridCells', 'b9e4f5df6d28e272ebde00a3994830f5'): _Arrays(8, 1),
+    ('nav_msgs/Path', '6227e2b7e9cce15051f669a5e197bbf7'): _Arrays(0, 1),
+    ('sensor_msgs/LaserScan', '90c7ef2dc6895d81024acba2ac42f369'): _Arrays(28, 2),
+    ('sensor_msgs/PointCloud', 'd8e9c3f5afbdd8a130fd1d2763945fca'): _Arrays(0, 2),
+}
+
+
+def can_be_emptied(connection: Connection) -> bool:
+    """Return whether a connection's type has a message that leaves nothing in sight."""
+    key = (connection.type, connection.md5sum)
+    return shows_markers(connection) or key == _CLOUD or key in _BY_TYPE
+
+
+def emptied(connection: Connection, example: Data) -> bytes:
+    """Return that message, with the frame and the format of an example message.
+
+    Raises:
+        MessageDamaged: the bytes of the example are none of its type.
+    """
+    if shows_markers(connection):
+        return marker_removal(connection, example)
+    if (connection.type, connection.md5sum) == _CLOUD:
+        return _cloud(example)
+    arrays = _BY_TYPE[connection.type, connection.md5sum]
+    behind = _behind_text(example, _HEADER_BEGIN.size)
+    kept = checked_end(example, behind, arrays.kept_bytes)
+    return _header(example, behind) + bytes(example[behind:kept]) + _EMPTY * arrays.array_count
+
+
+def _cloud(example: Data) -> bytes:
+    """A cloud of no points, with the fields of the example: RViz wants to know them."""
+    behind = _behind_text(example, _HEADER_BEGIN.size)
+    fields = checked_end(example, behind, 2 * len(_EMPTY))
+    count, end = read_length(example, fields)
+    for _ in range(count):
+        end = checked_end(example, _behind_text(example, end), _FIELD_END)
+    steps = checked_end(example, end, 1 + 4)  # is_bigendian, point_step
+    return (_header(example, behind) + _EMPTY * 2 + bytes(example[fields:steps])
+            + _EMPTY * 2 + bytes([1]))  # row_step, data, is_dense
+
+
+def _header(example: Data, behind: int) -> bytes:
+    return _HEADER_BEGIN.pack(0, 0, 0) + bytes(example[_HEADER_BEGIN.size:behind])
+
+
+def _behind_text(data: Data, position: int) -> int:
+    length, begin = read_length(data, position)
+    return checked_end(data, begin, length)
+
+
+_PACKAGE = 'visualization_msgs/'
+_FETCHED = re.compile(rb'(?![Pp]ackage:|[Ff]ile:)[A-Za-z][A-Za-z0-9+.-]{1,15}://[^\x00-\x20]+')
+_LENGTH_BYTES = 4
+
+
+def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
+    """Return the address of a mesh that RViz would fetch for a message of markers, or None.
+
+    It is a text of its own in the message: what is only mentioned in a label is none.
+    """
+    if not (connection.type.startswith(_PACKAGE) or has_markers(connection)):
+        return None
+    for found in _FETCHED.finditer(data):
+        begin = found.start()
+        length = int.from_bytes(data[max(begin - _LENGTH_BYTES, 0):begin], 'little')
+        if 0 < length <= len(found.group()):
+            return found.group()[:length].decode('utf-8', 'replace')
+    return None

@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Places of numbers in the bytes of a message, and other messages that they hold for."""
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from process_visualizer.bagio.message_definition import (
+    HEADER,
+    PRIMITIVE_SIZES,
+    STRING,
+    Definitions,
+    Field,
+    parse_definitions,
+    short_name,
+)
+from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
+from process_visualizer.cell.errors import nearest
+
+_PART = re.compile(r'([A-Za-z]\w*)((?:\[\d+\])*)\Z', re.ASCII)
+_INDEX = re.compile(r'\[(\d+)\]')
+
+
+class FieldPath:
+    """A path of names and array indices from a message to a number.
+
+    A message is anything that lists its fields in __slots__, as ROS' generated classes do.
+    """
+
+    def __init__(self, text: str) -> None:
+        """Take the path's text.
+
+        Raises:
+            ValueError: it is not a path.
+        """
+        self._text = text
+        self._steps: List[Union[str, int]] = []
+        for part in text.split('.'):
+            match = _PART.match(part)
+            if match is None:
+                raise ValueError(f'{text!r} is no field; write a path such as data, data[2] '
+                                 'or wrench.force.z')
+            self._steps.append(match.group(1))
+            self._steps += [int(index) for index in _INDEX.findall(match.group(2))]
+
+    def __str__(self) -> str:
+        """Return the path as it was written."""
+        return self._text
+
+    @property
+    def steps(self) -> Tuple[Union[str, int], ...]:
+        """The names of fields and the indices of elements, from the message inwards."""
+        return tuple(self._steps)
+
+    def number(self, message: Any) -> Union[int, float]:
+        """Return the number that the path leads to; a boolean is 0 or 1.
+
+        Raises:
+            ValueError: there is no such field or element, or it is no number; the text says what
+                there is instead.
+        """
+        value, here = message, ''
+        for step in self._steps:
+            value = _element(value, here, step) if isinstance(step, int) else _field(
+                value, here, step)
+            here += f'[{step}]' if isinstance(step, int) else f'.{step}' if here else step
+        if isinstance(value, (int, float)):  # a bool is an int too
+            return value + 0
+        raise ValueError(f'{here} is {_describe(value, here)}')
+
+
+def _field(value: Any, here: str, name: str) -> Any:
+    names = _names(value)
+    if name in names:
+        return getattr(value, name)
+    if here and not names:
+        raise ValueError(f'{here} is {_describe(value, here)}, and has no field {name}')
+    meant = nearest(name, names)
+    what = here or getattr(value, '_type', type(value).__name__)
+    raise ValueError(f'{what} has no field {name}, it has {", ".join(names) or "none"}'
+                     + (f'; did you mean {meant}?' if meant else ''))
+
+
+def _element(value: Any, here: str, index: int) -> Any:
+    if not _is_array(value):
+        raise ValueError(f'{here} is {_describe(value, here)}, and no array')
+    if index >= len(value):
+        raise ValueError(f'{here}[{index}] is not there, {here} has {len(value)} elements')
+    return value[index]
+
+
+def _describe(value: Any, here: str) -> str:
+    if isinstance(value, (int, float)):
+        return 'a number'
+    if isinstance(value, str):
+        return 'a text'
+    if _is_array(value):
+        return f'an array of {len(value)} elements; write {here}[0] for the first'
+    fields = ', '.join(f'{here}.{name}' for name in _names(value))
+    return f'no number but a group; its fields are {fields}'
+
+
+def _is_array(value: Any) -> bool:
+    return isinstance(value, (list, tuple, bytes))  # rospy gives uint8[] as bytes
+
+
+def _names(value: Any) -> List[str]:
+    return list(getattr(value, '__slots__', ()))
+
+
+_LENGTH_BYTES = 4
+_STAMP_OFFSET = 4  # in a std_msgs/Header, behind the sequence number
+_MOST_ELEMENTS = 100_000  # that are walked over one by one
+_KINDS: Dict[str, str] = {
+    'bool': '?', 'int8': '<i1', 'uint8': '<u1', 'byte': '<i1', 'char': '<u1', 'int16': '<i2',
+    'uint16': '<u2', 'int32': '<i4', 'uint32': '<u4', 'int64': '<i8', 'uint64': '<u8',
+    'float32': '<f4', 'float64': '<f8'}
+
+
+class Place(NamedTuple):
+    """A number: the byte where it begins, and its kind as numpy writes it."""
+
+    offset: int
+    kind: str
+
+
+class Places(NamedTuple):
+    """The places of the wanted numbers; none if the message does not have them.
+
+    They are the same in every message of that length with the same bytes in the ``fixed`` ranges
+    (begin, end). ``stamp`` is where the stamp of its header is, if there is one.
+    """
+
+    numbers: Tuple[Place, ...]
+    fixed: Tuple[Tuple[int, int], ...] = ()
+    stamp: Optional[int] = None
+
+
+class Locator(ABC):
+    """Finds the places of ``number_count`` numbers in messages of one type."""
+
+    number_count: int
+
+    @abstractmethod
+    def places(self, data: Data) -> Places:
+        """Return the places in a message; none where it does not fit its definition."""
+
+
+class FieldLocator(Locator):
+    """Finds fields by their paths."""
+
+    def __init__(self, type_name: str, definition: str, paths: Sequence[str]) -> None:
+        """Take the type, its definition as the bag has it, and paths such as pose.position.x.
+
+        Raises:
+            DefinitionError: the definition cannot be understood.
+            ValueError: a path is none.
+        """
+        self._type = short_name(type_name)
+        self._definitions = parse_definitions(self._type, definition)
+        self._paths = [FieldPath(path) for path in paths]
+        self.number_count = len(self._paths)
+
+    def places(self, data: Data) -> Places:
+        """See Locator."""
+        walk = _Walk(self._definitions, data)
+        try:
+            numbers = tuple(walk.place(self._type, path) for path in self._paths)
+        except (MessageDamaged, KeyError, RecursionError):
+            numbers = ()
+        return Places(numbers, tuple(dict.fromkeys(walk.lengths)), self._stamp())
+
+    def _stamp(self) -> Optional[int]:
+        first = self._definitions[self._type][:1]
+        has_header = first and first[0].type_name == HEADER and not first[0].is_array
+        return _STAMP_OFFSET if has_header else None
+
+
+class FloatArrayLocator(Locator):
+    """Finds the first numbers of a std_msgs/Float32MultiArray of certain lengths."""
+
+    def __init__(self, count: int, lengths: Sequence[int]) -> None:
+        """Take how many numbers are wanted, and how many there have to be."""
+        self.number_count = count
+        self._lengths = lengths
+
+    def places(self, data: Data) -> Places:
+        """See Locator; padding (data_offset) is left out, as in float32_values."""
+        try:
+            dimensions, position = read_length(data, 0)
+            for _ in range(min(dimensions, _MOST_ELEMENTS)):
+                length, position = read_length(data, position)
+                position = checked_end(data, position, length + 2 * _LENGTH_BYTES)
+            padding, position = read_length(data, position)
+            count, position = read_length(data, position)
+        except MessageDamaged:
+            return Places(())
+        numbers: Tuple[Place, ...] = ()
+        if count - padding in self._lengths and len(data) == position + 4 * count:
+            numbers = tuple(Place(position + 4 * (padding + number), '<f4')
+                            for number in range(self.number_count))
+        return Places(numbers, ((0, position),))
+
+
+class TransformPlaces(NamedTuple):
+    """A transform of a message: its frames, and the bytes where they, stamp and pose begin."""
+
+    parent: str
+    child: str
+    stamp: int
+    names: int
+    pose: int  # float64: x y z [m], x y z w
+
+
+class TransformLocator(Locator):
+    """Finds the pose x y z, x y z w of one frame in another one in a tf2_msgs/TFMessage."""
+
+    number_count = 7
+
+    def __init__(self, parent: str, child: str) -> None:
+        """Take the frames."""
+        self._frames = parent.strip('/'), child.strip('/')
+
+    def places(self, data: Data) -> Places:
+        """See Locator."""
+        fixed = [(0, _LENGTH_BYTES)]
+        for it in transforms_in(data):
+            fixed.append((it.names, it.pose))
+            if (it.parent, it.child) == self._frames:
+                numbers = tuple(Place(it.pose + 8 * number, '<f8')
+                                for number in range(self.number_count))
+                return Places(numbers, tuple(fixed), it.stamp)
+        return Places((), tuple(fixed))
+
+
+def transforms_in(data: Data) -> Iterator[TransformPlaces]:
+    """Yield where the transforms of a tf2_msgs/TFMessage are, up to one that is damaged."""
+    try:
+        count, position = read_length(data, 0)
+        for _ in range(min(count, _MOST_ELEMENTS)):
+            names = checked_end(data, position, 12)
+            parent, after = _text(data, names)
+            child, pose = _text(data, after)
+            end = checked_end(data, pose, 56)
+            yield TransformPlaces(parent.strip('/'), child.strip('/'), position + 4, names, pose)
+            position = end
+    except MessageDamaged:
+        return
+
+
+class JointLocator(Locator):
+    """Finds the position of a joint in a sensor_msgs/JointState."""
+
+    number_count = 1
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Take what the joint may be called."""
+        self._names = names
+
+    def places(self, data: Data) -> Places:
+        """See Locator."""
+        begin = _STAMP_OFFSET + 8
+        try:
+            _, position = _text(data, begin)
+            count, position = read_length(data, position)
+            names = []
+            for _ in range(min(count, _MOST_ELEMENTS)):
+                name, position = _text(data, position)
+                names.append(name)
+            positions, position = read_length(data, position)
+            checked_end(data, position, 8 * positions)
+        except MessageDamaged:
+            return Places(())
+        rows = [row for row, name in enumerate(names[:positions]) if name in self._names]
+        numbers = tuple(Place(position + 8 * row, '<f8') for row in rows[:1])
+        return Places(numbers, ((begin, position),), _STAMP_OFFSET)
+
+
+def _text(data: Data, position: int) -> Tuple[str, int]:
+    length, begin = read_length(data, position)
+    end = checked_end(data, begin, length)
+    return bytes(data[begin:end]).decode('utf-8', 'replace'), end
+
+
+class _Walk:
+    """A walk over one message, noting the lengths that it depends on."""
+
+    def __init__(self, definitions: Definitions, data: Data) -> None:
+        self._definitions = definitions
+        self._data = data
+        self.lengths: List[Tuple[int, int]] = []
+
+    def place(self, type_name: str, path: FieldPath) -> Place:
+        """Return the place of a number.
+
+        Raises:
+            MessageDamaged, KeyError: there is none.
+        """
+        position = 0
+        field = Field('', type_name, False, None)
+        for step in path.steps:
+            field, position = self._inside(field, position, step)
+        if field.is_array:
+            raise KeyError(field.name)
+        kind = _KINDS[field.type_name]
+        checked_end(self._data, position, PRIMITIVE_SIZES[field.type_name])
+        return Place(position, kind)
+
+    def _inside(self, field: Field, position: int, step: Union[str, int]) -> Tuple[Field, int]:
+        """Return the element or the field of a field, and where it begins."""
+        element = field._replace(is_array=False, length=None)
+        if isinstance(step, int):
+            count, position = self._count(field, position)
+            if not field.is_array or step >= count:
+                raise KeyError(step)
+            return element, self._skip_elements(element, step, position)
+        if field.is_array:
+            raise KeyError(step)
+        for inner in self._definitions[field.type_name]:
+            if inner.name == step:
+                return inner, position
+            position = self._skip(inner, position)
+        raise KeyError(step)
+
+    def _count(self, field: Field, position: int) -> Tuple[int, int]:
+        if field.length is not None:
+            return field.length, position
+        self.lengths.append((position, position + _LENGTH_BYTES))
+        return read_length(self._data, position)
+
+    def _skip(self, field: Field, position: int) -> int:
+        if field.is_array:
+            count, position = self._count(field, position)
+            return self._skip_elements(field._replace(is_array=False, length=None), count, position)
+        if field.type_name in PRIMITIVE_SIZES:
+            return checked_end(self._data, position, PRIMITIVE_SIZES[field.type_name])
+        if field.type_name == STRING:
+            length, position = self._count(field, position)
+            return checked_end(self._data, position, length)
+        for inner in self._definitions[field.type_name]:
+            position = self._skip(inner, position)
+        return position
+
+    def _skip_elements(self, element: Field, count: int, position: int) -> int:
+        size = PRIMITIVE_SIZES.get(element.type_name)
+        if size is not None:
+            return checked_end(self._data, position, size * count)
+        if count > _MOST_ELEMENTS:
+            raise KeyError(element.name)
+        for _ in range(count):
+            position = self._skip(element, position)
+        return position

@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One or several bags as one recording."""
+from __future__ import annotations
+
+import os
+import re
+from types import TracebackType
+from typing import (
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    Union,
+)
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import Gap, RecordError
+from process_visualizer.bagio.bag_file import BagFile
+from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns, connection_dtype
+from process_visualizer.bagio.chunk_store import Chunk, ChunkStore, chunk_at, decompressed
+from process_visualizer.bagio.index_reader import read_index
+from process_visualizer.bagio.message_definition import Connection, definition_problem
+
+
+class Recording:
+    """Bags (as of `rosbag record --split`) on one timeline: their index and their messages.
+
+    ``index`` says what there is, ``message`` reads it; close it, or use it in a ``with``.
+    """
+
+    def __init__(self, paths: Sequence[str], cache_bytes: int = 64 << 20) -> None:
+        """Open the files and read their indexes.
+
+        ``begin_ns`` and ``end_ns`` are the bag times of the first and the last message.
+
+        Raises:
+            BagUnindexed: one of the files has to be reindexed first.
+            BagError: one of the files is not a bag, or one that cannot be read.
+            ValueError: no file is given.
+        """
+        if not paths:
+            raise ValueError('a recording needs at least one bag')
+        self._files: List[BagFile] = []
+        try:
+            for path in paths:
+                self._files.append(BagFile(path))
+            self.index = joined([read_index(file) for file in self._files])
+        except BaseException:
+            self.close()
+            raise
+        self.begin_ns, self.end_ns = self.index.begin_ns, self.index.end_ns
+        self._cache_bytes = cache_bytes
+        self._store = ChunkStore(self._files, self.index, cache_bytes)
+
+    def choose(self, connections: Iterable[int]) -> None:
+        """Leave out the messages of all other connections; begin and end stay as they are."""
+        self.index = self.index.chosen(connections)
+        self._store = ChunkStore(self._files, self.index, self._cache_bytes)
+
+    def __enter__(self) -> Recording:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                 traceback: Optional[TracebackType]) -> None:
+        """Close the files."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the files; messages cannot be read any more."""
+        for file in self._files:
+            file.close()
+
+    @property
+    def paths(self) -> Tuple[str, ...]:
+        """The files in the order in which they were given."""
+        return tuple(file.path for file in self._files)
+
+    @property
+    def files(self) -> Tuple[BagFile, ...]:
+        """The open files, as the index counts them."""
+        return tuple(self._files)
+
+    @property
+    def remarks(self) -> Tuple[str, ...]:
+        """Notes for the reader: messages without a usable time, or without a definition."""
+        used = [it for number, it in enumerate(self.index.connections)
+                if len(self.index.positions(number))]
+        lacking = dict.fromkeys(map(definition_problem, used))
+        return (*map(str, self.index.strays), *filter(None, lacking))
+
+    @property
+    def size_bytes(self) -> int:
+        """The size of all files."""
+        return sum(file.size for file in self._files)
+
+    @property
+    def gaps(self) -> Tuple[Gap, ...]:
+        """Return what could not be read so far: parts of the indexes, and chunks."""
+        return self.index.gaps + self._store.gaps
+
+    @property
+    def cached_bytes(self) -> int:
+        """Return how many bytes of decompressed chunks are kept in memory."""
+        return self._store.cached_bytes
+
+    def message(self, position: int) -> memoryview:
+        """Return the serialised bytes of the message at a position of the index.
+
+        Raises:
+            BagDamaged: it cannot be read; `gap` says what is missing, others can still be read.
+        """
+        return self._store.message(position)
+
+    @property
+    def damage(self) -> Tuple[Gap, ...]:
+        """Return what could not be read so far though the index lists it."""
+        return self._store.gaps
+
+    def note(self, position: int, reason: str) -> None:
+        """Take note of a message that cannot be understood, as one of the ``gaps``."""
+        self._store.note(position, reason)
+
+    def check_chunks(self) -> None:
+        """Look whether every chunk can be decompressed; ``gaps`` has those that cannot."""
+        self._store.check()
+
+    def is_readable(self, position: int) -> bool:
+        """Return whether the chunk of a message has not failed so far."""
+        return self._store.is_readable(position)
+
+
+def joined(indexes: Sequence[BagIndex]) -> BagIndex:
+    """Return the indexes of several files as one; equal connections of them become one."""
+    if len(indexes) == 1:
+        return indexes[0]
+    numbers: Dict[Connection, int] = {}
+    parts: List[Columns] = []
+    chunk_count = 0
+    for index in indexes:
+        renumbered = [numbers.setdefault(it, len(numbers)) for it in index.connections]
+        parts.append(Columns(index.time_ns, np.array(renumbered, np.int32)[index.connection],
+                             index.chunk + np.int32(chunk_count), index.offset))
+        chunk_count += len(index.chunks.position)
+    columns = Columns(*map(np.concatenate, zip(*parts)))
+    columns = columns._replace(connection=columns.connection.astype(connection_dtype(len(numbers))))
+    return BagIndex(tuple(numbers), columns, _joined_places(indexes),
+                    [gap for index in indexes for gap in index.gaps],
+                    [it for index in indexes for it in index.strays])
+
+
+def _joined_places(indexes: Sequence[BagIndex]) -> ChunkPlaces:
+    files = [np.full(len(index.chunks.position), number, np.int32)
+             for number, index in enumerate(indexes)]
+    return ChunkPlaces(np.concatenate(files),
+                       np.concatenate([index.chunks.position for index in indexes]))
+
+
+_PART = re.compile(r'(.*_)(\d+)(\.bag)\Z')
+_LONGEST_PAUSE_NS = 2_000_000_000
+"""Between two parts; slow topics have nothing to say for so long."""
+
+
+def recording_parts(path: str) -> Tuple[str, ...]:
+    """Return a bag and the parts behind it, each of which begins where the one before ends.
+
+    Raises:
+        BagError: a file cannot be read as a bag.
+    """
+    found: List[str] = [path]
+    following = _following(path)
+    while os.path.exists(following) and _goes_on(found[-1], following):
+        found.append(following)
+        following = _following(following)
+    return tuple(found)
+
+
+def _following(path: str) -> str:
+    """The name of the next part; empty if the name has no number."""
+    match = _PART.match(path)
+    if match is None:
+        return ''
+    stem, number, suffix = match.groups()
+    return f'{stem}{int(number) + 1:0{len(number)}}{suffix}'
+
+
+def _goes_on(path: str, following: str) -> bool:
+    with Recording([path]) as first, Recording([following]) as second:
+        return abs(second.begin_ns - first.end_ns) <= _LONGEST_PAUSE_NS
+
+
+# Reads many small messages at once: only the parts of the files that hold them.
+
+_CLOSE_BYTES = 16 << 10  # what lies between two records is read with them
+_LARGEST_RECORD_BYTES = 1 << 20  # of the wanted ones; of a larger one, the beginning is read
+_BATCH_BYTES = 8 << 20
+_BATCH_RECORDS = 1 << 15
+
+
+class RecordBatch(NamedTuple):
+    """Records of messages, header and all, as they stand in a buffer (uint8).
+
+    One row per record: the message's position in the index, where the record begins in the
+    buffer, and where what was read of it ends.
+    """
+
+    buffer: np.ndarray
+    positions: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+
+
+def record_batches(recording: Recording, positions: np.ndarray,
+                   most_bytes: int = _LARGEST_RECORD_BYTES) -> Iterator[RecordBatch]:
+    """Yield the records of messages, given by their positions in the index (int).
+
+    They come in the order of the files; of records of more than ``most_bytes`` the beginning.
+    Chunks that cannot be read are left out.
+    """
+    rows, spans = _Rows(recording.index, positions, most_bytes), _Spans(recording)
+    batch: List[RecordBatch] = []
+    size = count = 0
+    for first, last in rows.spans():
+        try:
+            part = spans.read(rows, slice(first, last))
+        except RecordError:
+            continue
+        batch.append(part)
+        size, count = size + len(part.buffer), count + last - first
+        if size >= _BATCH_BYTES or count >= _BATCH_RECORDS:
+            yield _joined(batch)
+            batch, size, count = [], 0, 0
+    if batch:
+        yield _joined(batch)
+
+
+class _Rows:
+    """Places of the wanted records: chunk, first byte and end in it, in the order of the files."""
+
+    def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
+        order = np.argsort(_places(index), kind='stable')
+        follower = np.full(len(index), np.iinfo(np.int64).max)
+        same_chunk = index.chunk[order[1:]] == index.chunk[order[:-1]]
+        follower[order[:-1][same_chunk]] = index.offset[order[1:][same_chunk]]
+        wanted = np.zeros(len(index), bool)
+        wanted[positions] = True
+        self.positions = order[wanted[order]]
+        self.chunk = index.chunk[self.positions]
+        self.begin = index.offset[self.positions].astype(np.int64)
+        self.end = np.minimum(follower[self.positions], self.begin + most_bytes)
+
+    def spans(self) -> Iterator[Tuple[int, int]]:
+        """Yield the rows (first, behind the last) that are read together."""
+        if not len(self.positions):
+            return
+        apart = ((self.chunk[1:] != self.chunk[:-1])
+                 | (self.begin[1:] > self.end[:-1] + _CLOSE_BYTES))
+        bounds = [0, *(np.flatnonzero(apart) + 1).tolist(), len(self.positions)]
+        yield from zip(bounds, bounds[1:])
+
+
+def _places(index: BagIndex) -> np.ndarray:
+    return (index.chunk.astype(np.int64) << 32) | index.offset
+
+
+class _Spans:
+    """Reads parts of chunks; the last chunk is kept, for its next part."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._files, self._chunks = recording.files, recording.index.chunks
+        self._number = -1
+        self._chunk = Chunk(0, 0, 'none', 0)
+        self._content = b''  # of a compressed chunk
+
+    def read(self, rows: _Rows, span: slice) -> RecordBatch:
+        """Return the records of some rows of one chunk.
+
+        Raises:
+            RecordError: they cannot be read.
+        """
+        number = int(rows.chunk[span.start])
+        file = self._files[int(self._chunks.file[number])]
+        if number != self._number:
+            self._number = -1
+            self._open(file, int(self._chunks.position[number]))
+            self._number = number
+        begin, end = int(rows.begin[span.start]), int(rows.end[span.stop - 1])
+        content = self._part(file, begin, end)
+        first = rows.begin[span] - begin
+        return RecordBatch(np.frombuffer(content, np.uint8), rows.positions[span], first,
+                           np.minimum(rows.end[span] - begin, len(content)))
+
+    def _open(self, file: BagFile, position: int) -> None:
+        self._chunk = chunk_at(file, position)
+        if self._chunk.compression != 'none':
+            data = file.read(self._chunk.offset, self._chunk.size)
+            self._content = decompressed(data, self._chunk)
+
+    def _part(self, file: BagFile, begin: int, end: int) -> Union[bytes, bytearray]:
+        if self._chunk.compression != 'none':
+            return self._content[begin:end]
+        return file.read(self._chunk.offset + begin, max(0, min(end, self._chunk.size) - begin))
+
+
+def _joined(parts: Sequence[RecordBatch]) -> RecordBatch:
+    sizes = np.array([len(part.buffer) for part in parts])
+    offsets = (np.cumsum(sizes) - sizes).tolist()
+    return RecordBatch(np.concatenate([part.buffer for part in parts]),
+                       np.concatenate([part.positions for part in parts]),
+                       np.concatenate([part.begin + at for part, at in zip(parts, offsets)]),
+                       np.concatenate([part.end + at for part, at in zip(parts, offsets)]))

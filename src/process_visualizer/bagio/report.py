@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The report on a recording: its contents, what is missing, and whether it is complete."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.json_text import finite_number
+from process_visualizer.bagio.marks import Mark, read_marks
+from process_visualizer.bagio.message_definition import (
+    HEADER,
+    Connection,
+    DefinitionError,
+    parse_definitions,
+    short_name,
+)
+from process_visualizer.bagio.recorder_topics import ACCOUNT, last_json, texts
+from process_visualizer.bagio.recording import RecordBatch, Recording, record_batches
+from process_visualizer.ros_names import OWN_TOPICS
+
+# Finds what is missing in the stream of a topic, from the times and numbers of its messages.
+
+GAP_FACTOR = 3.0
+_LEAST_MESSAGES = 10
+"""With fewer messages the usual interval is not known."""
+_CATCH_UP_S = 5.0
+_CATCH_UP_INTERVALS = 20.0
+"""How late messages may come, whichever is longer."""
+_LEAST_MISSING = 1.5
+_SPAN_MESSAGES = 100
+
+
+class StreamGap(NamedTuple):
+    """A place where sequence numbers are missing, or where the messages paused.
+
+    ``begin_ns`` is the time of the last message before [ns since the epoch]; ``missing`` is the
+    number of missing sequence numbers (``is_numbered``), otherwise about how many messages would
+    have come at the usual rate.
+    """
+
+    begin_ns: int
+    duration_s: float
+    missing: int
+    is_numbered: bool
+
+
+class Stream(NamedTuple):
+    """A topic's messages in the order of time.
+
+    ``sequence`` are the numbers in their headers (int64), -1 where there is none, ``publisher``
+    a number for the publisher of each.
+    """
+
+    time_ns: np.ndarray
+    sequence: np.ndarray
+    publisher: np.ndarray
+
+
+def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
+    """Return the gaps of a stream in the order of time: those of each of its publishers.
+
+    If the numbers of a publisher grow, they show what is missing. Otherwise an interval
+    of more than three times the publisher's usual one (the median) is a gap, unless the messages
+    are only late: a busy computer delivers many at once, and some seconds later no message is
+    missing.
+    """
+    found: List[StreamGap] = []
+    for publisher in np.unique(stream.publisher):
+        rows = np.flatnonzero(stream.publisher == publisher)
+        found += _gaps(stream.time_ns[rows], _steps(stream.sequence[rows]))
+    return tuple(sorted(found))
+
+
+def _gaps(time_ns: np.ndarray, step: np.ndarray) -> List[StreamGap]:
+    """The gaps of one publisher, by how much the number of each message grew (0: unknown)."""
+    rows = np.flatnonzero(step > 1)
+    found = _as_gaps(time_ns, rows - 1, step[rows] - 1, True)
+    if len(time_ns) >= _LEAST_MESSAGES:
+        intervals_s = np.diff(time_ns) / 1e9
+        long = intervals_s > GAP_FACTOR * np.median(intervals_s)
+        rows = np.flatnonzero(long & (step[1:] <= 0))
+        missing = _missing_behind(time_ns, rows)
+        kept = missing >= _LEAST_MISSING
+        found += _as_gaps(time_ns, rows[kept], np.rint(missing[kept]).astype(np.int64), False)
+    return found
+
+
+def _as_gaps(time_ns: np.ndarray, before: np.ndarray, missing: np.ndarray,
+             is_numbered: bool) -> List[StreamGap]:
+    begin_ns = time_ns[before]
+    durations_s = (time_ns[before + 1] - begin_ns) / 1e9
+    return [StreamGap(*gap, is_numbered)
+            for gap in zip(begin_ns.tolist(), durations_s.tolist(), missing.tolist())]
+
+
+def _steps(numbers: np.ndarray) -> np.ndarray:
+    """By how much the number of each message grew since the last one (0: unknown)."""
+    step = np.zeros(len(numbers), np.int64)
+    known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
+    step[1:] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
+    return step
+
+
+def _missing_behind(time_ns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """About how many messages (float) are missing after each, and do not come late either."""
+    usual_ns = usual_interval_ns(time_ns)
+    catch_up_ns = max(_CATCH_UP_S * 1e9, _CATCH_UP_INTERVALS * usual_ns)
+    # how far each message is behind a stream without gaps; what comes late is not, in the end
+    behind = (time_ns - time_ns[0]) / usual_ns - np.arange(len(time_ns))
+    last = np.searchsorted(time_ns, time_ns[rows + 1] + catch_up_ns, side='right')
+    return range_minima(behind, rows + 1, last) - behind[rows]
+
+
+def range_minima(values: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the least value of each range of rows, none of which is empty."""
+    found = np.full(len(begin), np.inf)
+    level = np.log2(end - begin).astype(np.int64)  # two such powers of two cover a range
+    table, width = values, 1
+    for power in range(int(level.max(initial=-1)) + 1):
+        chosen = level == power
+        found[chosen] = np.minimum(table[begin[chosen]], table[end[chosen] - width])
+        table, width = np.minimum(table[:-width], table[width:]), 2 * width
+    return found
+
+
+def usual_interval_ns(time_ns: np.ndarray) -> float:
+    """Return the usual interval [ns], over many messages, so that jitter does not matter."""
+    # of short recordings over less, so that a gap is in few of the spans
+    span = max(min(_SPAN_MESSAGES, len(time_ns) // 8), 1)
+    return max(float(np.median(time_ns[span:] - time_ns[:-span])) / span, 1.0)
+
+
+def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
+    """Return the longest interval [s] and when it begins [ns]; zeros with less than two times."""
+    if len(time_ns) < 2:
+        return 0.0, 0
+    row = int(np.argmax(np.diff(time_ns)))
+    return float(time_ns[row + 1] - time_ns[row]) / 1e9, int(time_ns[row])
+
+
+def backward_jumps(time_ns: np.ndarray, least_s: float) -> List[Tuple[int, float]]:
+    """Return the jumps of a clock, at which written times go back by more than a limit.
+
+    Each is the time after it [ns] and how far it went [s, negative].
+    """
+    steps_s = np.diff(time_ns) / 1e9
+    return [(int(time_ns[row + 1]), float(steps_s[row]))
+            for row in np.flatnonzero(steps_s < -least_s).tolist()]
+
+
+# Reads the sequence numbers in the headers of many messages at once.
+
+_HEAD_BYTES = 512
+"""Of a record: its header has some 40 bytes, and the number follows."""
+_U32 = 4
+
+
+def header_numbers(recording: Recording) -> np.ndarray:
+    """Return the numbers (int64) in the headers of all messages by position, -1 without one."""
+    index = recording.index
+    numbered = [number for number, it in enumerate(index.connections) if begins_with_header(it)]
+    found = np.full(len(index), -1, np.int64)
+    for batch in record_batches(recording, index.positions_of(numbered), _HEAD_BYTES):
+        found[batch.positions] = _numbers_in(batch)
+    return found
+
+
+def begins_with_header(connection: Connection) -> bool:
+    """Return whether the messages begin with a std_msgs/Header."""
+    try:
+        definitions = parse_definitions(connection.type, connection.message_definition)
+    except DefinitionError:
+        return False
+    fields = definitions.get(short_name(connection.type), [])
+    return bool(fields) and fields[0].type_name == HEADER and not fields[0].is_array
+
+
+def _numbers_in(batch: RecordBatch) -> np.ndarray:
+    """The numbers of the records of a batch: header and data follow their lengths."""
+    header_size = _u32_at(batch, batch.begin, batch.end)
+    data = batch.begin + 2 * _U32 + header_size
+    data_size = _u32_at(batch, data - _U32, batch.end)
+    number = _u32_at(batch, data, batch.end)
+    return np.where((header_size >= 0) & (data_size >= _U32), number, -1)
+
+
+def _u32_at(batch: RecordBatch, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """The numbers (int64) at some offsets, -1 where the data ends too early."""
+    fits = begin + _U32 <= end
+    at = np.where(fits, begin, 0)[:, np.newaxis] + np.arange(_U32)
+    padded = np.concatenate((batch.buffer, np.zeros(_U32, np.uint8)))
+    values = padded[at].view('<u4')[:, 0].astype(np.int64)
+    return np.where(fits, values, -1)
+
+
+_LEAST_JUMP_S = 0.1
+_END_OF_TIME_S = 1 << 32  # of ROS
+_RARE = 0.1
+"""A publisher that skips numbers more often than this does not number all its messages."""
+
+
+class Completeness(Enum):
+    """The completeness of a recording, as far as it is known."""
+
+    COMPLETE = 'complete'
+    INCOMPLETE = 'not complete'
+    UNKNOWN = 'nothing is known to be missing'
+    EMPTY = 'empty'
+
+
+class ClockJump(NamedTuple):
+    """A jump of the recording computer's clock: the time after it [ns], and how far it went [s]."""
+
+    time_ns: int
+    seconds: float
+
+
+class TopicReport(NamedTuple):
+    """A topic of a recording.
+
+    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` can be
+    seen in its messages; ``lost`` counts the known losses among them: messages that never reached
+    the recorder. ``dropped`` counts messages that it received and could not write, None without an
+    account. ``untimed`` are those without a usable time.
+    """
+
+    topic: str
+    types: Tuple[str, ...]
+    message_count: int
+    rate_hz: float
+    largest_interval_s: float
+    largest_interval_ns: int
+    gaps: Tuple[StreamGap, ...]
+    dropped: Optional[int]
+    lost: int
+    untimed: int = 0
+
+
+class Report(NamedTuple):
+    """A whole report; times in ns since the epoch.
+
+    ``remarks`` are what else its reader should know of the files.
+    """
+
+    files: Tuple[str, ...]
+    begin_ns: int
+    end_ns: int
+    topics: Tuple[TopicReport, ...]
+    clock_jumps: Tuple[ClockJump, ...]
+    marks: Tuple[Mark, ...]
+    unreadable: Tuple[str, ...]
+    has_account: bool
+    remarks: Tuple[str, ...] = ()
+
+    @property
+    def completeness(self) -> Completeness:
+        """Return whether it is complete, as far as the account and the readable parts show.
+
+        Gaps count only if they are losses: a foreign bag may have a throttled topic.
+        """
+        if self.unreadable or any(it.lost or it.dropped for it in self.topics):
+            return Completeness.INCOMPLETE
+        if not any(it.message_count for it in self.topics):
+            return Completeness.EMPTY
+        return Completeness.COMPLETE if self.has_account else Completeness.UNKNOWN
+
+    @property
+    def is_good(self) -> bool:
+        """Return whether it has messages and nothing is known to be missing."""
+        return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
+
+
+def make_report(recording: Recording) -> Report:
+    """Return the report on a recording; reads all messages of types with a header.
+
+    Raises:
+        BagError: a file of marks beside a bag is not one.
+    """
+    account = last_json(recording, ACCOUNT)
+    # each file of a recording ends with one; a file that was repaired has none
+    has_account = account is not None and len(texts(recording, ACCOUNT)) >= len(recording.paths)
+    recording.check_chunks()
+    sequence = header_numbers(recording)
+    topics = tuple(_topic_report(recording, topic, sequence, account)
+                   for topic in _topics(recording, account))
+    return Report(recording.paths, recording.index.begin_ns, recording.index.end_ns, topics,
+                  _clock_jumps(recording, account), tuple(read_marks(recording)),
+                  tuple(str(gap) for gap in recording.gaps), has_account, recording.remarks)
+
+
+def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
+    """The devices' topics in order, including recorded ones without messages."""
+    topics = {connection.topic for connection in recording.index.connections}
+    topics.update(_accounted(account))
+    return sorted(topic for topic in topics if not topic.startswith(OWN_TOPICS))
+
+
+def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
+                  account: Optional[Dict[str, Any]]) -> TopicReport:
+    index = recording.index
+    numbers = index.connections_of(topic)
+    positions = index.positions_of(numbers)
+    connections = [index.connections[number] for number in numbers]
+    times_ns = index.time_ns[positions]
+    stream = Stream(times_ns, sequence[positions],
+                    _publishers(index.connections)[index.connection[positions]])
+    # A latching publisher speaks when something changes: no interval of it is usual.
+    gaps = () if any(it.latching for it in connections) else find_gaps(stream)
+    duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
+    untimed = sum(it.message_count for it in index.strays if it.topic == topic)
+    return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(positions),
+                       (len(positions) - 1) / duration_s if duration_s else 0.0,
+                       *largest_interval(times_ns), gaps, _dropped(account, topic),
+                       0 if account is None else _lost(gaps, len(positions), untimed),
+                       untimed)
+
+
+def _publishers(connections: Sequence[Connection]) -> np.ndarray:
+    """Return a number (int64) for the node of each connection; a restarted node keeps it."""
+    nodes: Dict[str, int] = {}
+    return np.array([nodes.setdefault(it.caller_id or f'unknown {number}', len(nodes))
+                     for number, it in enumerate(connections)], np.int64)
+
+
+def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
+    """Return how many messages never arrived, if numbers are missing now and then only.
+
+    A topic that comes through a throttle has the numbers of its source. Messages without a usable
+    time did arrive.
+    """
+    left_out = [gap.missing for gap in gaps if gap.is_numbered]
+    if len(left_out) > max(_RARE * message_count, 1):
+        return 0
+    return max(sum(left_out) - untimed, 0)
+
+
+def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
+    if account is None:
+        return None
+    entry = _accounted(account).get(topic)
+    count = entry.get('dropped') if isinstance(entry, dict) else 0
+    return count if isinstance(count, int) and count >= 0 else None
+
+
+def _accounted(account: Optional[Dict[str, Any]]) -> Dict[str, Any]:
+    topics = account.get('topics') if account is not None else None
+    topics = topics if isinstance(topics, dict) else {}
+    return {name: entry for name, entry in topics.items() if name.isprintable()}
+
+
+def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tuple[ClockJump, ...]:
+    """Jumps that the recorder noticed; in other recorders' bags, where the times go back."""
+    if account is not None:
+        jumps = account.get('clock_jumps')
+        noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
+        return tuple(jump for jump in noticed if jump is not None)
+    index = recording.index
+    moved = {it.topic for it in index.strays}  # to the beginning
+    timed = np.array([it.topic not in moved for it in index.connections], bool)[index.connection]
+    as_written = np.lexsort((index.offset[timed], index.chunk[timed]))
+    return tuple(ClockJump(*jump)
+                 for jump in backward_jumps(index.time_ns[timed][as_written], _LEAST_JUMP_S))
+
+
+def _clock_jump(value: Any) -> Optional[ClockJump]:
+    """A jump from the account, None if it is not one."""
+    try:
+        time_s, seconds = finite_number(value['time']), finite_number(value['seconds'])
+    except (KeyError, TypeError, ValueError):
+        return None
+    return ClockJump(int(time_s * 1e9), seconds) if 0 <= time_s < _END_OF_TIME_S else None

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The origin of a configuration and the user's trusted packages decide what may be started."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import FrozenSet
+
+import rospkg
+
+from process_visualizer.cell.values import package as checked_package
+
+# The origin of a configuration, which decides what of it may be started (docs/security.md).
+
+class Origin(Enum):
+    """The origin of a configuration, in words."""
+
+    DISK = 'a file that the user opened'
+    BAG = 'a recording'
+    NETWORK = 'a cell that runs'
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """The origin of a configuration, the folder of its files, and the packages that are trusted.
+
+    What the user opens from the disk may start what it says; everything else is data. Of data
+    ``folder`` holds all files, and only nodes of ``packages`` are started.
+    """
+
+    origin: Origin = Origin.DISK
+    folder: str = ''
+    packages: FrozenSet[str] = frozenset()
+
+    @property
+    def is_data(self) -> bool:
+        """Return whether nothing that the configuration says may run."""
+        return self.origin is not Origin.DISK
+
+
+OPENED = Provenance()
+"""That of a file that the user opened."""
+
+
+def is_below(path: str, folder: str) -> bool:
+    """Return whether a file is in a folder, or below it, when all links are followed."""
+    top = os.path.realpath(folder)
+    return os.path.commonpath([top, os.path.realpath(path)]) == top
+
+
+def in_a_package(path: str) -> bool:
+    """Return whether a file is in an installed package's folder, when all links are followed."""
+    packages = rospkg.RosPack()
+    return any(is_below(path, packages.get_path(name)) for name in packages.list())
+
+
+# The packages whose nodes may run because a recording names them: the user's own list.
+
+def trust_file() -> str:
+    """Return the path of the list, which has one name a line."""
+    folder = os.environ.get('XDG_CONFIG_HOME') or os.path.join(os.path.expanduser('~'), '.config')
+    return os.path.join(folder, 'process_visualizer', 'trusted_packages')
+
+
+def trusted_packages() -> FrozenSet[str]:
+    """Return the packages on the list.
+
+    Raises:
+        OSError: the list cannot be read.
+        ValueError: it is no text.
+    """
+    path = Path(trust_file())
+    return frozenset(path.read_text(encoding='utf-8').split() if path.exists() else ())
+
+
+def set_trusted(name: str, is_trusted: bool) -> None:
+    """Put a package on the list, or take it off.
+
+    Raises:
+        OSError, ValueError: the list cannot be read or written, or it is no name of a package.
+    """
+    names = trusted_packages() - {checked_package(name)} | ({name} if is_trusted else set())
+    path = Path(trust_file())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = path.with_name(f'{path.name}.new')
+    new.write_text(''.join(f'{it}\n' for it in sorted(names)), encoding='utf-8')
+    new.replace(path)

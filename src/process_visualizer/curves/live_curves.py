@@ -1,0 +1,369 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of a running cell over its last minutes."""
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Deque, Dict, List, NamedTuple, Sequence, Set, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.recorder_topics import MARKS
+from process_visualizer.bagio.recording import RecordBatch
+from process_visualizer.cell.model import Device, TopicFunction
+from process_visualizer.curves.curve_sources import (
+    CurveSource,
+    Quantity,
+    curve_sources,
+    plain_color,
+    tool_from_joints,
+)
+from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
+from process_visualizer.curves.samples import Samples, sampled
+from process_visualizer.curves.source_locators import SourceLocators, source_locators
+from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
+
+COLUMN_S = 0.02
+"""The duration of a column: a pixel, if half a minute is shown on a screen."""
+
+
+class RollingColumns:
+    """Least and greatest value of each column; times before the oldest column are forgotten."""
+
+    def __init__(self, duration_s: float) -> None:
+        """Keep at least so much, at most twice as much."""
+        self._count = int(round(duration_s / COLUMN_S))
+        self._begin = 0  # the number of the first column since time 0
+        self._low = np.full(2 * self._count, np.nan)
+        self._high = self._low.copy()
+
+    def add(self, times_s: np.ndarray, values: np.ndarray) -> None:
+        """Take finite values (n,) at times (n,) [s], of any order."""
+        if not len(times_s):
+            return
+        columns = np.floor(times_s / COLUMN_S).astype(np.int64)
+        self._make_room(int(columns.max()))
+        rows = columns - self._begin
+        is_kept = rows >= 0
+        np.fmin.at(self._low, rows[is_kept], values[is_kept])
+        np.fmax.at(self._high, rows[is_kept], values[is_kept])
+
+    def window(self, end: int, count: int, joined: int) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the extremes (count,) of columns that are ``joined`` of ours each.
+
+        The last one ends before our column with the number ``end``, counted from time 0.
+        """
+        rows = np.arange(end - count * joined, end) - self._begin
+        is_kept = (rows >= 0) & (rows < len(self._low))
+        low, high = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
+        low[is_kept], high[is_kept] = self._low[rows[is_kept]], self._high[rows[is_kept]]
+        if joined == 1:
+            return low, high
+        return (np.fmin.reduce(low.reshape(count, joined), axis=1),
+                np.fmax.reduce(high.reshape(count, joined), axis=1))
+
+    def _make_room(self, column: int) -> None:
+        """Move on so far that there is a place for a column."""
+        over = column - self._begin - len(self._low) + 1
+        if over <= 0:
+            return
+        step = max(over, self._count)
+        for values in (self._low, self._high):
+            kept = values[step:].copy()
+            values[:] = np.nan
+            values[:len(kept)] = kept
+        self._begin += step
+
+
+HEADER_BYTES = 16
+"""Of a record: what stands before the message."""
+
+
+class RecentPart(NamedTuple):
+    """Messages as the recorder hands them out, in the order in which they came.
+
+    One row per message: the number of its connection, when it arrived [ns since the epoch], and
+    where its record begins and ends in the buffer (uint8).
+    """
+
+    is_anew: bool  # the recorder has begun anew: what came before does not count
+    connections: Tuple[Connection, ...]  # all that there are, by number
+    now_ns: int  # the recorder's time [ns since the epoch]
+    numbers: np.ndarray
+    times_ns: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    buffer: np.ndarray
+
+    def message(self, row: int) -> bytes:
+        """Return the bytes of a message."""
+        data: bytes = self.buffer[int(self.begin[row]) + HEADER_BYTES:int(self.end[row])].tobytes()
+        return data
+
+
+_CONTEXT_S = 2.0  # of the past, to know the period of a driver and to join what moves a tool
+
+
+class LiveSeries:
+    """Numbers with their times [s] from a beginning."""
+
+    def __init__(self, source: CurveSource, locators: SourceLocators, begin_ns: int) -> None:
+        self._source, self._locators, self._begin_ns = source, locators, begin_ns
+        self._columns = [{number: NumberColumns(locator) for number, locator in part.items()}
+                         for part in locators.parts]
+        self._context: List[Numbers] = []  # of each part
+        self._known_s = -np.inf  # up to here the numbers have been returned
+
+    def new(self, part: RecentPart) -> Tuple[np.ndarray, np.ndarray]:
+        """Return times (m,) and finite numbers (m,) that follow from messages that have come."""
+        # a number's position is the time at which it arrived
+        batch = RecordBatch(part.buffer, part.times_ns, part.begin, part.end)
+        found = []
+        for columns in self._columns:
+            for number, of_connection in columns.items():
+                of_connection.add(batch, np.flatnonzero(part.numbers == number))
+            found.append(joined_numbers(tuple(it.taken() for it in columns.values())))
+        with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+            if self._source.quantity is not Quantity.SPEED:
+                return _finite(*sampled(self._samples(found[0])))
+            return self._speeds(found)
+
+    def _speeds(self, found: List[Numbers]) -> Tuple[np.ndarray, np.ndarray]:
+        self._context = [_with_context(old, new)
+                         for old, new in zip(self._context or found, found)]
+        numbers = self._locators.joined(self._measured_s, self._context)
+        if len(numbers.positions) < 2:
+            return np.empty(0), np.empty(0)
+        times_s = self._measured_s(numbers)
+        middle_s, values = sampled(Samples(self._source, times_s, numbers.values))
+        is_new = (middle_s > self._known_s) & (middle_s <= times_s[-1] - 0.45 * WINDOW_S)
+        if is_new.any():
+            self._known_s = float(middle_s[is_new].max())
+        return _finite(middle_s[is_new], values[is_new])
+
+    def _samples(self, numbers: Numbers) -> Samples:
+        return Samples(self._source, (numbers.positions - self._begin_ns) / 1e9, numbers.values)
+
+    def _measured_s(self, numbers: Numbers) -> np.ndarray:
+        stamps_s = np.where(numbers.stamps_ns > 0, (numbers.stamps_ns - self._begin_ns) / 1e9,
+                            np.nan)
+        return measuring_times((numbers.positions - self._begin_ns) / 1e9, stamps_s)
+
+
+def _with_context(old: Numbers, new: Numbers) -> Numbers:
+    """The new numbers after those of the last seconds."""
+    joined = new if old is new else joined_numbers((old, new))
+    if not len(joined.positions):
+        return joined
+    is_recent = joined.positions >= joined.positions[-1] - int(_CONTEXT_S * 1e9)
+    recent = Numbers(*(column[is_recent] for column in joined))
+    return recent if len(new.positions) <= len(recent.positions) else joined
+
+
+def _finite(times_s: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    is_finite = np.isfinite(values)
+    return times_s[is_finite], values[is_finite]
+
+
+_MOST_MESSAGES = 100  # of each publisher of frames
+
+
+class _Seen(NamedTuple):
+    time_ns: int
+    number: int
+    data: bytes
+
+
+class SeenMessages:
+    """All connections, and the newest messages of those that tell of frames.
+
+    It has what ``tool_on_tf`` asks of messages.
+    """
+
+    def __init__(self) -> None:
+        self._connections: Tuple[Connection, ...] = ()
+        self._kept: Dict[int, Deque[_Seen]] = {}
+        self._in_order: List[_Seen] = []
+        self.index = _index((), [])
+
+    def add(self, part: RecentPart) -> None:
+        """Take what has come."""
+        if part.is_anew:
+            self._kept.clear()
+        self._connections = part.connections
+        for number, connection in enumerate(part.connections):
+            if connection.type == TF_MESSAGE:
+                self._keep(part, number)
+
+    def _keep(self, part: RecentPart, number: int) -> None:
+        kept = self._kept.setdefault(number, deque(maxlen=_MOST_MESSAGES))
+        for row in np.flatnonzero(part.numbers == number)[-_MOST_MESSAGES:].tolist():
+            kept.append(_Seen(int(part.times_ns[row]), number, part.message(row)))
+
+    def look(self) -> None:
+        """Bring ``index`` up to date."""
+        self._in_order = sorted(it for kept in self._kept.values() for it in kept)
+        self.index = _index(self._connections, self._in_order)
+
+    def message(self, position: int) -> memoryview:
+        """Return the bytes of a message, by its position in the index."""
+        return memoryview(self._in_order[position].data)
+
+
+def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagIndex:
+    nothing = np.zeros(len(messages), np.int32)
+    return BagIndex(connections, Columns(
+        np.array([it.time_ns for it in messages], np.int64),
+        np.array([it.number for it in messages], np.int32), nothing,
+        np.arange(len(messages), dtype=np.int32)),
+        ChunkPlaces(np.zeros(0, np.int32), np.zeros(0, np.int64)))
+
+
+LONGEST_S = 600.0
+"""So much is kept."""
+_MOST_COLUMNS = 1500  # of a curve that is shown: what a screen has pixels for
+
+
+class LiveCurve(NamedTuple):
+    """A process variable over the last seconds: the extremes of its columns (n,), NaN for none."""
+
+    source: CurveSource
+    low: np.ndarray
+    high: np.ndarray
+    value: float  # the newest one; NaN if there is none yet
+
+
+class LiveMark(NamedTuple):
+    """A labelled moment [s from the beginning]."""
+
+    time_s: float
+    label: str
+
+
+class LiveWindow(NamedTuple):
+    """All curves from ``begin_s`` on [s from the beginning]; it may begin before that, below 0.
+
+    ``epoch_s`` is the recorder's time of the beginning [s].
+    """
+
+    begin_s: float
+    duration_s: float
+    curves: Tuple[LiveCurve, ...] = ()
+    marks: Tuple[LiveMark, ...] = ()
+    epoch_s: float = 0.0
+
+
+class LiveCurves:
+    """Takes messages as they come; the first one is the beginning of time."""
+
+    def __init__(self, devices: Sequence[Device]) -> None:
+        self._devices = tuple(devices)
+        self._sources = curve_sources(devices)
+        self._clear()
+
+    def _clear(self) -> None:
+        self._seen = SeenMessages()
+        self._known = 0  # connections that have been looked at
+        self._begin_ns, self._now_ns = 0, 0
+        self._series: Dict[CurveSource, LiveSeries] = {}
+        self._useless: Set[CurveSource] = set()  # not asked for, and no plain numbers
+        self._columns: Dict[CurveSource, RollingColumns] = {}
+        self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
+        self._marks: List[LiveMark] = []
+
+    @property
+    def topics(self) -> Tuple[str, ...]:
+        """The topics whose messages are needed."""
+        names = {topic for source in self._sources if source not in self._useless
+                 for topic in self._topics_of(source)}
+        return tuple(sorted(names | {MARKS}))
+
+    def add(self, part: RecentPart) -> None:
+        """Take messages that have come."""
+        if part.is_anew or part.now_ns < self._now_ns:  # a simulated time can begin anew, too
+            self._clear()
+        self._now_ns = part.now_ns
+        if not self._begin_ns and len(part.times_ns):
+            self._begin_ns = int(part.times_ns.min())
+        self._seen.add(part)
+        self._locate(part)
+        for source, series in self._series.items():
+            self._take(source, *series.new(part))
+        self._take_marks(part)
+
+    def window(self, duration_s: float) -> LiveWindow:
+        """Return the curves of the last seconds, which end now."""
+        joined = max(1, math.ceil(duration_s / (_MOST_COLUMNS * COLUMN_S) - 1e-9))
+        count = int(round(duration_s / (joined * COLUMN_S)))
+        now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
+        # a whole number of columns, which stay the same while they move
+        end = joined * (int(now_s / COLUMN_S) // joined + 1)
+        curves = tuple(LiveCurve(source, *columns.window(end, count, joined),
+                                 self._values.get(source, (0.0, math.nan))[1])
+                       for source, columns in self._in_order())
+        length_s = count * joined * COLUMN_S
+        return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
+                          self._begin_ns / 1e9)
+
+    def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
+        """Return what has been seen, in the order of the devices; plain ones with a colour each."""
+        found, plain = [], 0
+        for source in self._sources:
+            if source in self._columns:
+                shown = source
+                if source.plain:
+                    shown, plain = source._replace(color=plain_color(plain)), plain + 1
+                found.append((shown, self._columns[source]))
+        return found
+
+    def _topics_of(self, source: CurveSource) -> Set[str]:
+        """Its own, and for a tool that may be found by transforms what else moves it."""
+        topics = {source.topic}
+        device = next((it for it in self._devices if it.name == source.device), None)
+        if source.quantity is Quantity.SPEED and device is not None and (
+                source.message_type in ('', TF_MESSAGE) or tool_from_joints(device)):
+            topics |= {STATIC_TF_TOPIC, *(it.name for it in
+                                          device.topics_for(TopicFunction.JOINT_STATES))}
+        return topics
+
+    def _locate(self, part: RecentPart) -> None:
+        """Look for sources in connections that are new."""
+        new = {it.topic for it in part.connections[self._known:]}
+        self._known = len(part.connections)
+        if not new or not self._begin_ns:
+            return
+        self._seen.look()
+        for source in self._sources:
+            if new & self._topics_of(source):
+                locators = source_locators(self._seen, source, self._devices)
+                if locators.connections:
+                    self._series[source] = LiveSeries(source, locators, self._begin_ns)
+                elif source.plain:
+                    self._useless.add(source)
+
+    def _take(self, source: CurveSource, times_s: np.ndarray, values: np.ndarray) -> None:
+        if not len(times_s):
+            return
+        if source not in self._columns:
+            self._columns[source] = RollingColumns(LONGEST_S)
+        self._columns[source].add(times_s, values)
+        newest = int(times_s.argmax())
+        before_s, _ = self._values.get(source, (-math.inf, math.nan))
+        if times_s[newest] >= before_s:
+            self._values[source] = float(times_s[newest]), float(values[newest])
+
+    def _take_marks(self, part: RecentPart) -> None:
+        of_marks = [number for number, it in enumerate(part.connections) if it.topic == MARKS]
+        for row in np.flatnonzero(np.isin(part.numbers, of_marks)).tolist():
+            self._marks.append(LiveMark((int(part.times_ns[row]) - self._begin_ns) / 1e9,
+                                        _label(part.message(row))))
+        oldest_s = (self._now_ns - self._begin_ns) / 1e9 - LONGEST_S
+        self._marks = [it for it in self._marks if it.time_s >= oldest_s]
+
+
+def _label(data: bytes) -> str:
+    """The text in a std_msgs/String."""
+    return data[4:4 + int.from_bytes(data[:4], 'little')].decode('utf-8', 'replace')

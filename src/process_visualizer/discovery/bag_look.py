@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Looks into a recording: at its index, and at some messages of each topic."""
+from __future__ import annotations
+
+import math
+import os
+from collections import defaultdict
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.message_definition import (
+    Connection,
+    DefinitionError,
+    parse_definitions,
+    short_name,
+)
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_values import Values, message_values
+from process_visualizer.bagio.recorder_topics import CALIBRATION
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.discovery.seen import (
+    Seen,
+    SeenDescription,
+    SeenNumber,
+    SeenTopic,
+    SeenTransform,
+    Source,
+)
+from process_visualizer.robot.description import is_own_description
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.ros_names import JOINT_STATE, STATIC_TF_TOPIC, TF_TYPES
+
+# Facts from some messages of each topic: frames, joints, numbers, transforms, descriptions.
+
+_STRING = 'std_msgs/String'
+_MOST_NUMBERS = 200
+_LEAST_NORM = 1e-3  # of a quaternion
+_NO_NUMBERS = ('header', 'layout')
+
+
+def seen_topics(sources: Sequence[Source]) -> Tuple[SeenTopic, ...]:
+    """Return the topics by name; of one with two types that of its first source."""
+    by_topic: Dict[str, List[Source]] = defaultdict(list)
+    for source in sources:
+        by_topic[source.topic].append(source)
+    return tuple(_topic(by_topic[name]) for name in sorted(by_topic))
+
+
+def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
+    """Return the last transform of each frame; what cannot be one is left out."""
+    found: Dict[str, SeenTransform] = {}
+    for source in sources:
+        if short_name(source.type) in TF_TYPES:
+            for values in readable(source):
+                for it in transforms(values, source.topic):
+                    found[it.child] = _with_changes(it, found.get(it.child))
+    return tuple(found.values())
+
+
+def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
+    """Return the robot descriptions that are sent as std_msgs/String, one for each topic."""
+    found: Dict[str, SeenDescription] = {}
+    for source in sources:
+        if short_name(source.type) == _STRING:
+            for values in readable(source):
+                text = values.get('data', '')
+                if is_description(text):
+                    namespace = source.topic.rpartition('/')[0]
+                    found[source.topic] = SeenDescription(namespace, text)
+    return tuple(found.values())
+
+
+def is_description(text: Any) -> bool:
+    """Return whether a parameter or text is a robot description, and not that of a cell of ours."""
+    return isinstance(text, str) and '<robot' in text and '<link' in text \
+        and not is_own_description(text)
+
+
+def _topic(sources: Sequence[Source]) -> SeenTopic:
+    kind = short_name(sources[0].type)
+    messages = [values for source in sources if short_name(source.type) == kind
+                for values in readable(source)]
+    frames = (it['header']['frame_id'].lstrip('/') for values in messages
+              for it in (values, *_markers(values)) if _has_header(it))
+    joints = (name for values in messages if kind == JOINT_STATE
+              for name in _texts(values.get('name')))
+    return SeenTopic(
+        sources[0].topic, kind, tuple(dict.fromkeys(it.publisher for it in sources)),
+        tuple(dict.fromkeys(frame for frame in frames if frame)),
+        tuple(dict.fromkeys(joints)), _length(messages), _numbers(messages))
+
+
+def readable(source: Source) -> Iterator[Values]:
+    """Return the values of those messages of a source that can be understood."""
+    kind = short_name(source.type)
+    try:
+        definitions = parse_definitions(kind, source.definition)
+    except DefinitionError:
+        return
+    for data in source.messages:
+        try:
+            yield message_values(kind, definitions, data)
+        except (MessageDamaged, DefinitionError):
+            continue
+
+
+def _texts(value: Any) -> List[str]:
+    return [it for it in value if isinstance(it, str)] if isinstance(value, list) else []
+
+
+def _markers(values: Values) -> List[Values]:
+    markers = values.get('markers')
+    return [it for it in markers if isinstance(it, dict)] if isinstance(markers, list) else []
+
+
+def _has_header(values: Values) -> bool:
+    header = values.get('header')
+    return isinstance(header, dict) and isinstance(header.get('frame_id'), str)
+
+
+def _length(messages: Sequence[Values]) -> Optional[int]:
+    lengths = {len(it['data']) for it in messages if isinstance(it.get('data'), list)}
+    return lengths.pop() if len(lengths) == 1 else None
+
+
+def _numbers(messages: Sequence[Values]) -> Tuple[SeenNumber, ...]:
+    """The numbers that all messages have."""
+    series: Dict[str, List[float]] = defaultdict(list)
+    whole: Dict[str, bool] = {}
+    for values in messages:
+        for path, value in _flat(values):
+            series[path].append(float(value))
+            whole[path] = isinstance(value, int) and whole.get(path, True)
+    return tuple(_number(path, found, whole[path]) for path, found in series.items()
+                 if len(found) == len(messages) and all(map(math.isfinite, found)))[:_MOST_NUMBERS]
+
+
+def _number(path: str, values: Sequence[float], is_whole: bool) -> SeenNumber:
+    rises = is_whole and len(values) > 2 and all(a < b for a, b in zip(values, values[1:]))
+    return SeenNumber(path, min(values), max(values), rises, is_whole)
+
+
+def _flat(values: Values, before: str = '') -> Iterator[Tuple[str, float]]:
+    """Paths and numbers: those of fields, of fields within them, and of the array ``data``."""
+    for name, value in values.items():
+        path = f'{before}{name}'
+        if isinstance(value, dict) and name not in _NO_NUMBERS:
+            yield from _flat(value, f'{path}.')
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield path, value
+        elif isinstance(value, list) and path == 'data':
+            yield from ((f'{path}[{i}]', it) for i, it in enumerate(value)
+                        if isinstance(it, (int, float)) and not isinstance(it, bool))
+
+
+def _with_changes(new: SeenTransform, before: Optional[SeenTransform]) -> SeenTransform:
+    """A transform that knows whether those before it were the same."""
+    if before is None or before.parent != new.parent:
+        return new
+    return new._replace(changes=before.changes or before.placement != new.placement)
+
+
+def transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
+    """Return the transforms in a message on tf that can be used."""
+    for it in values.get('transforms', ()):
+        try:
+            parent, child = it['header']['frame_id'].lstrip('/'), it['child_frame_id'].lstrip('/')
+            position, rotation = it['transform']['translation'], it['transform']['rotation']
+            placement = Placement(_take(position, 'xyz'), _take(rotation, 'xyzw'))
+        except (KeyError, TypeError, AttributeError):
+            continue  # a message of another type under the name of one on tf
+        norm = math.hypot(*placement.quaternion)
+        if parent and child and math.isfinite(sum(placement.position)) \
+                and _LEAST_NORM < norm < 1.0 / _LEAST_NORM:
+            yield SeenTransform(parent, child, placement, topic)
+
+
+def _take(values: Values, names: str) -> Any:
+    return tuple(float(values[name]) for name in names)
+
+
+_MOMENTS, _MOMENTS_OF_TF = 16, 64
+"""Of each publisher about so many messages are read, evenly spread over the recording."""
+_STATIC = (STATIC_TF_TOPIC, CALIBRATION)
+_MOST_STATIC = 500
+_LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
+                    'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',
+                    'stereo_msgs/DisparityImage'})
+_NO_PARAMETERS = ('A bag holds no parameters, so no robot_description: models were looked for in '
+                  'the packages.')
+
+
+def look_into(recording: Recording) -> Seen:
+    """Return what a recording shows; reads a few messages only."""
+    sources = _sources(recording)
+    transforms = seen_transforms([it for it in sources if it.topic != CALIBRATION])
+    calibrated = seen_transforms([it for it in sources if it.topic == CALIBRATION])
+    known = {it.child for it in calibrated}
+    descriptions = seen_descriptions(sources)
+    return Seen(' and '.join(os.path.basename(path) for path in recording.paths),
+                seen_topics(sources),
+                (*(it for it in transforms if it.child not in known), *calibrated), descriptions,
+                () if descriptions else (_NO_PARAMETERS,))
+
+
+def _sources(recording: Recording) -> List[Source]:
+    index = recording.index
+    wanted: Dict[int, List[int]] = {
+        number: _positions(index.positions(number), len(index), connection)
+        for number, connection in enumerate(index.connections)}
+    messages: Dict[int, List[bytes]] = {number: [] for number in wanted}
+    by_place = sorted((position, number) for number, found in wanted.items() for position in found)
+    for position, number in by_place:  # in the file's order: a chunk is decompressed once
+        try:
+            messages[number].append(bytes(recording.message(position)))
+        except BagDamaged:
+            continue  # the recording notes it
+    return [Source(it.topic, it.type, it.message_definition, it.caller_id, tuple(messages[number]))
+            for number, it in enumerate(index.connections) if messages[number]]
+
+
+def _positions(positions: np.ndarray, total: int, connection: Connection) -> List[int]:
+    """Return which messages of a connection are read."""
+    if connection.topic in _STATIC:
+        return [int(it) for it in positions[:_MOST_STATIC]]
+    kind = short_name(connection.type)
+    if not len(positions) or kind in _LARGE:
+        return [int(it) for it in positions[:1]]
+    return _spread(positions, total, _MOMENTS_OF_TF if kind in TF_TYPES else _MOMENTS)
+
+
+def _spread(positions: np.ndarray, total: int, count: int) -> List[int]:
+    """The messages next after so many moments, the same for all topics."""
+    places = np.searchsorted(positions, np.linspace(0, total - 1, count))
+    return [int(it) for it in positions[np.unique(np.minimum(places, len(positions) - 1))]]

@@ -1,0 +1,455 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Devices of a draft: robots, cameras, and all that is neither."""
+from __future__ import annotations
+
+import math
+import re
+from typing import Collection, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+from process_visualizer.cell.elements import DISPLAY_TYPES
+from process_visualizer.cell.model import Pose
+from process_visualizer.discovery.draft import (
+    CellNames,
+    DraftDevice,
+    DraftElement,
+    is_field,
+    is_frame,
+)
+from process_visualizer.discovery.place import Places, pose_attributes, top_frame
+from process_visualizer.discovery.robot_topics import (
+    FoundModel,
+    RobotGroup,
+    ToolTransform,
+    tool_link,
+)
+from process_visualizer.discovery.seen import FrameForest, SeenNumber, SeenTopic, pose_of
+from process_visualizer.discovery.topic_groups import CLOUD, CameraGroup, is_registered
+from process_visualizer.ros_names import TF_MESSAGE, TF_TOPIC
+
+# A robot as a device of the configuration.
+
+_FORCE_NAME = re.compile(r'(^|[/_])(ft|force|wrench|sensor)([/_]|$)')
+
+
+def robot_name(group: RobotGroup) -> str:
+    """Return what a robot is called: after its namespace, else as in its model."""
+    for namespace in (group.namespace, group.joint_topic.name.rpartition('/')[0]):
+        if namespace.strip('/'):
+            return namespace.strip('/').rpartition('/')[2]
+    return group.model.name if group.model is not None else 'robot'
+
+
+def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, places: Places,
+                 forest: FrameForest, tool: Optional[ToolTransform] = None) -> DraftDevice:
+    """Return the device of a robot; the links of its model get the ``prefix``.
+
+    The ``tool`` is what brings its pose if no topic does.
+    """
+    device = DraftDevice('robot', name)
+    add_model(device, group.model, prefix)
+    if group.model is not None:
+        base = prefix + group.model.description.root_link
+    else:
+        base = names.frame(_base_of_poses(group, names, places) or f'{name}/base_link')
+    attributes, comment = places.base_attributes(base)
+    device.add('base', attributes, comment)
+    for topic in (group.joint_topic, *group.other_joint_topics):
+        add_topic(device, topic, 'joint_states')
+    if group.pose_topic is not None:
+        add_topic(device, group.pose_topic, 'tool_center_frame')
+    elif tool is not None:
+        _add_tool(device, tool)
+    if group.wrench_topic is not None:
+        add_topic(device, group.wrench_topic, 'force_sensor')
+        _add_force(device, group, group.wrench_topic, prefix, names, forest)
+    _say_what_is_missing(device, group, tool is not None and tool.is_sure)
+    return device
+
+
+def _base_of_poses(group: RobotGroup, names: CellNames, places: Places) -> str:
+    """The frame in which a driver gives the poses of its tool, if it can be the base frame."""
+    frames = group.pose_topic.frames if group.pose_topic is not None else ()
+    return next((it for it in frames if is_frame(it) and names.is_free(it)
+                 and it != places.frame), '')
+
+
+def add_model(device: DraftDevice, model: Optional[FoundModel], prefix: str = '') -> None:
+    """Add the model; without one a line to be completed."""
+    if model is None:
+        device.add('model', {'pkg': 'my_robot_description', 'path': 'urdf/my_robot.urdf.xacro'},
+                   'no model was found: name its file here, and the root link of it in <base>',
+                   active=False)
+        return
+    attributes = {'pkg': model.package} if model.package else {}
+    attributes['path'] = model.path or f'{device.name}.urdf'
+    if prefix:
+        attributes['prefix'] = prefix
+    arguments = tuple(DraftElement('arg', {'name': name, 'value': value})
+                      for name, value in model.arguments)
+    device.add('model', attributes, model.reason, children=arguments)
+
+
+def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment: str = '',
+              **more: str) -> None:
+    """Add a topic, with what it is used for."""
+    namespace, _, name = topic.name.rpartition('/')
+    attributes: Dict[str, str] = {'ns': namespace.strip('/')} if namespace.strip('/') else {}
+    attributes['name'] = name
+    if function:
+        attributes.update(type=function, msg=topic.type)
+    device.add('topic', {**attributes, **more}, comment)
+
+
+def _add_tool(device: DraftDevice, tool: ToolTransform) -> None:
+    device.add('topic', {'name': TF_TOPIC.lstrip('/'), 'type': 'tool_center_frame',
+                         'msg': TF_MESSAGE, 'frame': tool.frame}, tool.comment, tool.is_sure)
+
+
+def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,
+               names: CellNames, forest: FrameForest) -> None:
+    """Add the sensor's frame where tf or the messages name one that no model has."""
+    if group.model is None:
+        return
+    links = group.model.description.links
+    child = next((it for it in forest.frames if _FORCE_NAME.search(it) and is_frame(it)
+                  and names.is_free(it) and (forest.parent(it) or '') in links), None)
+    if child is not None:
+        found = forest.transform(child)
+        device.add('force', {'parentframe': prefix + found.parent, 'frame': names.frame(child),
+                             **_whole_pose(pose_of(found.placement))})
+        return
+    unknown = [it for it in topic.frames if is_frame(it) and it not in links
+               and it not in forest.frames and names.is_free(it)]
+    if unknown:
+        device.add('force', {'parentframe': prefix + tool_link(group.model),
+                             'frame': names.frame(unknown[0]), **_whole_pose(Pose())},
+                   'the messages name this frame, and nothing tells where it is: write its pose')
+
+
+def _whole_pose(pose: Pose) -> Dict[str, str]:
+    found = pose_attributes(pose)
+    return {**found, 'ypr': found.get('ypr', '0 0 0')}
+
+
+def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool) -> None:
+    missing: List[str] = []
+    if group.wrench_topic is None:
+        missing.append('no force (WrenchStamped)')
+    if group.pose_topic is None and not has_tool:
+        velocity = 'so no velocity' if group.model is None else \
+            'so its velocity is that of the model and the joints'
+        missing.append(f'no pose of its tool (PoseStamped, or a frame on tf), {velocity}')
+    if missing:
+        device.comments.append(f'Of {device.name} was seen {" and ".join(missing)}.')
+
+
+# A camera or depth sensor as a device of the configuration.
+
+def camera_device(group: CameraGroup, name: str, names: CellNames, places: Places,
+                  forest: FrameForest, links: Collection[str]) -> DraftDevice:
+    """Return the device of a camera; ``links`` are those of robots, which may carry it."""
+    device = DraftDevice('depth_sensor' if group.is_depth_sensor else 'other', name)
+    _add_base(device, group, names, places, forest, links)
+    cloud = group.cloud
+    is_computed = group.depth_image is not None
+    for topic in group.topics:
+        if topic is cloud:
+            _add_cloud(device, topic, is_computed)
+        elif topic.type == CLOUD:
+            add_topic(device, topic, '', 'one more cloud: large, so it is not recorded',
+                      record='False')
+        else:
+            add_topic(device, topic)
+    if group.depth_image is not None:
+        _add_cloud_node(device, group, group.depth_image, cloud)
+    return device
+
+
+def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places: Places,
+              forest: FrameForest, links: Collection[str]) -> None:
+    frames = [frame for frame in group.frames if is_frame(frame)]
+    tops = [top_frame(forest, frame, {places.frame, *links}) for frame in frames]
+    base, carrier = tops[0] if tops else (f'{device.name}/base', None)
+    end = base
+    if carrier is not None and carrier in links:
+        device.comments.append(f'{device.name} is fixed to {carrier}.')
+        end = carrier
+    elif is_frame(base) and base != places.frame and names.is_free(base):
+        attributes, comment = places.base_attributes(names.frame(base))
+        device.add('base', attributes, comment)
+    add_inner_frames(device, frames, end, names, forest)
+
+
+def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names: CellNames,
+                     forest: FrameForest) -> None:
+    """Publish the frames between ``end`` and others in playback, where their driver is not there.
+
+    Those that something else has stay out.
+    """
+    done: Dict[str, None] = {}
+    for frame in frames:
+        path = forest.path(frame)
+        done.update(dict.fromkeys(path[:path.index(end)] if end in path else ()))
+    begin = sum(it.tag == 'node' for it in device.elements) + 1
+    for number, child in enumerate((it for it in done if names.is_free(it)), begin):
+        it = forest.transform(names.frame(child))
+        values = ' '.join(f'{value:.9g}' for value in (*it.placement.position,
+                                                       *it.placement.quaternion))
+        device.add('node', {'ifstate': 'playback', 'pkg': 'tf2_ros',
+                            'type': 'static_transform_publisher', 'name': f'frame_{number}',
+                            'args': f'{values} {it.parent} {child}'},
+                   'moved while it was looked at, which a fixed transform does not' * it.changes,
+                   active=not it.changes)
+
+
+def _add_cloud(device: DraftDevice, cloud: SeenTopic, is_computed: bool) -> None:
+    if is_computed:
+        add_topic(device, cloud, 'pointcloud', 'not recorded: in playback it is computed from the '
+                  'images', record='False')
+    else:
+        add_topic(device, cloud, 'pointcloud')
+
+
+def _add_cloud_node(device: DraftDevice, group: CameraGroup, depth: SeenTopic,
+                    cloud: Optional[SeenTopic]) -> None:
+    """Compute the cloud from the images: in playback, or always if nobody does it."""
+    output = f'/{device.name}/cloud' if cloud is None else cloud.name
+    if cloud is None:
+        device.add('topic', {'ns': device.name, 'name': 'cloud', 'type': 'pointcloud',
+                             'record': 'False'}, 'computed from the images by the node below')
+    mode = {} if cloud is None else {'ifstate': 'playback'}
+    nodelet, remaps = _nodelet(group, depth)
+    children = tuple(DraftElement('remap', {'from': name, 'to': to})
+                     for name, to in [*remaps, (_output(nodelet), output)])
+    device.add('node', {**mode, 'pkg': 'nodelet', 'type': 'nodelet', 'name': 'cloud_of_images',
+                        'args': f'standalone depth_image_proc/{nodelet}'}, children=children)
+
+
+def _nodelet(group: CameraGroup, depth: SeenTopic) -> Tuple[str, List[Tuple[str, str]]]:
+    """The nodelet of depth_image_proc for these images, and the topics that it takes."""
+    color, info = group.color_image, group.info_of(depth)
+    color_info = group.info_of(color) if color is not None else None
+    if color is not None and color_info is not None and is_registered(depth):
+        return 'point_cloud_xyzrgb', [('rgb/image_rect_color', color.name),
+                                      ('rgb/camera_info', color_info.name),
+                                      ('depth_registered/image_rect', depth.name)]
+    return 'point_cloud_xyz', [('image_rect', depth.name),
+                               ('camera_info', info.name if info is not None else '')]
+
+
+def _output(nodelet: str) -> str:
+    return 'depth_registered/points' if nodelet.endswith('rgb') else 'points'
+
+
+# Numbers of topics that may be process variables, and how to draw them.
+
+MOST_PER_TOPIC = 6
+"""Arrows for one topic; more would hide each other."""
+_LENGTH_M = 0.3
+"""Of the longest arrow for the values that were seen."""
+_MOST_M = 0.6
+"""Of an arrow for whatever comes later."""
+_MOMENT_SHARE = 0.2
+"""A number that was seen for a moment will change by this share of it at least."""
+_COLORS = ('orange', 'cyan', 'yellow', 'purple', 'blue', 'red', 'white')
+_KNOWN: Dict[str, Dict[str, str]] = {
+    'sensor_msgs/Temperature': {'temperature': '°C'},
+    'sensor_msgs/Range': {'range': 'm'},
+    'sensor_msgs/FluidPressure': {'fluid_pressure': 'Pa'},
+    'sensor_msgs/Illuminance': {'illuminance': 'lx'},
+    'sensor_msgs/RelativeHumidity': {'relative_humidity': ''},
+    'sensor_msgs/BatteryState': {'voltage': 'V', 'current': 'A'},
+}
+"""What these messages measure, and its unit by the message's definition."""
+_NO_VARIABLES = frozenset({
+    'sensor_msgs', 'geometry_msgs', 'nav_msgs', 'tf', 'tf2_msgs', 'visualization_msgs',
+    'trajectory_msgs', 'shape_msgs', 'stereo_msgs', 'actionlib_msgs', 'moveit_msgs'})
+_NO_MEASUREMENT = re.compile(
+    r'(.*_)?(seq|sequence|stamp|secs|nsecs|id|count|counter|index|number|mode|state|status|code|'
+    r'error|flags?|version|width|height|size|step|covariance|variance|timestamp)')
+
+
+class Candidate(NamedTuple):
+    """A number that may be a variable: the attributes of its <variable> but topic and frame.
+
+    It is ``likely`` one if it changed, or its message is that of a sensor.
+    """
+
+    attributes: Dict[str, str]
+    likely: bool
+
+
+def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> List[Candidate]:
+    """Return the candidates of a topic; colours count on from ``begin``.
+
+    ``is_moment`` as in ``Seen``.
+    """
+    known = _KNOWN.get(topic.type)
+    numbers = [it for it in topic.numbers if _is_measured(it, topic, known)]
+    return [Candidate(_attributes(topic, number, (known or {}).get(number.path, ''), begin + i,
+                                  len(numbers) > 1, is_moment),
+                      number.changes or known is not None)
+            for i, number in enumerate(numbers[:MOST_PER_TOPIC])]
+
+
+def left_out(topic: SeenTopic) -> int:
+    """Return how many more numbers a topic has that may be variables."""
+    known = _KNOWN.get(topic.type)
+    return max(0, sum(_is_measured(it, topic, known) for it in topic.numbers) - MOST_PER_TOPIC)
+
+
+def _is_measured(number: SeenNumber, topic: SeenTopic, known: Optional[Dict[str, str]]) -> bool:
+    if not is_field(number.path):
+        return False
+    if known is not None:
+        return number.path in known
+    if topic.type.partition('/')[0] in _NO_VARIABLES:
+        return False
+    name = number.path.rpartition('.')[2]
+    return not number.is_counter and not _NO_MEASUREMENT.fullmatch(name)
+
+
+def _attributes(topic: SeenTopic, number: SeenNumber, unit: str, color: int,
+                is_one_of_many: bool, is_moment: bool) -> Dict[str, str]:
+    offset, scale = scaling(number.low, number.high, _MOMENT_SHARE if is_moment else 0.0)
+    name = topic.name.rpartition('/')[2]
+    attributes = {'axis': 'z', 'label': f'{name} {number.path}' if is_one_of_many else name}
+    if number.path != 'data':
+        attributes['field'] = number.path
+    if unit:
+        attributes['unit'] = unit
+    attributes.update(scale=f'{scale:g}', max=f'{_MOST_M:g}')
+    if offset:
+        attributes['offset'] = f'{offset:g}'
+    attributes['color'] = _COLORS[color % len(_COLORS)]
+    return attributes
+
+
+def scaling(low: float, high: float, least_share: float = 0.0) -> Sequence[float]:
+    """Return offset and scale [m per unit] that make arrows of 0.3 m or less of these values.
+
+    Values will be spread over this share of the largest at least.
+    """
+    largest = max(abs(low), abs(high))
+    spread = max(high - low, least_share * largest)
+    if not math.isfinite(spread) or largest == 0.0 or not math.isfinite(1.0 / largest):
+        return 0.0, 1.0
+    if spread < 0.5 * largest and spread > 1e-6 * largest and low * high > 0.0:
+        offset = _rounded(low, spread)
+        return offset, _one_digit(_LENGTH_M / max(abs(high - offset), abs(low - offset), spread))
+    return 0.0, _one_digit(_LENGTH_M / largest)
+
+
+def _rounded(value: float, spread: float) -> float:
+    """The value to the decimal place of what it is spread over."""
+    step = 10.0 ** math.floor(math.log10(spread))
+    return math.floor(value / step) * step
+
+
+def _one_digit(value: float) -> float:
+    return float(f'{value:.0e}')
+
+
+# Machines and sensors: what publishes neither joints nor images, as devices.
+
+ROOT_DEVICE = 'sensors'
+"""What the device is called that gets the topics without a namespace."""
+_VARIABLES = 'numbers that may be process variables: remove those that are none'
+_CONSTANT = 'did not change while it was looked at'
+_DRAWN = ('LaserScan', 'Path', 'Odometry', 'PointCloud', 'Polygon', 'PoseArray', 'GridCells',
+          'Map', 'Marker', 'MarkerArray', 'PoseWithCovariance', 'PointStamped')
+_DISPLAYS = {DISPLAY_TYPES[name].message_type: name for name in _DRAWN}
+
+
+def by_namespace(topics: Sequence[SeenTopic]) -> Dict[str, List[SeenTopic]]:
+    """Return topics by the first part of their namespace, '' where there is none."""
+    found: Dict[str, List[SeenTopic]] = {}
+    for topic in topics:
+        first, slash, _ = topic.name.strip('/').partition('/')
+        found.setdefault(first if slash else '', []).append(topic)
+    return found
+
+
+class Machines:
+    """Adds machines and sensors to a configuration."""
+
+    def __init__(self, names: CellNames, places: Places, forest: FrameForest,
+                 known_frames: Collection[str], is_moment: bool = False) -> None:
+        """``known_frames`` are those of models and devices; ``is_moment`` as in ``Seen``."""
+        self._names, self._places, self._forest = names, places, forest
+        self._known: Set[str] = {*known_frames, places.frame}
+        self._color, self._is_moment = 0, is_moment
+
+    def add_topics(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
+        """Add topics with their variables and displays; a base frame where they need one."""
+        for topic in topics:
+            if not self._add_variables(device, topic):
+                add_topic(device, topic)
+                self._add_display(device, topic)
+        self._add_display_frames(device, topics)
+
+    def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
+        """Add the candidates of a topic; return whether one of them is a variable now."""
+        found = candidates(topic, self._color, self._is_moment)
+        self._color += len(found)
+        frame = self._frame(device, topic) if found else ''
+        comment = '' if device.first('variable') else _VARIABLES
+        for it in found:
+            device.add('variable', {'topic': topic.name.lstrip('/'), 'frame': frame,
+                                    **it.attributes},
+                       comment if it.likely else _CONSTANT, it.likely)
+            comment = '' if it.likely else comment
+        if left_out(topic):
+            device.comments.append(f'{topic.name} has {left_out(topic)} more numbers.')
+        return any(it.likely for it in found)
+
+    def _frame(self, device: DraftDevice, topic: SeenTopic) -> str:
+        """The frame at which an arrow stands: that of its messages, or the device's base frame."""
+        known = [it for it in topic.frames if it in self._known and is_frame(it)]
+        base = device.first('base')
+        if known or base is not None:
+            return known[0] if known else str(base.attributes['frame'] if base else '')
+        free = [frame for frame in (*self._called_like(device), *topic.frames)
+                if self._can_be_base(frame)]
+        moved = [frame for frame in topic.frames if frame in self._forest.frames
+                 and is_frame(frame)]
+        if moved and not free:
+            return moved[0]  # something else carries it, which only tf knows
+        return self._add_base(device, free[0] if free else f'{device.name}/base')
+
+    def _called_like(self, device: DraftDevice) -> List[str]:
+        beginnings = (f'{device.name}/', f'{device.name}_')
+        return [frame for frame in sorted(self._forest.children(self._places.frame))
+                if frame == device.name or frame.startswith(beginnings)]
+
+    def _can_be_base(self, frame: str) -> bool:
+        """Return whether nobody has a frame, and nothing but the global frame carries it."""
+        return (is_frame(frame) and self._names.is_free(frame)
+                and self._forest.parent(frame) in (None, self._places.frame))
+
+    def _add_base(self, device: DraftDevice, wanted: str) -> str:
+        frame = self._names.frame(wanted)
+        attributes, comment = self._places.base_attributes(frame)
+        device.elements.insert(0, DraftElement('base', attributes, comment))
+        self._known.add(frame)
+        return frame
+
+    def _add_display_frames(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
+        """Add the frames that displays need: a machine's base, and what it carries."""
+        frames = [frame for it in topics if it.type in _DISPLAYS for frame in it.frames
+                  if is_frame(frame) and frame in self._forest.frames and frame not in self._known]
+        tops = [top_frame(self._forest, frame, self._known) for frame in frames]
+        own = [top for top, _ in tops if self._can_be_base(top)]
+        if own and device.first('base') is None:
+            self._add_base(device, own[0])
+        base = device.first('base')
+        ends = [base.attributes['frame']] if base is not None else [it for _, it in tops if it]
+        if ends:
+            add_inner_frames(device, frames, ends[0], self._names, self._forest)
+
+    @staticmethod
+    def _add_display(device: DraftDevice, topic: SeenTopic) -> None:
+        display = _DISPLAYS.get(topic.type)
+        if display is not None:
+            device.add('rviz', {'type': display, 'topic': topic.name,
+                                'name': topic.name.strip('/')})

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Frames of a recording while joints move: they tell models with the same joints apart."""
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.message_definition import short_name
+from process_visualizer.bagio.message_values import Values
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.discovery.bag_look import readable, transforms
+from process_visualizer.discovery.seen import Source
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
+
+_MOMENTS = 40
+_AROUND = 3  # joint states before a moment and after it, one of which was measured before, after
+_SAME_CLOCK_S = 0.5
+LEAST_MOVED_M = 0.05
+LEAST_SAMPLES = 8
+
+
+class Sample(NamedTuple):
+    """Positions of joints [rad or m] by name, and where a frame was then."""
+
+    positions: Dict[str, float]
+    place: Placement
+
+
+class Motion(NamedTuple):
+    """A motion with the joints of a topic: a ``frame`` in its ``parent``, as ``topic`` says it.
+
+    The frame of a pose has no name: ''.
+    """
+
+    joint_topic: str
+    topic: str
+    parent: str
+    frame: str
+    samples: Tuple[Sample, ...]
+
+    @property
+    def name(self) -> str:
+        """Return what it is called in words."""
+        return f'{self.frame} in {self.topic}' if self.frame else self.topic
+
+
+class _Timed(NamedTuple):
+    stamp_s: float
+    bag_s: float
+    value: Any
+
+
+def recorded_motions(recording: Recording) -> List[Motion]:
+    """Return the frames that move, each with each topic of joint states; reads some messages."""
+    index = recording.index
+    types = {'joints': (JOINT_STATE,), 'frames': (POSE_STAMPED, *TF_TYPES)}
+    numbers = {kind: [i for i, it in enumerate(index.connections) if short_name(it.type) in kinds]
+               for kind, kinds in types.items()}
+    found = []
+    for number in numbers['frames']:
+        for (parent, frame), places in _moving(recording, number).items():
+            for joints in numbers['joints']:
+                samples = [it for place in places for it in _samples(recording, joints, place)]
+                if len(samples) >= LEAST_SAMPLES:
+                    found.append(Motion(index.connections[joints].topic,
+                                        index.connections[number].topic, parent, frame,
+                                        tuple(samples)))
+    return found
+
+
+def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Timed]]:
+    """The frames of a connection that move, at moments that are spread over the recording."""
+    positions = recording.index.positions(number)
+    chosen = np.unique(np.linspace(0, max(len(positions) - 1, 0), _MOMENTS).astype(int))
+    places: Dict[Tuple[str, str], List[_Timed]] = defaultdict(list)
+    for position in positions[chosen] if len(positions) else ():
+        for pair, it in _places(recording, number, int(position)):
+            places[pair].append(it)
+    return {pair: found for pair, found in places.items() if len(found) >= LEAST_SAMPLES
+            and _has_moved(np.array([it.value.position for it in found]))}
+
+
+def _has_moved(positions: np.ndarray) -> bool:
+    return bool(np.isfinite(positions).all() and np.ptp(positions, axis=0).max() >= LEAST_MOVED_M)
+
+
+def _places(recording: Recording, number: int,
+            position: int) -> 'Iterator[Tuple[Tuple[str, str], _Timed]]':
+    source, bag_s = _source(recording, number, position)
+    for values in readable(source):
+        try:
+            for it in values['transforms'] if source.type in TF_TYPES else ():
+                for place in transforms({'transforms': [it]}, source.topic):
+                    yield (place.parent, place.child), _Timed(_stamp_s(it), bag_s, place.placement)
+            if source.type == POSE_STAMPED:
+                yield (values['header']['frame_id'].lstrip('/'), ''), _Timed(
+                    _stamp_s(values), bag_s, _placement(values['pose']))
+        except (KeyError, TypeError, AttributeError):
+            continue  # a message of another type under this name
+
+
+def _samples(recording: Recording, number: int, place: _Timed) -> Iterator[Sample]:
+    """The joints' positions at the time of a place, between those measured before and after."""
+    positions = recording.index.positions(number)
+    times_ns = recording.index.time_ns[positions]
+    at = int(np.searchsorted(times_ns, round(place.bag_s * 1e9)))
+    near = [it for position in positions[max(at - _AROUND, 0):at + _AROUND]
+            for it in _joints(recording, number, int(position))]
+    if len(near) < 2 or any(it.value.keys() != near[0].value.keys() for it in near):
+        return
+    has_stamps = all(it.stamp_s and abs(it.stamp_s - place.stamp_s) < _SAME_CLOCK_S for it in near)
+    near.sort(key=lambda it: it.stamp_s if has_stamps else it.bag_s)
+    times = [it.stamp_s if has_stamps else it.bag_s for it in near]
+    time_s = place.stamp_s if has_stamps else place.bag_s
+    if times[0] <= time_s <= times[-1] or not has_stamps:
+        yield Sample({name: float(np.interp(time_s, times, [it.value[name] for it in near]))
+                      for name in near[0].value}, place.value)
+
+
+def _joints(recording: Recording, number: int, position: int) -> Iterator[_Timed]:
+    source, bag_s = _source(recording, number, position)
+    for values in readable(source):
+        try:
+            positions = dict(zip(values['name'], map(float, values['position'])))
+            yield _Timed(_stamp_s(values), bag_s, positions)
+        except (KeyError, TypeError, AttributeError):
+            continue  # a message of another type under this name
+
+
+def _source(recording: Recording, number: int, position: int) -> Tuple[Source, float]:
+    it = recording.index.connections[number]
+    try:
+        messages: Tuple[bytes, ...] = (bytes(recording.message(position)),)
+    except BagDamaged:
+        messages = ()  # the recording notes it
+    return Source(it.topic, short_name(it.type), it.message_definition, it.caller_id, messages), \
+        float(recording.index.time_ns[position]) * 1e-9
+
+
+def _placement(pose: Values) -> Placement:
+    x, y, z = (float(pose['position'][name]) for name in 'xyz')
+    a, b, c, d = (float(pose['orientation'][name]) for name in 'xyzw')
+    return Placement((x, y, z), (a, b, c, d))
+
+
+def _stamp_s(values: Values) -> float:
+    stamp = values['header']['stamp']
+    return float(stamp.seconds + stamp.nanoseconds * 1e-9)

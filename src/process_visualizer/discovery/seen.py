@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Observations of a cell that runs or was recorded."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import Pose
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
+
+
+class Source(NamedTuple):
+    """One publisher's messages on a topic: type ``package/Type``, and some messages as bytes."""
+
+    topic: str
+    type: str
+    definition: str
+    publisher: str
+    messages: Tuple[bytes, ...]
+
+
+class SeenNumber(NamedTuple):
+    """A number in the messages of a topic: the path of its field, and between what it was.
+
+    ``is_counter`` says that it only ever rose from one message to the next.
+    """
+
+    path: str
+    low: float
+    high: float
+    is_counter: bool = False
+    is_whole: bool = False
+
+    @property
+    def changes(self) -> bool:
+        """Return whether it was not always the same."""
+        return self.low < self.high
+
+
+@dataclass(frozen=True)
+class SeenTopic:
+    """A topic: ``frames`` are those of its headers, ``joints`` the names in joint states.
+
+    ``length`` is that of the array ``data``, where it has one that is always as long.
+    """
+
+    name: str
+    type: str
+    publishers: Tuple[str, ...] = ()
+    frames: Tuple[str, ...] = ()
+    joints: Tuple[str, ...] = ()
+    length: Optional[int] = None
+    numbers: Tuple[SeenNumber, ...] = ()
+
+
+class SeenTransform(NamedTuple):
+    """A transform on tf: the child's place in its parent; names without a leading slash.
+
+    It came on ``topic``; ``changes`` says that it was not always the same.
+    """
+
+    parent: str
+    child: str
+    placement: Placement
+    topic: str = ''
+    changes: bool = False
+
+
+class SeenDescription(NamedTuple):
+    """A robot description: the namespace of its parameter or topic, such as ``/arm``, its URDF."""
+
+    namespace: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Seen:
+    """All that was seen; ``where`` says in words what was looked at.
+
+    ``is_moment`` says that it was but a moment, after which numbers may go anywhere.
+    """
+
+    where: str
+    topics: Tuple[SeenTopic, ...] = ()
+    transforms: Tuple[SeenTransform, ...] = ()
+    descriptions: Tuple[SeenDescription, ...] = ()
+    remarks: Tuple[str, ...] = ()
+    is_moment: bool = False
+
+
+# The frames that were seen on tf, and where they are in each other.
+
+_DIGITS = 6  # of m and rad
+
+
+class FrameForest:
+    """Transforms as trees; one that would close a circle is left out."""
+
+    def __init__(self, transforms: Iterable[SeenTransform]) -> None:
+        self._up: Dict[str, SeenTransform] = {}
+        for it in transforms:
+            if it.child != it.parent and it.child not in self.path(it.parent):
+                self._up[it.child] = it
+
+    @property
+    def frames(self) -> Set[str]:
+        """All names."""
+        return {name for it in self._up.values() for name in (it.parent, it.child)}
+
+    def path(self, frame: str) -> List[str]:
+        """Return the frame and those that carry it, up to the root of its tree."""
+        found = [frame]
+        while found[-1] in self._up:
+            found.append(self._up[found[-1]].parent)
+        return found
+
+    def parent(self, frame: str) -> Optional[str]:
+        """Return what carries a frame, or None."""
+        return self._up[frame].parent if frame in self._up else None
+
+    def transform(self, frame: str) -> SeenTransform:
+        """Return the transform whose child a frame is.
+
+        Raises:
+            KeyError: the frame has no parent.
+        """
+        return self._up[frame]
+
+    def children(self, parent: str) -> List[str]:
+        """Return the frames that a frame carries itself."""
+        return [it.child for it in self._up.values() if it.parent == parent]
+
+    def pose(self, frame: str, base: str) -> Optional[Pose]:
+        """Return where a frame is in one of those that carry it, or None."""
+        path = self.path(frame)
+        if base not in path:
+            return None
+        found = Placement()
+        for name in path[:path.index(base)]:
+            found = self._up[name].placement.then(found)
+        return pose_of(found)
+
+
+def pose_of(placement: Placement) -> Pose:
+    """Return position and rotation as a configuration has them, rounded."""
+    ypr = ypr_from_matrix(matrix_from_quaternion(np.asarray(placement.quaternion)))
+    x, y, z = (_rounded(value) for value in placement.position)
+    yaw, pitch, roll = (_rounded(float(value)) for value in ypr)
+    return Pose((x, y, z), (yaw, pitch, roll))
+
+
+def _rounded(value: float) -> float:
+    return round(value, _DIGITS) + 0.0  # no -0.0

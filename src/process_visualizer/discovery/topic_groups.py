@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Topics that belong together: this program's own, and those of one camera."""
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
+
+from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    BAG_RECORDER,
+    CELL_FRAMES,
+    DEVICE_NODES,
+    FINDER_OUTPUTS,
+    GHOST,
+    OBJECTS_MARKERS,
+    OWN_TOPICS,
+    PACKAGE,
+    ROBOT_OUTPUTS,
+    ROI_FILTER,
+    RVIZ,
+    SCENE_WATCH,
+    STATIC_TF_TOPIC,
+    TF_TOPIC,
+    VIEW_RELAY,
+)
+
+# Topics of cameras and depth sensors, which publish images, camera infos and clouds together.
+
+CLOUD, IMAGE, INFO = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image', 'sensor_msgs/CameraInfo'
+CAMERA_TYPES = (CLOUD, IMAGE, INFO, 'sensor_msgs/CompressedImage')
+_BELOW = re.compile(r'depth.*|rgb|color|colour|ir|infra\d*|left|right|driver|aligned_depth.*|'
+                    r'[hqs]+d|points.*|cloud|stereo|mono')
+_DEPTH = re.compile(r'(^|[/_])depth')
+_REGISTERED = ('depth_registered', 'aligned_depth', 'depth_to_color', 'depth_to_rgb')
+
+
+@dataclass
+class CameraGroup:
+    """A camera: its namespace and its topics."""
+
+    namespace: str
+    topics: List[SeenTopic] = field(default_factory=list)
+
+    @property
+    def cloud(self) -> Optional[SeenTopic]:
+        """The cloud to be shown: one with colours where there are several."""
+        clouds = [it for it in self.topics if it.type == CLOUD]
+        return max(clouds, key=_cloud_rank) if clouds else None
+
+    @property
+    def depth_image(self) -> Optional[SeenTopic]:
+        """The depth image, one that is registered to the colours where there is one."""
+        images = [it for it in self.topics if it.type == IMAGE and _DEPTH.search(it.name)
+                  and self.info_of(it) is not None]
+        return max(images, key=lambda it: (is_registered(it), -len(it.name))) if images else None
+
+    @property
+    def color_image(self) -> Optional[SeenTopic]:
+        """The image with the colours."""
+        images = [it for it in self.topics if it.type == IMAGE and not _DEPTH.search(it.name)
+                  and self.info_of(it) is not None and re.search('rgb|colou?r', it.name)]
+        return min(images, key=lambda it: len(it.name)) if images else None
+
+    @property
+    def is_depth_sensor(self) -> bool:
+        """Return whether it measures distances."""
+        return self.cloud is not None or self.depth_image is not None
+
+    @property
+    def frames(self) -> List[str]:
+        """The frames of its messages, that of the cloud or the depth image first."""
+        main = [it for it in (self.cloud, self.depth_image) if it is not None]
+        return list(dict.fromkeys(frame for it in [*main, *self.topics] for frame in it.frames))
+
+    def info_of(self, image: SeenTopic) -> Optional[SeenTopic]:
+        """The camera info beside an image, or None."""
+        name = image.name.rpartition('/')[0] + '/camera_info'
+        return next((it for it in self.topics if it.name == name and it.type == INFO), None)
+
+
+def is_registered(image: SeenTopic) -> bool:
+    """Return whether a depth image is seen from the colour camera."""
+    return any(word in image.name for word in _REGISTERED)
+
+
+def camera_groups(topics: Sequence[SeenTopic]) -> List[CameraGroup]:
+    """Return the cameras, each with the topics of its namespace."""
+    groups: Dict[str, CameraGroup] = {}
+    for topic in topics:
+        if topic.type in CAMERA_TYPES:
+            namespace = _namespace(topic.name)
+            groups.setdefault(namespace, CameraGroup(namespace)).topics.append(topic)
+    return [groups[name] for name in sorted(groups)]
+
+
+def _namespace(topic: str) -> str:
+    """The namespace above those that cameras have for their parts."""
+    parts = topic.strip('/').split('/')[:-1]
+    for number, part in enumerate(parts):
+        if number and _BELOW.fullmatch(part):
+            return '/'.join(parts[:number])
+    return '/'.join(parts)
+
+
+def _cloud_rank(topic: SeenTopic) -> 'tuple[bool, bool, int]':
+    return is_registered(topic), 'color' in topic.name, -len(topic.name)
+
+
+_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_RECORDER, PACKAGE,
+                        VIEW_RELAY})
+_OTHER_NODES = re.compile(r'rviz(_.*)?|rosout|record_\d+|rqt.*|cell_(new|record).*')
+_OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', TF_TOPIC, STATIC_TF_TOPIC, '/statistics'})
+_DESCRIPTION = '/robot_description'
+_PREFIXES = (OWN_TOPICS, *(f'/{name}/' for name in (BAG_PLAYER, BAG_RECORDER, GHOST, RVIZ)))
+_PACKAGES = frozenset({'actionlib_msgs', 'bond', 'diagnostic_msgs', 'dynamic_reconfigure',
+                       PACKAGE, 'rosgraph_msgs', 'theora_image_transport'})
+_TYPES = re.compile(r'.*Action(Goal|Feedback|Result)|visualization_msgs/InteractiveMarker.*')
+_CROPPED, _SHOWN = '/roi_points', ('/points', '/points_age')
+_COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
+
+
+def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
+    """Return the topics that may be what a device sends.
+
+    A cloud that we cropped stands for its sensor if nothing else of that was seen: images and whole
+    clouds are often too large to be recorded.
+    """
+    found = tuple(topics)
+    names = {topic.name for topic in found}
+    own = _robots_outputs(names) | _crops_outputs(names) | _finders_outputs(names)
+    kept = [it for it in found if it.name not in own and not _is_other(it, names)]
+    cropped = [it for it in found if it.name in own and it.name.endswith(_CROPPED)]
+    kept += [it for it in cropped
+             if not any(_is_source(group, it) for group in camera_groups(kept))]
+    return tuple(it for it in found if it in kept)
+
+
+def _is_other(topic: SeenTopic, names: Set[str]) -> bool:
+    compressed = _COMPRESSED.fullmatch(topic.name)
+    return (topic.name in _OF_ROS or topic.name.endswith(_DESCRIPTION)
+            or topic.name.startswith(_PREFIXES) or bool(_TYPES.fullmatch(topic.type))
+            or topic.type.partition('/')[0] in _PACKAGES
+            or bool(compressed and compressed.group(1) in names)
+            or bool(topic.publishers) and all(map(_is_other_node, topic.publishers)))
+
+
+def _is_other_node(name: str) -> bool:
+    last = name.rpartition('/')[2]
+    return last in _OWN_NODES or bool(_OTHER_NODES.fullmatch(last))
+
+
+def _robots_outputs(names: Set[str]) -> Set[str]:
+    """Return outputs of robot processors, by names: not every bag has its messages' senders."""
+    robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
+    return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
+            for output in ROBOT_OUTPUTS}
+
+
+def _crops_outputs(names: Set[str]) -> Set[str]:
+    """Return outputs of a depth sensor's crop, which runs in a manager of any name and is shown."""
+    outline = f'/{ROI_FILTER}/outline'
+    sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
+    return {f'{sensor}{output}' for sensor in sensors for output in (outline, _CROPPED, *_SHOWN)}
+
+
+def _is_source(group: CameraGroup, cloud: SeenTopic) -> bool:
+    """Return whether a cloud may have been made of what a camera sends."""
+    is_near = group.namespace.partition('/')[0] == cloud.name.split('/')[1]
+    return group.is_depth_sensor and (is_near or bool(set(group.frames) & set(cloud.frames)))
+
+
+def _finders_outputs(names: Set[str]) -> Set[str]:
+    """Return what a depth sensor's object finder sends, likewise."""
+    sensors = [name[:-len(OBJECTS_MARKERS)] for name in names
+               if name.endswith(f'/{OBJECTS_MARKERS}')]
+    return {f'{sensor}{output}' for sensor in sensors for output in FINDER_OUTPUTS}

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Cells that are not ours: one that another launcher has, one on another computer."""
+from __future__ import annotations
+
+import os
+import sys
+from tempfile import TemporaryDirectory
+
+import yaml
+from PyQt5.QtCore import QObject, QProcess, Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMessageBox,
+    QPlainTextEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.generate.plan import RVIZ_FILE
+from process_visualizer.gui.toolkit.dialogs import message_box
+from process_visualizer.launching.cell_owner import CellOwner
+from process_visualizer.ros_names import PACKAGE, RVIZ
+from process_visualizer.rviz.views import onlooker_view, read_view
+from process_visualizer.rviz.window_geometry import moved_aside
+from process_visualizer.shown_text import shown
+
+_NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
+_LOOK_ON = 'You can look on: an RViz that shows the same and changes nothing.'
+_ELSEWHERE = '"rosrun process_visualizer cell view" shows it here, and changes nothing in it.'
+_OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to another port.'
+
+
+class SecondLauncher(QObject):
+    """Asks; ``ended`` when the user has answered, and looks on no more."""
+
+    ended = pyqtSignal()
+
+    def __init__(self, owner: CellOwner) -> None:
+        super().__init__()
+        self._owner = owner
+        self._folder = TemporaryDirectory(prefix='process_visualizer_looking_on_')
+        self._rviz = QProcess(self)
+        self._rviz.setProcessChannelMode(QProcess.ForwardedChannels)
+        self._rviz.finished.connect(lambda *_: self.close())
+        self._rviz.errorOccurred.connect(self._take_error)
+        self.box = message_box(None, self._text(), QMessageBox.Information)
+        self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
+        self.look_on.setObjectName('look_on')
+        self.look_on.setEnabled(self._is_launched)
+        self.box.addButton(QMessageBox.Close)
+        self.box.finished.connect(self._answered)
+        self.box.open()
+        self._is_asking = True
+        print(owner.text, file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Leave the question, and look on no more."""
+        if self._is_asking:
+            self.box.reject()
+        elif self._rviz.state() != QProcess.NotRunning:
+            self._rviz.terminate()
+        else:
+            self._folder.cleanup()
+            self.ended.emit()
+
+    @property
+    def _view(self) -> str:
+        return os.path.join(self._owner.folder, RVIZ_FILE)
+
+    @property
+    def _is_launched(self) -> bool:
+        return bool(self._owner.folder) and os.path.isfile(self._view)
+
+    def _text(self) -> str:
+        what = _LOOK_ON if self._is_launched else \
+            _NOTHING if self._owner.folder else _ELSEWHERE
+        return f'{self._owner.text}.\n\n{what} {_OR}'
+
+    def _answered(self, _code: int) -> None:
+        self._is_asking = False
+        if self.box.clickedButton() is self.look_on:
+            self._start()
+        else:
+            self.close()
+
+    def _start(self) -> None:
+        path = os.path.join(self._folder.name, 'looking_on.rviz')
+        try:
+            view = onlooker_view(read_view(self._view))
+            view['Window Geometry'] = moved_aside(view.get('Window Geometry'))
+            content = yaml.safe_dump(view, sort_keys=False)
+            with open(path, 'w', encoding='utf-8') as file:
+                file.write(content)
+        except (OSError, ValueError) as error:
+            self._tell(str(error))
+            return
+        self._rviz.start('rosrun', [PACKAGE, RVIZ, '-d', path,
+                                    f'__name:=rviz_looking_on_{os.getpid()}'])
+
+    def _take_error(self, error: QProcess.ProcessError) -> None:
+        """One that has run and is ended, by whomever, is no problem."""
+        if error == QProcess.FailedToStart:
+            self._tell(self._rviz.errorString())
+
+    def _tell(self, reason: str) -> None:
+        print(f'RViz cannot be started to look on: {reason}', file=sys.stderr, flush=True)
+        self.close()
+
+
+_EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
+                'an RViz of its own; nothing is changed in it. There it has to be started with '
+                '--remote (see docs/remote.md).')
+_MOST_LINES = 500
+
+
+class WatchDialog(QDialog):
+    """Asks for the computer, and shows what ``cell view`` says; closing it ends RViz."""
+
+    def __init__(self, parent: QWidget, program: str = 'rosrun') -> None:
+        """``program`` runs the nodes of packages."""
+        super().__init__(parent)
+        self.setObjectName('watch')
+        self.setWindowTitle('Watch a cell on another computer')
+        self.setAttribute(Qt.WA_DeleteOnClose)
+        self._program = program
+        self.host = QLineEdit()
+        self.host.setObjectName('watched_computer')
+        self.host.setPlaceholderText('cell-pc, or 192.168.1.10')
+        self.button = QPushButton('Watch')
+        self.button.setObjectName('watch_button')
+        self.button.setDefault(True)
+        self.lines = QPlainTextEdit()
+        self.lines.setObjectName('watch_lines')
+        self.lines.setReadOnly(True)
+        self.lines.setMaximumBlockCount(_MOST_LINES)
+        self._process = QProcess(self)
+        self._process.setProcessChannelMode(QProcess.MergedChannels)
+        self._process.readyReadStandardOutput.connect(self._read)
+        self._process.stateChanged.connect(self._update)
+        self._process.errorOccurred.connect(
+            lambda *_: self.lines.appendPlainText(self._process.errorString()))
+        self.button.clicked.connect(self._toggle)
+        self.host.textChanged.connect(self._update)
+        self._lay_out()
+        self._update()
+
+    def _lay_out(self) -> None:
+        explanation = QLabel(_EXPLANATION)
+        explanation.setWordWrap(True)
+        row = QHBoxLayout()
+        row.addWidget(self.host, 1)
+        row.addWidget(self.button)
+        layout = QVBoxLayout(self)
+        layout.addWidget(explanation)
+        layout.addLayout(row)
+        layout.addWidget(self.lines, 1)
+        self.resize(620, 320)
+
+    @property
+    def is_watching(self) -> bool:
+        """Return whether the command runs."""
+        return bool(self._process.state() != QProcess.NotRunning)
+
+    def done(self, result: int) -> None:
+        """End RViz, too."""
+        if self.is_watching:
+            self._process.finished.connect(lambda *_: super(WatchDialog, self).done(result))
+            self._process.terminate()
+            self.hide()
+        else:
+            super().done(result)
+
+    def _toggle(self) -> None:
+        if self.is_watching:
+            self._process.terminate()
+            return
+        host = self.host.text().strip()
+        self.lines.clear()
+        self._process.start(self._program, [PACKAGE, 'cell', 'view', f'--master={host}'])
+
+    def _read(self) -> None:
+        text = bytes(self._process.readAllStandardOutput().data()).decode('utf-8', 'replace')
+        for line in text.splitlines():
+            self.lines.appendPlainText(shown(line[6:] if line.startswith('cell: ') else line))
+
+    def _update(self) -> None:
+        self.button.setText('Stop watching' if self.is_watching else 'Watch')
+        self.button.setEnabled(self.is_watching or bool(self.host.text().strip()))
+        self.host.setEnabled(not self.is_watching)

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The alarms in one place that never moves: chips in amber and red, each with what helps."""
+from __future__ import annotations
+
+import time
+from typing import Callable, Optional, Tuple
+
+from PyQt5.QtCore import Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QShowEvent
+from PyQt5.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
+from process_visualizer.gui.toolkit.dialogs import TextDialog
+from process_visualizer.gui.toolkit.theme import colour, set_sheet
+from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
+from process_visualizer.health.alarm_board import Action, Alarm, Condition, events_text
+from process_visualizer.health.device_state import Level
+from process_visualizer.playback.timeline import format_time
+
+# Events since the launcher was opened, and the alarms of the open recording.
+
+class EventsView(TextDialog):
+    """A window with all events, kept up to date; deletes itself."""
+
+    def __init__(self, model: AlarmsModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__('events', 'Events', parent)
+        self.setAttribute(Qt.WA_DeleteOnClose)
+        self._model = model
+        self.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
+        self.text.setPlaceholderText('Nothing has happened yet.')
+        self.text.setAccessibleName('Events')
+        model.happened.connect(self.refresh)
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Begin at the newest: only now the text has its lines."""
+        super().showEvent(event)
+        QTimer.singleShot(0, self._go_to_end)
+
+    def _go_to_end(self) -> None:
+        self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
+
+    def refresh(self) -> None:
+        """Show all events, the last one in sight; a selection stays."""
+        recorded = recorded_text(self._model.recorded)
+        text = '\n\n'.join(filter(None, [recorded, events_text(self._model.events)]))
+        if text != self.text.toPlainText() and not self.text.textCursor().hasSelection():
+            self.show_text('Events (newest last)', text)
+            self._go_to_end()
+
+
+def recorded_text(alarms: RecordedAlarms) -> str:
+    """Return the alarms of a recording, each with its place and length."""
+    lines = [f'{format_time(begin_s)}  {device}: {text}, for {end_s - begin_s:.1f} s'
+             for device, text, begin_s, end_s in alarms]
+    return '\n'.join(['In the recording:', *lines]) if lines else ''
+
+
+ROWS = 2
+_ROW_PX, _GAP_PX = 24, 2
+_SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart'}
+"""What leaves more room for the text; tooltip and accessible name have the whole."""
+
+
+class AlarmStrip(QWidget):
+    """Shows the alarms of a model, the worst first; more than fit are scrolled to."""
+
+    action_wanted = pyqtSignal(object, object)
+    """An Action about a Condition."""
+
+    def __init__(self, model: AlarmsModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._shown: Tuple[Alarm, ...] = ()
+        self.summary = QLabel()
+        self.summary.setObjectName('no_alarms')
+        colour(self.summary, 'quiet')
+        self._chips = QWidget()
+        self._column = QVBoxLayout(self._chips)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(_GAP_PX)
+        self._column.setAlignment(Qt.AlignTop)
+        self._area = QScrollArea()
+        self._lay_out()
+        model.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        self._area.setObjectName('alarms')
+        self._area.setAccessibleName('Alarms')
+        self._area.setFrameShape(QFrame.NoFrame)
+        self._area.setWidgetResizable(True)
+        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self._area.setWidget(self._chips)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addWidget(self.summary, 1, Qt.AlignTop)
+        layout.addWidget(self._area, 1)
+        layout.addWidget(tool_button('show_events', 'list', 'Events: what happened, with times',
+                                     lambda: EventsView(self._model, self.window()).show()),
+                         0, Qt.AlignTop)
+        self.setFixedHeight(ROWS * _ROW_PX + (ROWS - 1) * _GAP_PX)
+
+    def _show(self) -> None:
+        """Show the alarms; a chip stays while its alarm lasts, so that it can be clicked."""
+        alarms = self._model.alarms
+        if [_lasting(it) for it in alarms] == [_lasting(it) for it in self._shown]:
+            for row, alarm in enumerate(alarms):
+                self._chip(row).show_text(alarm)
+        else:
+            self._fill(alarms)
+        self._shown = alarms
+        self.summary.setText(self._model.summary)
+        self.summary.setVisible(not alarms)
+        self._area.setVisible(bool(alarms))
+
+    def _fill(self, alarms: Tuple[Alarm, ...]) -> None:
+        while self._column.count():
+            chip = self._chip(0)
+            self._column.removeWidget(chip)
+            chip.hide()
+            chip.deleteLater()
+        for alarm in alarms:
+            chip = AlarmChip(alarm)
+            chip.action_wanted.connect(self.action_wanted)
+            self._column.addWidget(chip)
+            chip.show()
+
+    def _chip(self, row: int) -> AlarmChip:
+        chip = self._column.itemAt(row).widget()
+        assert isinstance(chip, AlarmChip)
+        return chip
+
+
+class AlarmChip(QFrame):
+    """One alarm: since when, where and what, and buttons for what helps."""
+
+    action_wanted = pyqtSignal(object, object)
+
+    def __init__(self, alarm: Alarm, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName('alarm')
+        self.setFixedHeight(_ROW_PX)
+        tone = _colour(alarm.condition)
+        set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
+                        f'border-radius: 4px; background: <behind_{tone}>; }}')
+        self.text = ElidedLabel(Qt.ElideRight)
+        self.text.setObjectName('alarm_text')
+        _make_small(self.text)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 1, 2, 1)
+        row.setSpacing(2)
+        row.addWidget(self.text, 1)
+        for action in _actions(alarm):
+            row.addWidget(self._button(action, alarm.condition))
+        self.show_text(alarm)
+
+    def show_text(self, alarm: Alarm) -> None:
+        """Show what is known of the alarm now."""
+        self.text.setText(chip_text(alarm))
+
+    def _button(self, action: Action, condition: Condition) -> QPushButton:
+        button = QPushButton(_SHORT.get(action, action.value))
+        button.setObjectName(f'alarm_{action.name.lower()}')
+        button.setToolTip(action.value)
+        button.setAccessibleName(action.value)
+        button.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Preferred)
+        button.setStyleSheet('padding: 1px 5px;')
+        _make_small(button)
+        button.clicked.connect(lambda: self.action_wanted.emit(action, condition))
+        return button
+
+
+def _make_small(widget: QWidget) -> None:
+    font = widget.font()
+    font.setPointSizeF(font.pointSizeF() * 0.9)
+    widget.setFont(font)
+
+
+def chip_text(alarm: Alarm) -> str:
+    """Return since when, at the clock or in the recording, and where and what."""
+    condition = alarm.condition
+    if condition.position_s is not None:
+        since = format_time(condition.position_s)
+    else:
+        since = _of_day(alarm.since_s)
+        if alarm.ended_s is not None:
+            since += f' to {_of_day(alarm.ended_s)}'
+    return f'{since}  {condition.said}'
+
+
+def _of_day(time_s: float) -> str:
+    return time.strftime('%H:%M:%S', time.localtime(time_s))
+
+
+def _actions(alarm: Alarm) -> Tuple[Action, ...]:
+    """Return what can be done; nobody acknowledges twice."""
+    return tuple(it for it in alarm.condition.actions
+                 if it is not Action.ACKNOWLEDGE or not alarm.is_acknowledged)
+
+
+def _colour(condition: Condition) -> str:
+    return 'bad' if condition.level is Level.BAD else 'warning'
+
+
+def _lasting(alarm: Alarm) -> Alarm:
+    """An alarm without what changes while it lasts."""
+    return alarm._replace(condition=alarm.condition._replace(text=''))
+
+
+ShowLog = Callable[[str, str], None]
+
+
+def alarm_strip(launcher: Launcher, show_log: ShowLog) -> AlarmStrip:
+    """Return the strip; ``show_log`` shows the log of a node (its name) of a part."""
+    strip = AlarmStrip(launcher.alarms)
+    strip.action_wanted.connect(
+        lambda action, condition: _carry_out(launcher, show_log, action, condition))
+    return strip
+
+
+def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
+               condition: Condition) -> None:
+    if action is Action.SHOW_LOG:
+        show_log(condition.part, condition.node)
+    elif action is Action.RESTART_RVIZ:
+        launcher.view.restart()
+    elif action is Action.GO_THERE:
+        launcher.playback.seek(condition.position_s or 0.0)
+    elif action is Action.ACKNOWLEDGE:
+        launcher.alarms.acknowledge(condition)
+    elif action is Action.REPLAY:
+        launcher.live.hold(True)  # until the replay is left
+        launcher.show_replay(condition.since_s or 0.0)
+    else:
+        launcher.launch.restart(condition.part)

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The present alarms, and the list of what happened since the launcher was opened."""
+from __future__ import annotations
+
+import getpass
+import os
+import time
+from typing import Callable, List, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
+from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
+from process_visualizer.health.alarm_conditions import (
+    conflict_conditions,
+    departure_conditions,
+    limit_conditions,
+    loss_conditions,
+    message_conditions,
+    own_part_conditions,
+    part_conditions,
+    recorded_conditions,
+    silence_conditions,
+    topic_conditions,
+    watch_conditions,
+)
+from process_visualizer.launching.cell_watch import CellLook
+
+Departed = Sequence[Tuple[str, str, str, float]]
+RecordedAlarms = Sequence[Tuple[str, str, float, float]]
+
+
+class AlarmsModel(QObject):
+    """Gathers what is wrong whenever something changes; ``changed`` tells of other alarms."""
+
+    changed = pyqtSignal()
+    happened = pyqtSignal()
+    """There is another event."""
+
+    def __init__(self, launch: LaunchModel, states: DeviceStatesModel,
+                 wall_s: Callable[[], float] = time.time,
+                 clock_s: Callable[[], float] = time.monotonic,
+                 who: Callable[[], str] = lambda: _user()) -> None:
+        """``clock_s`` is the clock of the nodes' warnings, ``who`` returns the operator's name."""
+        super().__init__(launch)
+        self._launch, self._states = launch, states
+        self._wall_s, self._clock_s, self._who = wall_s, clock_s, who
+        self._board = AlarmBoard()
+        self._losses: List[Condition] = []
+        self._departed: Departed = ()
+        self._objects: Tuple[Condition, ...] = ()
+        self._recorded: RecordedAlarms = ()
+        self._played: RecordedAlarms = ()
+        self._position_s = 0.0
+        self._look = CellLook()
+        states.changed.connect(self.look)
+        launch.changed.connect(self._follow_mode)
+
+    @property
+    def alarms(self) -> Tuple[Alarm, ...]:
+        """The present alarms, the worst first."""
+        return self._board.alarms
+
+    @property
+    def events(self) -> Tuple[Event, ...]:
+        """All that happened."""
+        return self._board.events
+
+    @property
+    def recorded(self) -> RecordedAlarms:
+        """The alarms of the recording that is open, in the order of time."""
+        return sorted((*self._recorded, *self._played), key=lambda it: it[2])
+
+    @property
+    def summary(self) -> str:
+        """Return what there is to say where there are no alarms."""
+        running, count = self._launch.running, len(self.recorded)
+        if running is None or running.mode is not Mode.PLAYBACK or not count:
+            return 'No alarms'
+        return f'No alarms here; the recording has {count}, in colour on the timeline'
+
+    def events_since(self, time_s: float) -> Tuple[Event, ...]:
+        """Return what happened from a time [s since the epoch] on."""
+        return self._board.events_since(time_s)
+
+    def note(self, text: str) -> None:
+        """Add an event."""
+        self._take(self._board.noted(text, self._wall_s()))
+
+    def acknowledge(self, condition: Condition) -> None:
+        """Let the operator's name stand in the events; what is over is then no alarm any more."""
+        self._take(self._board.acknowledged(condition, self._who(), self._wall_s()))
+
+    def take_recorder(self, recorder: RecorderSnapshot) -> None:
+        """Update from the recorder."""
+        self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
+                                       recorder.lost)
+        self.look()
+
+    def take_look(self, look: CellLook) -> None:
+        """Update from the watch that asks all nodes and the master."""
+        self._look = look
+        self.look()
+
+    def set_departed(self, departed: Departed) -> None:
+        """Set what is out of the band of good runs: see departure_conditions."""
+        if tuple(departed) != self._departed:
+            self._departed = tuple(departed)
+            self.look()
+
+    def set_objects(self, conditions: Sequence[Condition], played: RecordedAlarms) -> None:
+        """Set which objects are near robots, and where they were as far as it has been played."""
+        is_other = len(played) != len(self._played)
+        self._objects, self._played = tuple(conditions), played
+        self.look()
+        if is_other:
+            self.changed.emit()
+
+    def set_recorded(self, alarms: RecordedAlarms) -> None:
+        """Set the alarms of the recording that is open."""
+        self._recorded = tuple(alarms)
+        self.look()
+        self.changed.emit()
+
+    def take_position(self, position_s: float) -> None:
+        """Update from the position of playback."""
+        before = recorded_conditions(self._recorded, self._position_s)
+        self._position_s = position_s
+        if recorded_conditions(self._recorded, position_s) != before:
+            self.look()
+
+    def look(self) -> None:
+        """Look now."""
+        self._take(self._board.seen(self._conditions(), self._wall_s()))
+
+    def _follow_mode(self) -> None:
+        if self._recorded:
+            self.changed.emit()
+
+    def _take(self, board: AlarmBoard) -> None:
+        before, self._board = self._board, board
+        if board.alarms != before.alarms:
+            self.changed.emit()
+        if board.events != before.events:
+            self.happened.emit()
+
+    def _conditions(self) -> List[Condition]:
+        running = self._launch.running
+        if running is None or self._launch.phase not in (Phase.LAUNCHING, Phase.RUNNING):
+            return []
+        found: List[Condition] = []
+        for device in running.devices:
+            report = self._launch.reports.get(device.name)
+            if report is not None:
+                found += part_conditions(device.name, report, Action.RESTART_DEVICE)
+                found += topic_conditions(device.name, self._states.state(device).topics)
+        found += own_part_conditions(running.mode, self._launch.reports)
+        silent = silence_conditions(self._states.watch_warnings())
+        parts = {node.name: part for part, report in self._launch.reports.items()
+                 for node in report.nodes}
+        found += [*silent, *watch_conditions(running.mode, self._look, parts, silent)]
+        if running.mode is Mode.PLAYBACK:
+            return [*found, *recorded_conditions(self._recorded, self._position_s),
+                    *self._objects]
+        epoch_s = self._wall_s() - self._clock_s()
+        for device in running.devices:
+            warnings = self._states.warnings(device.name)
+            found += limit_conditions(device.name, warnings, epoch_s)
+            found += conflict_conditions(device.name, warnings)
+            found += message_conditions(device.name, warnings, self._clock_s())
+        return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]
+
+
+def _user() -> str:
+    """The name of the user, or the number of one without a name."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return f'user {os.getuid()}'

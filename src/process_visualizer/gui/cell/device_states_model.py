@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The states of all devices, as reported by roslaunch, the recorder and the player."""
+from __future__ import annotations
+
+import time
+from typing import Callable, Dict, Optional, Tuple
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.bagio.catalogue import Catalogue
+from process_visualizer.cell.model import Device
+from process_visualizer.gui.cell.launch_model import LaunchModel
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
+from process_visualizer.health.alarm_conditions import own_part_conditions, part_titles
+from process_visualizer.health.device_state import (
+    DeviceState,
+    Level,
+    Line,
+    TopicWatch,
+    device_state,
+    live_line,
+    part_line,
+    recorded_line,
+    worst,
+)
+from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, by_node
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
+
+PERIOD_MS = 500
+
+
+class WarningsModel(QObject):
+    """Updates twice a second while nodes run, however fast warnings arrive."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, warnings: NodeWarnings, parent: Optional[QObject] = None,
+                 clock_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(parent)
+        self._warnings, self._clock_s = warnings, clock_s
+        self.present: Tuple[NodeWarning, ...] = ()
+        self._timer = QTimer(self, interval=PERIOD_MS)
+        self._timer.timeout.connect(self.look)
+
+    def follow(self, is_running: bool) -> None:
+        """Set whether nodes are running."""
+        if is_running == self._timer.isActive():
+            return
+        if is_running:
+            self._timer.start()
+        else:
+            self._timer.stop()
+            self._warnings.forget()
+            self.look()
+
+    def look(self) -> None:
+        """Look now."""
+        present = self._warnings.present(self._clock_s())
+        if present != self.present:
+            self.present = present
+            self.changed.emit()
+
+
+class DeviceStatesModel(QObject):
+    """``changed`` is emitted when a state may have changed; `state` returns that of a device."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, launch: LaunchModel, warnings: WarningsModel) -> None:
+        super().__init__(launch)
+        self._launch, self._warnings = launch, warnings
+        self._lines: Dict[str, Line] = {}
+        self._watch = TopicWatch()
+        self._recorded: Optional[Catalogue] = None
+        launch.changed.connect(self.changed)
+        warnings.changed.connect(self.changed)
+        launch.stopped.connect(self._forget)
+
+    def take_recorder(self, recorder: RecorderSnapshot) -> None:
+        """Update from the recorder, which counts what arrives in real-time mode."""
+        self._lines = {topic.name: live_line(self._watch.update(
+            topic.name, topic.rate_hz, topic.silence_s, topic.messages), topic.is_latched)
+            for topic in recorder.topics}
+        self.changed.emit()
+
+    def set_recording(self, recording: Optional[Catalogue]) -> None:
+        """Set the contents of the recording that is played, or will be."""
+        self._recorded = recording
+
+    def take_player(self, player: PlayerSnapshot) -> None:
+        """Update from the player; a topic has the state of the recording, whatever the rate."""
+        recorded, played = self._recorded, {topic for topic, _ in player.topics}
+        if recorded is None or recorded.paths != player.files:
+            return  # one of them is about to change
+        lines = {topic.name: recorded_line(topic, topic.name in played)
+                 for topic in recorded.topics}
+        if lines != self._lines:
+            self._lines = lines
+            self.changed.emit()
+
+    def state(self, device: Device) -> DeviceState:
+        """Return the state of a device."""
+        report = self._launch.reports.get(device.name)
+        return device_state(device, report, self._lines, self._warnings.present)
+
+    def warnings(self, device: str) -> Tuple[NodeWarning, ...]:
+        """Return the present warnings of the nodes of a device (its name)."""
+        report = self._launch.reports.get(device)
+        nodes = set() if report is None else {node.name for node in report.nodes}
+        return by_node(self._warnings.present, nodes)
+
+    def watch_warnings(self) -> Tuple[NodeWarning, ...]:
+        """Return what the nodes say that ask all others whether they answer."""
+        return by_node(self._warnings.present, {f'/{SCENE_WATCH}', f'/{CELL_FRAMES}'})
+
+    def trouble(self, devices: Tuple[Device, ...]) -> Line:
+        """Return the worst state of devices and of the program's own parts, with its name."""
+        lines = [(device.name, self.state(device).summary) for device in devices]
+        told = [Line(line.level, f'{name}: {line.text}') for name, line in lines]
+        running, reports = self._launch.running, self._launch.reports
+        if running is not None:
+            told += [Line(it.level, it.said)
+                     for it in own_part_conditions(running.mode, reports)]
+            told += [Line(line.level, f'{title}: {line.text}')
+                     for part, title in part_titles(running.mode).items() if part in reports
+                     for line in [part_line(reports[part])] if line.level < Level.WARNING]
+        return worst(tuple(told))
+
+    def _forget(self) -> None:
+        self._lines, self._watch = {}, TopicWatch()
+        self.changed.emit()

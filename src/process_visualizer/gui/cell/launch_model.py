@@ -1,0 +1,345 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Launches and quits the nodes of a choice, and follows their states."""
+from __future__ import annotations
+
+import shutil
+from enum import Enum
+from typing import Callable, Collection, Dict, List, Optional, Tuple
+
+import rosgraph
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import ConfigurationError, Problem
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.generator import generate_parts
+from process_visualizer.generate.plan import Plan, PlanError
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.mixed_sources import mixture_text, others_before, others_beside
+from process_visualizer.health.other_publishers import Others, described
+from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
+from process_visualizer.launching.launched_cell import LaunchedCell
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.run_record import RunRecord, new_run_folder
+
+_LINE = 'launch'
+_END_TIMEOUT_S = 60.0
+
+
+class Phase(Enum):
+    """The state of the nodes as a whole."""
+
+    IDLE = 'idle'
+    LAUNCHING = 'launching'
+    RUNNING = 'running'
+    QUITTING = 'quitting'
+
+
+class LaunchModel(QObject):
+    """Commands return at once; they are carried out in one line of tasks, in order."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    problems_found = pyqtSignal(object)
+    """The configuration cannot be launched here: a list of problems."""
+    stopped = pyqtSignal()
+    """Every node has ended."""
+    _reported = pyqtSignal(object)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self.folder = new_run_folder()
+        self._record = RunRecord()
+        self._launched = LaunchedCell(self.folder, self._reported.emit)
+        self.phase = Phase.IDLE
+        self._is_starting = False
+        self.running: Optional[Choice] = None
+        self.reports: Dict[str, PartReport] = {}
+        self.warnings: Tuple[Problem, ...] = ()
+        self._reported.connect(self._take_report)
+
+    def prepare(self, then: Callable[[], None] = lambda: None) -> None:
+        """End processes of a crashed launcher, and prepare for fast launching."""
+        def on_result(ended: List[int]) -> None:
+            self._report_clean_up(ended)
+            then()
+
+        def on_error(error: Exception) -> None:
+            self._report_failure(error)
+            then()
+
+        self._tasks.run(_LINE, self._prepare, on_result, on_error)
+
+    def launch(self, choice: Choice) -> None:
+        """Generate the files of a choice and start everything."""
+        self.reports = {}
+        self._begin(Phase.LAUNCHING, choice)
+        self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan, self._not_launched)
+
+    def apply(self, choice: Choice) -> None:
+        """Switch to another choice; parts that are the same in both keep running."""
+        before = self.running
+        self._begin(Phase.LAUNCHING, choice)
+        self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
+                        lambda error: self._not_changed(error, Phase.RUNNING, before))
+
+    def restart(self, part: str) -> None:
+        """Stop and start one part, if it was launched."""
+        if part in self.reports:
+            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._report_failure)
+
+    def quit(self) -> None:
+        """Stop everything; `stopped` is emitted at the end."""
+        self._begin(Phase.QUITTING, self.running)
+        self._tasks.run(_LINE, self._launched.stop, self._ended, self._not_ended)
+
+    def close(self) -> None:
+        """Stop everything and remove the generated files; wait until that is done."""
+        self._tasks.run_and_wait(_LINE, self._launched.stop, _END_TIMEOUT_S)
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self._record.remove()
+
+    @property
+    def is_idle(self) -> bool:
+        """Return whether nothing runs."""
+        return self.phase is Phase.IDLE
+
+    @property
+    def is_running(self) -> bool:
+        """Return whether everything has been launched, and nothing is being quit."""
+        return self.phase is Phase.RUNNING
+
+    def _prepare(self) -> List[int]:
+        ended = self._launched.prepare()
+        self._record.write(self.folder)
+        return ended
+
+    def _start(self, choice: Choice) -> Plan:
+        plan = _plan(choice)
+        if not self._launched.reports():  # nothing that runs is ours
+            refuse_other_cell()
+        self._launched.start(plan)
+        return plan
+
+    def _change(self, choice: Choice) -> Plan:
+        plan = _plan(choice)
+        self._launched.change(plan)
+        return plan
+
+    def _take_plan(self, plan: Plan) -> None:
+        self.warnings = tuple(plan.warnings)
+        self.reports = {part: report for part, report in self.reports.items()
+                        if part in plan.parts}
+        self._is_starting = False
+        self._look_whether_up()
+        self.changed.emit()
+
+    def _look_whether_up(self) -> None:
+        """Everything is launched when no part is starting any more, failed or not."""
+        starting = any(report.state is PartState.STARTING for report in self.reports.values())
+        if self.phase is Phase.LAUNCHING and not self._is_starting and not starting:
+            self.phase = Phase.RUNNING
+
+    def _not_launched(self, error: Exception) -> None:
+        self._not_changed(error, Phase.IDLE, None)
+
+    def _not_changed(self, error: Exception, phase: Phase, running: Optional[Choice]) -> None:
+        """The nodes keep running as before, unless everything is being quit."""
+        if self.phase is Phase.LAUNCHING:
+            self.phase, self.running, self._is_starting = phase, running, False
+        if isinstance(error, ConfigurationError):
+            self.problems_found.emit(list(error.problems))
+        else:
+            self._report_failure(error)
+        self.changed.emit()
+
+    def _report_failure(self, error: Exception) -> None:
+        if not isinstance(error, (OSError, PlanError, OtherCell)):
+            raise error
+        self.failed.emit(str(error))
+
+    def _not_ended(self, error: Exception) -> None:
+        self._ended(None)
+        self._report_failure(error)
+
+    def _ended(self, _nothing: object) -> None:
+        self.running, self.reports, self.warnings = None, {}, ()
+        self.phase = Phase.IDLE
+        self.changed.emit()
+        self.stopped.emit()
+
+    def _begin(self, phase: Phase, choice: Optional[Choice]) -> None:
+        self.phase, self.running = phase, choice
+        self._is_starting = phase is Phase.LAUNCHING
+        self.changed.emit()
+
+    def _take_report(self, report: PartReport) -> None:
+        if self.phase is not Phase.IDLE:
+            self.reports = {**self.reports, report.part: report}
+            self._look_whether_up()
+            self.changed.emit()
+
+    def _report_clean_up(self, ended: List[int]) -> None:
+        if ended:
+            self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
+                             'processes behind; they have been ended.')
+
+
+def _plan(choice: Choice) -> Plan:
+    problems = check_environment(choice.cell, choice.mode,
+                                 [device.name for device in choice.devices])
+    if problems:
+        raise ConfigurationError(problems)
+    return generate_parts(choice)
+
+
+LINE = 'publishers'
+PERIOD_MS = 1000
+
+
+class LaunchGuard(QObject):
+    """Asks if other nodes are in the way, and looks again until the question is answered.
+
+    Commands return at once.
+    """
+
+    asked = pyqtSignal(str, object)
+    """The nodes in the way, and the mode to launch."""
+    settled = pyqtSignal()
+    """The question no longer needs an answer."""
+    changed = pyqtSignal()
+    """It has started or stopped looking."""
+
+    def __init__(self, tasks: Tasks, launch: Callable[[Choice], None],
+                 look: Callable[[Choice], Others] = others_before,
+                 parent: Optional[QObject] = None) -> None:
+        """``launch`` starts a choice; ``look`` finds nodes in the way, and blocks."""
+        super().__init__(parent)
+        self._tasks, self._launch, self._look = tasks, launch, look
+        self._choice: Optional[Choice] = None
+        self._reported = ''
+        self._timer = QTimer(self, interval=PERIOD_MS, singleShot=True)
+        self._timer.timeout.connect(self._begin_look)
+
+    @property
+    def is_waiting(self) -> bool:
+        """Return whether a launch is waiting."""
+        return self._choice is not None
+
+    @property
+    def is_looking(self) -> bool:
+        """Return whether it is still unknown if the choice can be launched."""
+        return self._choice is not None and not self._reported
+
+    def launch(self, choice: Choice) -> None:
+        """Launch a choice, at once if no node is in the way."""
+        self.cancel()
+        self._choice = choice
+        self.changed.emit()
+        self._begin_look()
+
+    def launch_all_the_same(self) -> None:
+        """Launch in spite of other nodes."""
+        choice = self._choice
+        self.cancel()
+        if choice is not None:
+            self._launch(choice)
+
+    def cancel(self) -> None:
+        """Cancel the launch."""
+        self._choice, self._reported = None, ''
+        self._timer.stop()
+        self.settled.emit()
+        self.changed.emit()
+
+    def _begin_look(self) -> None:
+        choice = self._choice
+        if choice is not None:
+            self._tasks.run(LINE, lambda: self._look(choice),
+                            lambda others: self._take(choice, others))
+
+    def _take(self, choice: Choice, others: Others) -> None:
+        if choice is not self._choice:
+            return  # it was cancelled in the meantime
+        if not others:
+            self.launch_all_the_same()
+            return
+        text = mixture_text(choice.mode, others)
+        if text != self._reported:
+            self._reported = text
+            self.changed.emit()
+            self.asked.emit(text, choice.mode)
+        self._timer.start()
+
+
+class MixtureModel(QObject):
+    """Looks every second while nodes run; the player reports its own topics."""
+
+    changed = pyqtSignal()
+    begun = pyqtSignal()
+    """This model has seen a new publisher."""
+
+    def __init__(self, tasks: Tasks, own_nodes: Callable[[], Collection[str]],
+                 look: Callable[[Choice, Collection[str]], Others] = others_beside,
+                 parent: Optional[QObject] = None) -> None:
+        """``own_nodes`` returns names of launched nodes; ``look`` finds others and blocks."""
+        super().__init__(parent)
+        self._tasks, self._own_nodes, self._look = tasks, own_nodes, look
+        self._choice: Optional[Choice] = None
+        self._others: Others = ()
+        self._player_sentences: Tuple[str, ...] = ()
+        self._timer = QTimer(self, interval=PERIOD_MS)
+        self._timer.timeout.connect(self._begin_look)
+        self._is_looking = False
+
+    @property
+    def mode(self) -> Optional[Mode]:
+        """The mode of the running nodes; None if there are none."""
+        return None if self._choice is None else self._choice.mode
+
+    @property
+    def sentences(self) -> Tuple[str, ...]:
+        """Return who publishes what; empty if there is no mixture."""
+        return (*described(self._others), *self._player_sentences)
+
+    def follow(self, choice: Optional[Choice]) -> None:
+        """Watch a running choice; None: nothing is running any more."""
+        if choice is self._choice:
+            return
+        self._choice = choice
+        if choice is None:
+            self._timer.stop()
+            self._others, self._player_sentences = (), ()
+            self.changed.emit()
+        else:
+            self._timer.start()
+
+    def take_player(self, sentences: Tuple[str, ...]) -> None:
+        """Set what the player reports about other publishers of its topics."""
+        if sentences != self._player_sentences and self._choice is not None:
+            self._player_sentences = sentences
+            self.changed.emit()
+
+    def _begin_look(self) -> None:
+        choice, own = self._choice, frozenset(self._own_nodes())
+        if choice is not None and not self._is_looking:
+            self._is_looking = True
+            self._tasks.run(LINE, lambda: self._look(choice, own),
+                            lambda others: self._take(choice, others), self._keep_result)
+
+    def _take(self, choice: Choice, others: Others) -> None:
+        self._is_looking = False
+        if choice is not self._choice or others == self._others:
+            return
+        new, self._others = set(others) - set(self._others), others
+        self.changed.emit()
+        if new:
+            self.begun.emit()
+
+    def _keep_result(self, error: Exception) -> None:
+        """Keep the last result: another model reports a master that does not answer."""
+        self._is_looking = False
+        if not isinstance(error, (rosgraph.MasterException, OSError)):
+            raise error

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Mode, status, and the button that launches and quits all nodes."""
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QActionGroup,
+    QButtonGroup,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QRadioButton,
+    QToolButton,
+    QWidget,
+)
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.scrolling import TextPlace
+from process_visualizer.gui.toolkit.theme import set_primary
+from process_visualizer.gui.toolkit.widgets import ElidedButton, title
+
+
+class RvizMenu(QMenu):
+    """An RViz that has died can be restarted, but has no view to be saved."""
+
+    restart_wanted = pyqtSignal()
+    save_wanted = pyqtSignal()
+    chosen = pyqtSignal(object)
+    """The name of a saved view, or None for the default one."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName('rviz_menu')
+        self.setToolTipsVisible(True)
+        self._restart = self.addAction('Restart RViz', self.restart_wanted.emit)
+        self._save = self.addAction('Save this view as…', self.save_wanted.emit)
+        self.addSection('View at next launch')
+        self._views = QActionGroup(self)
+        self.show_rviz(True)
+
+    def show_rviz(self, is_alive: bool) -> None:
+        """Offer what is possible while RViz runs, or after it has died."""
+        self._restart.setToolTip('It starts with its present view' if is_alive
+                                 else 'It starts with the view of the launch')
+        self._save.setEnabled(is_alive)
+        self._save.setToolTip('' if is_alive else 'RViz does not run: restart it first')
+
+    def show_views(self, names: Tuple[str, ...], chosen: Optional[str]) -> None:
+        """Offer the saved views of the ticked devices."""
+        for action in self._views.actions():
+            self._views.removeAction(action)
+            self.removeAction(action)
+            action.deleteLater()
+        for name in (None, *names):
+            action = self._views.addAction(name or 'default')
+            action.setCheckable(True)
+            action.setChecked(name == chosen)
+            action.triggered.connect(lambda _checked, it=name: self.chosen.emit(it))
+        self.addActions(self._views.actions())
+
+
+_LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
+                Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
+_STATUS_LINES = 3
+
+
+class LaunchView(QWidget):
+    """The part below the list of devices in the thesis' window."""
+
+    mode_chosen = pyqtSignal(object)
+    launch_wanted = pyqtSignal()
+    quit_wanted = pyqtSignal()
+    apply_wanted = pyqtSignal()
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._phase = Phase.IDLE
+        self._modes = QButtonGroup(self)
+        self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
+        self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
+        self.status = QLabel()
+        self.status.setObjectName('status')
+        self.status.setWordWrap(True)
+        self.status.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._texts = TextPlace(_STATUS_LINES, self.status)
+        self.launch = QPushButton('Launch nodes')
+        self.launch.setObjectName('launch')
+        self.launch.setMinimumHeight(34)
+        self.launch.clicked.connect(self._on_launch)
+        self.apply = ElidedButton('Apply')
+        self.apply.setObjectName('apply')
+        self.apply.clicked.connect(self.apply_wanted)
+        self.view = QToolButton()
+        self.view.setObjectName('view')
+        self.view.setIcon(icon('view'))
+        self.view.setMinimumHeight(34)
+        self.view.setAccessibleName('RViz')
+        self.view.setToolTip('RViz: restart it, save or choose a view')
+        self.view.setPopupMode(QToolButton.InstantPopup)
+        self.rviz = RvizMenu(self.view)
+        self.view.setMenu(self.rviz)
+        self._lay_out()
+
+    def show_mode(self, mode: Mode) -> None:
+        """Check the button of a mode."""
+        (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
+
+    def show_status(self, text: str) -> None:
+        """Show what the system does."""
+        self.status.setText(text)
+        self.status.setToolTip(text)
+
+    def show_above_status(self, notice: QWidget) -> None:
+        """Give a notice, which may be hidden, its place above the status."""
+        self._texts.put_first(notice)
+
+    def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
+        """Enable what can be done; ``reason`` says why nothing can be launched."""
+        self._phase = phase
+        self.launch.setText(_LAUNCH_TEXT[phase])
+        self.launch.setEnabled(phase is not Phase.QUITTING
+                               and (phase is not Phase.IDLE or can_launch))
+        self.launch.setToolTip(reason or 'Ctrl+L')
+        set_primary(self.launch, phase is Phase.IDLE)
+        self.view.setEnabled(phase is Phase.RUNNING)
+
+    def show_grace(self, left_s: int) -> None:
+        """Say that all nodes are about to be quit, and for how many seconds that can be undone."""
+        if left_s:
+            self.launch.setText(f'Keep running (quits in {left_s} s)')
+            self.launch.setToolTip('Do not quit after all')
+
+    def show_mode_choice(self, is_settled: bool, is_recording: bool) -> None:
+        """Let the mode be chosen, unless something is being launched, quit or recorded."""
+        for button in self._modes.buttons():
+            button.setEnabled(is_settled and not is_recording)
+            button.setToolTip('Stop the recording before you change the mode' if is_recording
+                              else 'The same devices, view and place, in another mode')
+
+    def show_changes(self, text: str, hint: str) -> None:
+        """Offer to apply what is ticked or configured now; without a text there is nothing to."""
+        self.apply.setEnabled(bool(text))
+        self.apply.setText(text or 'Apply')
+        self.apply.setToolTip(hint or 'Bring the running nodes up to date with what is ticked')
+
+    def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
+        button = QRadioButton(text)
+        button.setObjectName(name)
+        button.clicked.connect(lambda: self.mode_chosen.emit(mode))
+        self._modes.addButton(button)
+        return button
+
+    def _on_launch(self) -> None:
+        (self.launch_wanted if self._phase is Phase.IDLE else self.quit_wanted).emit()
+
+    def _lay_out(self) -> None:
+        modes = QHBoxLayout()
+        modes.setSpacing(16)
+        for button in self._modes.buttons():
+            modes.addWidget(button)
+        modes.addStretch()
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.launch, 1)
+        buttons.addWidget(self.view)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setHorizontalSpacing(12)
+        layout.setColumnStretch(1, 1)
+        layout.addWidget(title('Mode'), 0, 0)
+        layout.addLayout(modes, 0, 1)
+        layout.addWidget(title('Status'), 1, 0, Qt.AlignTop)
+        layout.addWidget(self._texts, 1, 1)
+        layout.addWidget(self.apply, 2, 0, 1, 2)
+        layout.addLayout(buttons, 3, 0, 1, 2)

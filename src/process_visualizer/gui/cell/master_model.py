@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ROS master: found or started, and watched."""
+from __future__ import annotations
+
+from typing import Optional, Set
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.gui.cell.launch_model import LaunchModel
+from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.cell_watch import CellWatch
+from process_visualizer.launching.part_report import NodeState
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+
+_LINE = 'master'
+_FAREWELL_LINE = 'farewell'
+_FAREWELL_TIMEOUT_S = 5.0
+"""A master that hangs does not answer when the node unregisters."""
+_CHECK_PERIOD_MS = 1000
+_END_TIMEOUT_S = 60.0
+_MOST_FAILURES = 3
+"""Most failed checks in a row; a busy master may miss one."""
+
+
+class MasterModel(QObject):
+    """Connects the launcher to the master, and reports when it is gone or hangs.
+
+    ``problem`` says why it is not connected, while ``is_connected`` is False. A restarted master
+    counts as gone: it does not know the running nodes.
+    """
+
+    connected = pyqtSignal()
+    failed = pyqtSignal(str)
+    lost = pyqtSignal()
+    returned = pyqtSignal()
+    """The master that was lost answers again."""
+
+    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None,
+                 master: Optional[RosMaster] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._link = tasks, link
+        self._master = master or RosMaster()
+        self._process_id: Optional[int] = None
+        self._failures = 0
+        self._is_checking = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(_CHECK_PERIOD_MS)
+        self._timer.timeout.connect(self._check)
+        self.is_connected = self.is_connecting = self.is_lost = False
+        self.problem = 'The ROS master is not running yet'
+
+    def connect_to_master(self) -> None:
+        """Use the running master, or start one, and become its node."""
+        self.is_connecting = True
+        self._tasks.run(_LINE, self._begin, self._take_connection, self._report_failure)
+
+    def close(self) -> None:
+        """Leave the master, and end it if it was started here; block."""
+        self._timer.stop()
+        self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
+        self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
+
+    def _begin(self) -> None:
+        self._master.ensure()
+        self._link.begin()
+
+    def _take_connection(self, _nothing: object) -> None:
+        self.is_connected, self.is_connecting = True, False
+        self._timer.start()
+        self.connected.emit()
+
+    def _check(self) -> None:
+        if self._is_checking:  # a master that hangs does not answer at all
+            self._count(False)
+            return
+        self._is_checking = True
+        self._tasks.run(_LINE, self._master.process_id, self._take_check)
+
+    def _take_check(self, process_id: Optional[int]) -> None:
+        self._is_checking = False
+        self._process_id = self._process_id or process_id
+        self._count(process_id is not None and process_id == self._process_id)
+
+    def _count(self, online: bool) -> None:
+        self._failures = 0 if online else self._failures + 1
+        if self.is_connected and self._failures >= _MOST_FAILURES:
+            self.problem = 'The ROS master is not responding'
+            self._set_lost(True)
+            self.lost.emit()
+        elif self.is_lost and online:
+            self._set_lost(False)
+            self.returned.emit()
+
+    def _set_lost(self, is_lost: bool) -> None:
+        self.is_lost, self.is_connected = is_lost, not is_lost
+
+    def _report_failure(self, error: Exception) -> None:
+        self.is_connecting = False
+        if not isinstance(error, (RosMasterError, RosLinkError)):
+            raise error
+        self.problem = str(error)
+        self.failed.emit(self.problem)
+
+
+class WatchModel(QObject):
+    """Asks in a thread; ``found`` is delivered in the window's."""
+
+    found = pyqtSignal(object)
+    """A CellLook, other than the last one."""
+
+    def __init__(self, launch: LaunchModel) -> None:
+        super().__init__(launch)
+        self._launch = launch
+        self._watch = CellWatch(self._running, self.found.emit)
+
+    def begin(self) -> None:
+        """Start asking."""
+        self._watch.begin()
+
+    def close(self) -> None:
+        """Stop asking."""
+        self._watch.close()
+
+    def _running(self) -> Set[str]:
+        """The nodes that are up; called in the thread."""
+        return {node.name for report in self._launch.reports.values() for node in report.nodes
+                if node.state is NodeState.RUNNING}

@@ -1,0 +1,402 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The runs of recordings, which of them are good, and how the others differ from those."""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, FrozenSet, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.model import Cell
+from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.gui.toolkit.tasks import Progress, Tasks
+from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.timeline_bands import (
+    AnchoredRun,
+    Moment,
+    TimelineBand,
+    timeline_bands,
+    timeline_moments,
+)
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+from process_visualizer.runs.run import Key, Run
+
+# The part of a comparison that is kept over a restart: enough to make it again.
+
+RunKey = Tuple[str, str]
+"""A run: the path of its recording, and its name."""
+
+
+class KeptComparison(NamedTuple):
+    """A kept comparison: recordings that were read, good runs, and what the operator aligned."""
+
+    recording: Tuple[str, ...] = ()
+    added: Tuple[str, ...] = ()
+    good: FrozenSet[RunKey] = frozenset()
+    anchors: Mapping[RunKey, Tuple[Anchor, ...]] = {}
+    is_compared: bool = False
+
+    def without_recording(self) -> KeptComparison:
+        """Return the same for a window in which no recording is open."""
+        return self._replace(recording=(), added=(*self.recording, *self.added))
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what ``kept_comparison`` needs, as numbers, texts, lists and dictionaries."""
+        return {'recording': list(self.recording), 'added': list(self.added),
+                'good': sorted(map(list, self.good)),
+                'anchors': [[*key, [list(it) for it in anchors]]
+                            for key, anchors in self.anchors.items()],
+                'compared': self.is_compared}
+
+
+def kept_comparison(settings: Mapping[str, Any]) -> KeptComparison:
+    """Return what ``settings`` returned.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is something else.
+    """
+    return KeptComparison(
+        _texts(settings['recording']), _texts(settings['added']),
+        frozenset((str(path), str(name)) for path, name in settings['good']),
+        {(str(path), str(name)): tuple(Anchor(float(a), float(b)) for a, b in anchors)
+         for path, name, anchors in settings['anchors']},
+        bool(settings['compared']))
+
+
+def _texts(values: Any) -> Tuple[str, ...]:
+    if not isinstance(values, list):
+        raise TypeError(f'{values!r} is no list')
+    return tuple(str(value) for value in values)
+
+
+LINE = 'comparison'
+_MOST_KEPT = 50
+
+
+class ListedRun(NamedTuple):
+    """A run and the path of its recording, or of the first part of that."""
+
+    path: str
+    run: Run
+
+    @property
+    def key(self) -> RunKey:
+        """Return what makes it the same run when its recording is read again."""
+        return self.path, self.run.name
+
+
+class Compared(NamedTuple):
+    """The good runs, and what came of each listed run; None where there is nothing in common."""
+
+    good: GoodRuns
+    comparisons: Tuple[Optional[Comparison], ...]
+
+
+class CompareModel(QObject):
+    """Finds the runs when it is asked to, and compares them in the background."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._cell: Optional[Cell] = None
+        self._recording: Tuple[str, ...] = ()
+        self._added: Tuple[str, ...] = ()
+        self._runs: Tuple[ListedRun, ...] = ()
+        self._good: FrozenSet[int] = frozenset()
+        self._compared: Optional[Compared] = None
+        self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
+        self._work: Optional[Progress] = None
+        self._activity = ''
+        self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
+        self._last: Tuple[str, ...] = ()  # recording of the last session
+        self._waiting: Optional[KeptComparison] = None  # for the configuration
+        self._again: Optional[KeptComparison] = None  # is being read
+
+    @property
+    def recording(self) -> Tuple[str, ...]:
+        """The paths of the recording that is open."""
+        return self._recording
+
+    @property
+    def paths(self) -> Tuple[str, ...]:
+        """The recordings whose runs can be found: the one that is open, and those added."""
+        return (*self._recording, *self._added)
+
+    @property
+    def runs(self) -> Tuple[ListedRun, ...]:
+        """The runs that were found, in the order of the recordings."""
+        return self._runs
+
+    @property
+    def good(self) -> FrozenSet[int]:
+        """The numbers, from 0, of the runs that the operator calls good."""
+        return self._good
+
+    @property
+    def compared(self) -> Optional[Compared]:
+        """The result; None until runs have been compared."""
+        return self._compared
+
+    @property
+    def cell(self) -> Optional[Cell]:
+        """The configuration by which recordings are read."""
+        return self._cell
+
+    @property
+    def of_recording(self) -> Tuple[Comparison, ...]:
+        """Return what came of the runs of the recording that is open."""
+        if self._compared is None:
+            return ()
+        return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
+                     if found is not None and it.path in self._recording[:1])
+
+    @property
+    def moments(self) -> Tuple[Moment, ...]:
+        """The moments of the reference in the recording that is open."""
+        compared, paths = self._compared, self._recording[:1]
+        if compared is None:
+            return ()
+        return timeline_moments(compared.good.reference, [
+            AnchoredRun(number, found, self.anchors(number))
+            for number, (it, found) in enumerate(zip(self._runs, compared.comparisons))
+            if found is not None and it.path in paths])
+
+    def anchors(self, number: int) -> Tuple[Anchor, ...]:
+        """Return what the operator says of the alignment of a run."""
+        return self._anchors.get(number, ())
+
+    @property
+    def activity(self) -> str:
+        """Return what is going on, in words; empty if nothing."""
+        return self._activity
+
+    def set_cell(self, cell: Optional[Cell]) -> None:
+        """Take the configuration by which recordings are read."""
+        self._cell = cell
+        self._compare_again(self._waiting)
+
+    def set_recording(self, paths: Sequence[str]) -> None:
+        """Take another recording; one that was compared before is compared again."""
+        if tuple(paths) != self._recording:
+            self._stop()
+            self._kept = self._with_present()
+            self._recording, self._added, self._runs = tuple(paths), (), ()
+            self._good, self._compared, self._anchors = frozenset(), None, {}
+            self._compare_again(self._kept.get(self._recording))
+            self.changed.emit()
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
+        newest = list(self._with_present().values())[-_MOST_KEPT:]
+        last = self._recording if self._recording or self._runs else self._last
+        return {'comparisons': [it.settings() for it in newest], 'last': list(last)}
+
+    def restore(self, settings: Mapping[str, Any]) -> None:
+        """Take what was compared in an earlier session; the last one is compared again.
+
+        Raises:
+            KeyError, TypeError, ValueError: these are not settings.
+        """
+        found = [kept_comparison(it) for it in settings['comparisons']]
+        self._kept = {it.recording: it for it in found}
+        self._last = tuple(settings['last'])
+        last = self._kept.get(self._last)
+        if last is not None and not self._recording:
+            self._compare_again(last.without_recording())
+
+    def add(self, path: str) -> None:
+        """Find the runs of a further recording too."""
+        if path not in self.paths:
+            self._added += (path,)
+            self.find_runs()
+
+    def find_runs(self) -> None:
+        """Read the recordings, and cut them into their runs."""
+        cell, recording, added = self._cell, self._recording, self._added
+
+        def found(progress: Progress) -> Tuple[ListedRun, ...]:
+            chosen = ChosenRuns(cell, progress.is_cancelled)
+            runs = [*(chosen.of_recording(recording) if recording else ()), *chosen.runs(added)]
+            return tuple(ListedRun(run.recording[0], run) for run in runs)
+
+        if recording or added:
+            again, self._again = self._again, None
+            self._begin('Reading the recordings…', found,
+                        lambda runs: self._take_runs(runs, again or KeptComparison()))
+
+    def set_good(self, number: int, is_good: bool) -> None:
+        """Call a run good, or not."""
+        good = self._good | {number} if is_good else self._good - {number}
+        if good != self._good:
+            self._good, self._compared, self._anchors = good, None, {}
+            self.changed.emit()
+
+    def compare(self) -> None:
+        """Compare all runs with the good ones, the first of which is the reference."""
+        runs, good = [it.run for it in self._runs], sorted(self._good)
+        anchors = dict(self._anchors)
+
+        def compared(progress: Progress) -> Compared:
+            reference, *others = [runs[number] for number in good]
+            band = GoodRuns(reference, others)
+            return Compared(band, tuple(
+                _comparison(band, run, anchors.get(number, ()), progress)
+                for number, run in enumerate(runs)))
+
+        if good:
+            self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
+
+    def anchor(self, moment: Moment, position_s: float) -> None:
+        """Say that a moment of the reference belongs to a position [s] of the open recording."""
+        run = self._runs[moment.run].run
+        run_s = min(max(position_s - run.begin_s, 0.0), run.duration_s)
+        self._align_again(moment.run, with_anchor(self.anchors(moment.run),
+                                                  Anchor(moment.reference_s, run_s)))
+
+    def reset_anchors(self, number: int) -> None:
+        """Let a run be aligned as if the operator had said nothing."""
+        self._align_again(number, ())
+
+    def _align_again(self, number: int, anchors: Tuple[Anchor, ...]) -> None:
+        before = self._compared
+        if before is None:
+            return
+        self._anchors[number] = anchors
+        wanted = dict(self._anchors)
+        runs = [it.run for it in self._runs]
+
+        def compared(_progress: Progress) -> Compared:
+            return before._replace(comparisons=tuple(
+                before.good.compare(runs[row], wanted[row])
+                if row in wanted and found is not None else found
+                for row, found in enumerate(before.comparisons)))
+
+        self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
+
+    def cancel(self) -> None:
+        """Leave what is going on."""
+        self._stop()
+        self.changed.emit()
+
+    def _begin(self, activity: str, work: Callable[[Progress], Any],
+               take: Callable[[Any], None]) -> None:
+        self._stop()
+        self._activity, self._work = activity, Progress(self)
+        progress = self._work
+        self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
+                                                                              result),
+                        lambda error: self._refuse(progress, error))
+        self.changed.emit()
+
+    def _stop(self) -> None:
+        if self._work is not None:
+            self._work.cancel()
+        self._work, self._activity = None, ''
+
+    def _end(self, progress: Progress, take: Callable[[Any], None], result: Any) -> None:
+        if progress is self._work:
+            self._work, self._activity = None, ''
+            take(result)
+            self.changed.emit()
+
+    def _take_runs(self, runs: Tuple[ListedRun, ...], kept: KeptComparison) -> None:
+        self._runs, self._compared = runs, None
+        self._good = frozenset(row for row, it in enumerate(runs) if it.key in kept.good)
+        self._anchors = {row: kept.anchors[it.key] for row, it in enumerate(runs)
+                         if it.key in kept.anchors}
+        if kept.is_compared:
+            self.compare()
+
+    def _compare_again(self, kept: Optional[KeptComparison]) -> None:
+        """Do again what was done with these recordings, once the configuration is known."""
+        self._waiting = kept if self._cell is None else None
+        if kept is not None and self._cell is not None:
+            self._added, self._again = kept.added, kept
+            self.find_runs()
+
+    def _with_present(self) -> Dict[Tuple[str, ...], KeptComparison]:
+        """Return what is kept, with what is shown now as the newest."""
+        if not self._runs:
+            return self._kept
+        kept = {key: it for key, it in self._kept.items() if key != self._recording}
+        if self._good:
+            kept[self._recording] = KeptComparison(
+                self._recording, self._added, frozenset(self._runs[row].key for row in self._good),
+                {self._runs[row].key: it for row, it in self._anchors.items() if it},
+                self._compared is not None or bool(self._activity))
+        return kept
+
+    def _take_compared(self, compared: Compared) -> None:
+        self._compared = compared
+
+    def _refuse(self, progress: Progress, error: Exception) -> None:
+        if progress is not self._work or isinstance(error, ReadingCancelled):
+            return
+        self._work, self._activity = None, ''
+        self._added = self._added[:-1]  # the last one may be what cannot be read
+        self._kept.pop(self._recording, None)
+        self._last = ()
+        self.changed.emit()
+        if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
+            raise error
+        self.failed.emit(f'The runs cannot be compared: {error}')
+
+
+def _comparison(good: GoodRuns, run: Run, anchors: Sequence[Anchor],
+                progress: Progress) -> Optional[Comparison]:
+    if progress.is_cancelled():
+        raise ReadingCancelled
+    return None if incomparable(good.reference, run) else good.compare(run, anchors)
+
+
+BANDS_LINE = 'bands'
+_Wanted = Tuple[Optional[Compared], float, int]
+
+
+class BandsModel(QObject):
+    """Computes the bands in the background: an hour of curves has very many columns."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, tasks: Tasks, compare: CompareModel,
+                 parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._compare = tasks, compare
+        self._bands: Mapping[Key, TimelineBand] = {}
+        self._wanted: _Wanted = (None, 0.0, 0)
+        compare.changed.connect(self._follow)
+
+    @property
+    def bands(self) -> Mapping[Key, TimelineBand]:
+        """The bands by device and label; none until they have been computed."""
+        return self._bands
+
+    def set_columns(self, duration_s: float, columns: int) -> None:
+        """Take into how many columns of equal time the curves cut the recording; 0: no curves."""
+        self._want((self._wanted[0], duration_s, columns))
+
+    def _follow(self) -> None:
+        self._want((self._compare.compared, *self._wanted[1:]))
+
+    def _want(self, wanted: _Wanted) -> None:
+        compared, duration_s, columns = wanted
+        if compared is self._wanted[0] and (duration_s, columns) == self._wanted[1:]:
+            return
+        self._wanted = wanted
+        self._take(wanted, {})  # those of before tell about other runs, or have other columns
+        if compared is not None and columns:
+            runs = self._compare.of_recording
+            self._tasks.run(BANDS_LINE,
+                            lambda: timeline_bands(compared.good.times_s, runs,
+                                                   duration_s, columns),
+                            lambda bands: self._take(wanted, bands))
+
+    def _take(self, wanted: _Wanted, bands: Mapping[Key, TimelineBand]) -> None:
+        if wanted is self._wanted and (bands or self._bands):
+            self._bands = bands
+            self.changed.emit()

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The panel *Why was this run poor*: runs, which of them are good, the first departure."""
+from __future__ import annotations
+
+import time
+from typing import Callable, List, Optional, Sequence
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QCheckBox,
+    QFileDialog,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from process_visualizer.gui.compare.compare_model import Compared, CompareModel, ListedRun
+from process_visualizer.gui.compare.ghost_model import GhostModel
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.toolkit.scrolling import TextPlace
+from process_visualizer.gui.toolkit.theme import colour
+from process_visualizer.gui.toolkit.widgets import RowDelegate, colour_row, in_column, in_row
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.live_comparison import FinishedRun, beyond_text, since_text
+from process_visualizer.runs.comparison.wording import amount, band_text, clock, moment, verdict
+from process_visualizer.runs.deviation.departures import Departure
+
+_RUNS_PX, _DEPARTURES_PX = 110, 64
+_STATE_LINES = 3
+_EMPTY = 'Open a recording on the tab Playback first.'
+_EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
+_LAUNCH = 'Launch the devices: they are compared with these runs while they run.'
+_FIND = 'Find the runs of the recording, tick those that were good, and compare.'
+_TICK = 'Tick the runs that were good; the first of them is the reference.'
+
+
+class ComparePanel(QWidget):
+    """A list of runs with their verdicts, and below it what the chosen one departed in."""
+
+    seek_wanted = pyqtSignal(float)
+    """The operator wants to see this moment of the open recording [s from its begin]."""
+
+    def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
+                 folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
+        """``folder`` is where recordings are looked for while none is open."""
+        super().__init__(parent)
+        self._model, self._live, self._folder = model, live, folder
+        self._is_live = False
+        self._shown: Optional[Compared] = None
+        self._listed: Sequence[ListedRun] = ()
+        self.setObjectName('compare_panel')
+        self.state = QLabel()
+        self.state.setObjectName('compare_state')
+        self.state.setWordWrap(True)
+        self.state.setTextFormat(Qt.PlainText)
+        colour(self.state, 'quiet')
+        self.find = _button('find_runs', 'Find runs', model.find_runs)
+        self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
+        self.compare = _button('compare_runs', 'Compare', model.compare)
+        self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
+        self.reset = _button('reset_anchors', 'Reset alignment', self._reset_anchors)
+        self.reset.setToolTip('Align the chosen run as if no moment had been dragged')
+        self.ghost = QCheckBox('Ghost')
+        self.ghost.setObjectName('show_ghost')
+        self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
+                              'that is played, or that goes on; at each tool how far it is\n'
+                              'from there, 20 times as long')
+        self.ghost.setChecked(ghost.is_wanted)
+        self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
+        self.finished = _tree('finished_runs', ('Live run', 'Length', 'Verdict'), _DEPARTURES_PX)
+        self._finished: Sequence[FinishedRun] = ()
+        self.departures = _tree('departures', ('What differed', 'From', 'By how much'),
+                                _DEPARTURES_PX)
+        layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
+            self.find, self.add, self.compare), self.runs, in_row(
+            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures, self.finished)
+        layout.setContentsMargins(0, 6, 0, 0)
+        layout.setStretchFactor(self.runs, 3)
+        layout.setStretchFactor(self.departures, 2)
+        layout.setStretchFactor(self.finished, 2)
+        self.ghost.toggled.connect(ghost.set_wanted)
+        self.runs.itemChanged.connect(self._tick)
+        self.runs.currentItemChanged.connect(lambda *_: self._show_departures())
+        self.departures.itemClicked.connect(self._seek)
+        self.departures.itemActivated.connect(self._seek)
+        model.changed.connect(self._show)
+        live.changed.connect(self._show_live)
+        self._show()
+
+    def set_live(self, is_live: bool) -> None:
+        """Show what is compared in real-time mode, or with the recording that is open."""
+        if is_live != self._is_live:
+            self._is_live = is_live
+            self._show()
+
+    def _show_live(self) -> None:
+        if self._is_live:
+            self.state.setText(self._state())
+            self._show_departures()
+            self._show_finished()
+
+    def _show(self) -> None:
+        model = self._model
+        is_busy = bool(model.activity)
+        self.state.setText(self._state())
+        self.find.setEnabled(bool(model.paths) and not is_busy)
+        self.add.setEnabled((self._is_live or bool(model.runs)) and not is_busy)
+        self.compare.setEnabled(bool(model.good) and not is_busy)
+        self.cancel.setEnabled(is_busy)
+        self.ghost.setEnabled(model.compared is not None)
+        self._show_runs()
+        self._show_departures()
+        self._show_finished()
+
+    def _state(self) -> str:
+        model = self._model
+        if model.activity:
+            return model.activity
+        if not model.paths:
+            return _EMPTY_LIVE if self._is_live else _EMPTY
+        if not model.runs:
+            return _FIND
+        if model.compared is None:
+            return _TICK
+        summary = _summary(model.compared)
+        return f'{summary}\n{self._live.text or _LAUNCH}' if self._is_live else summary
+
+    def _show_runs(self) -> None:
+        """Show all runs; rows stay as long as their runs do, as one may just be ticked."""
+        tree, model = self.runs, self._model
+        tree.blockSignals(True)
+        row = self._row_to_show()
+        if self._listed is not model.runs:
+            self._listed = model.runs
+            tree.clear()
+            tree.addTopLevelItems([_run_row(it) for it in model.runs])
+        for number in range(len(model.runs)):
+            item = tree.topLevelItem(number)
+            self._show_verdict(item, number)
+            item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
+        chosen = tree.topLevelItem(min(row, tree.topLevelItemCount() - 1))
+        if tree.indexOfTopLevelItem(tree.currentItem()) != tree.indexOfTopLevelItem(chosen):
+            tree.setCurrentItem(chosen)
+            tree.scrollToItem(chosen, QTreeWidget.PositionAtCenter)
+        tree.blockSignals(False)
+
+    def _row_to_show(self) -> int:
+        """The row that was chosen; when a result has come, the first poor run.
+
+        A run that is called good comes after those that are not. A run that was aligned again stays
+        chosen.
+        """
+        compared, shown = self._model.compared, self._shown
+        is_new = compared is not None and (shown is None or compared.good is not shown.good)
+        self._shown = compared
+        poor = [] if compared is None else [row for row, it in enumerate(compared.comparisons)
+                                            if it is not None and it.departures]
+        if is_new and poor:
+            return min(poor, key=lambda row: (row in self._model.good, row))
+        return max(self.runs.indexOfTopLevelItem(self.runs.currentItem()), 0)
+
+    def _show_verdict(self, item: QTreeWidgetItem, number: int) -> None:
+        compared = self._model.compared
+        found = None if compared is None else compared.comparisons[number]
+        is_poor = found is None or bool(found.departures or found.why_not)
+        item.setText(2, '' if compared is None else _short_verdict(found))
+        colour_row(item, 2, 'bad' if is_poor else 'good')
+        item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
+
+    @property
+    def _row(self) -> int:
+        """The number of the chosen run; -1 without one."""
+        return int(self.runs.indexOfTopLevelItem(self.runs.currentItem()))
+
+    def _chosen(self) -> Optional[Comparison]:
+        compared, row = self._model.compared, self._row
+        return None if compared is None or row < 0 else compared.comparisons[row]
+
+    def _reset_anchors(self) -> None:
+        self._model.reset_anchors(self._row)
+
+    def _show_departures(self) -> None:
+        self.departures.clear()
+        chosen = self._chosen()
+        self.reset.setEnabled(not self._is_live and bool(self._model.anchors(self._row)))
+        if self._live.text and self._is_live:
+            self.departures.addTopLevelItems([_live_row(
+                it.signal.name, since_text(it, self._live.now_s), beyond_text(it))
+                for it in self._live.departures])
+        elif chosen is not None:
+            self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
+
+    def _show_finished(self) -> None:
+        """Show the live runs that are over, the newest at the top."""
+        self.finished.setVisible(self._is_live)
+        if self._finished is not self._live.finished:
+            self._finished = self._live.finished
+            self.finished.clear()
+            self.finished.addTopLevelItems([_finished_row(it) for it in reversed(self._finished)])
+
+    def _tick(self, item: QTreeWidgetItem) -> None:
+        self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
+
+    def _seek(self, item: QTreeWidgetItem) -> None:
+        if not self._is_live and self._model.runs[self._row].path in self._model.recording[:1]:
+            self.seek_wanted.emit(item.data(0, Qt.UserRole))
+
+    def _ask_for_recording(self) -> None:
+        beside = self._model.paths[-1] if self._model.paths else self._folder()
+        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', beside,
+                                              'Recordings (*.bag)')
+        if path:
+            self._model.add(path)
+
+
+def _run_row(listed: ListedRun) -> QTreeWidgetItem:
+    item = QTreeWidgetItem([listed.run.name, clock(listed.run.begin_s)])
+    item.setToolTip(0, listed.path)
+    item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
+    return item
+
+
+def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
+    begin_s = comparison.run.begin_s + comparison.run_s(departure.onset_s)
+    item = QTreeWidgetItem([departure.signal.name, clock(begin_s), amount(departure)])
+    item.setData(0, Qt.UserRole, begin_s)
+    for column in range(3):
+        item.setToolTip(column, f'{moment(comparison, departure.onset_s)}\nClick to go there')
+    return item
+
+
+def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
+    ended = time.localtime(run.ended_s)
+    item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock(run.ended_s - run.began_s),
+                            run.verdict])
+    colour_row(item, 2, 'good' if run.is_good else 'bad')
+    hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
+    for column in range(3):
+        item.setToolTip(column, hint)
+    return item
+
+
+def _live_row(*texts: str) -> QTreeWidgetItem:
+    item = QTreeWidgetItem(list(texts))
+    for column, text in enumerate(texts):
+        item.setToolTip(column, text)
+    return item
+
+
+def _short_verdict(found: Optional[Comparison]) -> str:
+    if found is None:
+        return 'nothing in common with the reference'
+    if found.why_not:
+        return 'not judged'
+    if not found.departures:
+        return 'in range'
+    first = found.departures[0]
+    return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
+
+
+def _summary(compared: Compared) -> str:
+    departed = sum(bool(it is not None and it.departures) for it in compared.comparisons)
+    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs out of range. Range: '
+                        f'{band_text(compared.good.band)}.', *compared.good.notes]
+    return '\n'.join(lines)
+
+
+def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
+    button = QPushButton(text)
+    button.setObjectName(name)
+    button.clicked.connect(lambda: action())
+    return button
+
+
+def _tree(name: str, head: Sequence[str], least_px: int) -> QTreeWidget:
+    tree = QTreeWidget()
+    tree.setItemDelegate(RowDelegate(tree))
+    tree.setMinimumHeight(least_px)
+    tree.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
+    tree.setObjectName(name)
+    tree.setAccessibleName(head[0])
+    tree.setHeaderLabels(list(head))
+    tree.setRootIsDecorated(False)
+    tree.setUniformRowHeights(True)
+    for column in (0, 1):
+        tree.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
+    return tree

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ghost: the reference moves beside the robots, recorded or live ones."""
+from __future__ import annotations
+
+from typing import Callable, Optional, Protocol, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.clients.ghost_client import GhostError
+from process_visualizer.gui.compare.compare_model import Compared, CompareModel
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.comparison.ghost import (
+    GhostArrow,
+    GhostTrack,
+    LiveReference,
+    ghost_arrows,
+    ghost_tracks,
+    live_reference,
+    robot_models,
+)
+
+LINE = 'ghost'
+_NO_ROBOT = ('The live run is not compared: {} has no robot that can be followed. That takes its '
+             'recorded joints, and a model in the configuration.')
+
+
+class Follow(Protocol):
+    """Follows live robots beside a reference, which is drawn or not; may block."""
+
+    def __call__(self, reference: LiveReference, is_visible: bool) -> None:
+        """Without tracks nothing is followed any longer."""
+
+
+class GhostModel(QObject):
+    """Shows what was compared last, as long as it is wanted and the node that draws runs.
+
+    Live robots are followed whether or not their reference is to be seen: their moment in it is
+    what the live values are judged by.
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, compare: CompareModel,
+                 show: Callable[[Sequence[GhostTrack], Sequence[GhostArrow]], None],
+                 follow: Follow,
+                 parent: Optional[QObject] = None) -> None:
+        """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
+        super().__init__(parent)
+        self._tasks, self._compare, self._show, self._follow_live = tasks, compare, show, follow
+        self._mode: Optional[Mode] = None
+        self._is_wanted = True
+        self._shown: Tuple[Optional[Compared], bool] = (None, True)
+        self._may_draw = self._is_unsure = False
+        compare.changed.connect(self._follow)
+
+    @property
+    def is_wanted(self) -> bool:
+        """Return whether the operator wants to see it."""
+        return self._is_wanted
+
+    def set_wanted(self, is_wanted: bool) -> None:
+        """Show it, or do not."""
+        self._is_wanted = is_wanted
+        self._follow()
+        self.changed.emit()
+
+    def set_running(self, mode: Optional[Mode]) -> None:
+        """Tell in which mode the node that draws runs, beside the player if there is one."""
+        if mode is not self._mode:  # the node may have ended, or go on with what it was told before
+            self._shown, self._is_unsure = (None, True), self._may_draw
+        self._mode = mode
+        self._follow()
+
+    def _follow(self) -> None:
+        wanted = self._compare.compared, self._is_wanted
+        if self._mode is None:
+            return
+        if not _is_same(wanted, self._shown, self._mode):
+            self._tell(wanted, self._fail)
+        elif self._is_unsure:
+            self._tell((None, True), _leave)
+
+    def _tell(self, wanted: Tuple[Optional[Compared], bool],
+              on_error: Callable[[Exception], None]) -> None:
+        self._shown, self._may_draw, self._is_unsure = wanted, wanted[0] is not None, False
+        task = self._show_recorded if self._mode is Mode.PLAYBACK else self._show_live
+        self._tasks.run(LINE, lambda: task(*wanted), None, on_error)
+
+    def _show_recorded(self, compared: Optional[Compared], is_wanted: bool) -> None:
+        """Run in the line of tasks."""
+        self._show(*self._ghost(compared if is_wanted else None))
+
+    def _ghost(self, compared: Optional[Compared]
+               ) -> Tuple[Tuple[GhostTrack, ...], Tuple[GhostArrow, ...]]:
+        cell = self._compare.cell
+        if compared is None or cell is None:
+            return (), ()
+        wanted = cell, compared.good.reference, self._compare.of_recording, robot_models(cell)
+        return ghost_tracks(*wanted), ghost_arrows(*wanted)
+
+    def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
+        """Run in the line of tasks."""
+        cell, reference = self._compare.cell, LiveReference(())
+        if compared is not None and cell is not None:
+            reference = live_reference(cell, compared.good.reference)
+            if not reference.tracks:
+                raise GhostError(_NO_ROBOT.format(compared.good.reference.name))
+        self._follow_live(reference, is_wanted)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, GhostError):
+            raise error
+        self.failed.emit(str(error))
+
+
+def _leave(error: Exception) -> None:
+    """A node that has ended, or just starts, draws nothing."""
+    if not isinstance(error, GhostError):
+        raise error
+
+
+def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compared], bool],
+             mode: Mode) -> bool:
+    """Return whether the node has to do nothing to come from one to the other."""
+    if one[0] is None and other[0] is None:
+        return True
+    if mode is Mode.PLAYBACK and not one[1] and not other[1]:
+        return True
+    return one[0] is other[0] and one[1] == other[1]

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The running cell compared with good runs: which channels are out of their band, since when."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.curves.live_curves import LONGEST_S, LiveCurve, LiveWindow
+from process_visualizer.gui.compare.compare_model import Compared, CompareModel
+from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.ros.snapshots import PhaseSnapshot
+from process_visualizer.runs.alignment.live_alignment import PhaseHistory
+from process_visualizer.runs.comparison.live_comparison import (
+    FinishedRun,
+    LiveComparison,
+    LiveDeparture,
+    LiveRuns,
+    beyond_text,
+    departure_text,
+    finished_run,
+)
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
+from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.runs.run import Key
+
+_SILENT_S = 2.0
+_MOST_TOLD = 2
+_MOST_FINISHED = 500
+_NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
+             'this stays.')
+_NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
+            'it a recording of this cell?')
+_NO_RUN = 'Waiting for a run to start (reference {})'
+
+
+class LiveComparisonModel(QObject):
+    """Judges the live curves a few times a second, while they run and there are good runs."""
+
+    changed = pyqtSignal()
+    run_finished = pyqtSignal()
+    """There is another one in ``finished``."""
+
+    def __init__(self, compare: CompareModel, live: LiveCurvesModel,
+                 parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._compare, self._live = compare, live
+        self._compared: Optional[Compared] = None
+        self._comparison: Optional[LiveComparison] = None
+        self._history = PhaseHistory(LONGEST_S)
+        self._phase: Optional[PhaseSnapshot] = None
+        self._departures: Tuple[LiveDeparture, ...] = ()
+        self._now_s = 0.0
+        self._has_common = True
+        self._runs: Optional[LiveRuns] = None
+        self._finished: Tuple[FinishedRun, ...] = ()
+        compare.changed.connect(self._follow)
+        live.changed.connect(self._follow)
+        live.judged.connect(self._judge)
+
+    @property
+    def finished(self) -> Tuple[FinishedRun, ...]:
+        """The runs that are over, of earlier sessions too, the newest last."""
+        return self._finished
+
+    def settings(self) -> List[Dict[str, Any]]:
+        """Return what ``restore`` needs."""
+        return [it.settings() for it in self._finished]
+
+    def restore(self, settings: Sequence[Mapping[str, Any]]) -> None:
+        """Take the runs of earlier sessions.
+
+        Raises:
+            KeyError, TypeError, ValueError: these are not settings.
+        """
+        self._finished = tuple(finished_run(it) for it in settings)
+        self.changed.emit()
+
+    @property
+    def departures(self) -> Tuple[LiveDeparture, ...]:
+        """Return what is out of the band now, the channel that left first at first."""
+        return self._departures
+
+    @property
+    def now_s(self) -> float:
+        """Return when it was judged last, on the clock of the values [s since the epoch]."""
+        return self._now_s
+
+    @property
+    def departed(self) -> List[Tuple[str, str, str, float]]:
+        """Device, label, how far out, and since when [s since the epoch], of each of these."""
+        return [(it.signal.device, it.signal.label, beyond_text(it), it.since_s)
+                for it in self._departures]
+
+    @property
+    def reference(self) -> str:
+        """The run that the running cell is compared with; empty while it is not."""
+        return self._comparison.name if self._comparison and self._live.is_running else ''
+
+    @property
+    def text(self) -> str:
+        """Return what there is to say; empty while nothing is compared."""
+        comparison, phase = self._comparison, self._phase
+        if comparison is None or not self._live.is_running:
+            return ''
+        if not self._has_common:
+            return _NOTHING.format(comparison.name)
+        if phase is None or self._now_s - phase.stamp_s > _SILENT_S:
+            return _NO_PHASE.format(comparison.name)
+        if phase.reference_s is None:
+            return _NO_RUN.format(comparison.name)
+        if not self._departures:
+            return f'Run in range ({_place(phase)})'
+        told = [departure_text(it, self._now_s) for it in self._departures[:_MOST_TOLD]]
+        more = len(self._departures) - len(told)
+        return '\n'.join(told) + (f'\nand {more} more' if more else '')
+
+    def band(self, curve: LiveCurve, window: LiveWindow) -> Optional[TimelineBand]:
+        """Return the band behind a curve of a window; None without any."""
+        if self._comparison is None:
+            return None
+        return self._comparison.band(
+            _key(curve), _values(curve), self._history.at(_times_s(window)),
+            window.duration_s / len(curve.low))
+
+    def take_phase(self, phase: PhaseSnapshot) -> None:
+        """Take which moment of the reference it is."""
+        self._phase = phase
+        self._history.add(phase.stamp_s, phase.reference_s)
+        if self._runs is not None:
+            self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
+
+    def _follow(self) -> None:
+        """Follow what is compared, and whether anything runs."""
+        compared = self._compare.compared
+        if compared is not self._compared:
+            self._finish(None if self._runs is None else self._runs.end())
+            self._compared = compared
+            self._comparison = None if compared is None else LiveComparison(compared.good)
+            self._runs = None if compared is None else LiveRuns(
+                compared.good.reference.name, compared.good.reference.duration_s)
+            self._forget()
+        if not self._live.is_running and self._phase is not None:
+            self._finish(None if self._runs is None else self._runs.end())
+            self._forget()
+        self._live.set_judged(self._comparison is not None)
+
+    def _finish(self, run: Optional[FinishedRun]) -> None:
+        if run is not None:
+            self._finished = (*self._finished, run)[-_MOST_FINISHED:]
+            self.run_finished.emit()
+
+    def _forget(self) -> None:
+        self._phase, self._departures, self._has_common = None, (), True
+        self._history = PhaseHistory(LONGEST_S)
+        self.changed.emit()
+
+    def _judge(self, window: LiveWindow) -> None:
+        comparison = self._comparison
+        if comparison is None or not window.curves:
+            return
+        times_s = _times_s(window)
+        self._now_s = float(times_s[-1])
+        values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
+        self._has_common = not values.keys().isdisjoint(comparison.keys)
+        self._departures = _earliest(self._departures, comparison.departures(
+            times_s, values, self._history.at(times_s)))
+        if self._runs is not None and self._has_common:
+            self._runs.judge(self._departures)
+        self.changed.emit()
+
+
+def _earliest(before: Tuple[LiveDeparture, ...],
+              now: Tuple[LiveDeparture, ...]) -> Tuple[LiveDeparture, ...]:
+    """Return what lasts longer than the window that is judged keeps its beginning."""
+    since_s = {it.signal: it.since_s for it in before}
+    return tuple(it._replace(since_s=min(it.since_s, since_s.get(it.signal, it.since_s)))
+                 for it in now)
+
+
+def _place(phase: PhaseSnapshot) -> str:
+    """Return where the run is, such as reference at 0:06.42, 0.4 s behind."""
+    assert phase.reference_s is not None
+    place = f'reference at {clock(phase.reference_s)}'
+    if phase.behind_s is None or abs(phase.behind_s) < 0.05:
+        return place
+    return f'{place}, {abs(phase.behind_s):.1f} s {"behind" if phase.behind_s > 0.0 else "ahead"}'
+
+
+def _times_s(window: LiveWindow) -> np.ndarray:
+    """The middles of its columns on the recorder's clock (n,) [s since the epoch]."""
+    count = max((len(it.low) for it in window.curves), default=0)
+    return window.epoch_s + window.begin_s + (
+        np.arange(count) + 0.5) * (window.duration_s / max(count, 1))
+
+
+def _values(curve: LiveCurve) -> np.ndarray:
+    """The middles of its columns (n,)."""
+    result: np.ndarray = 0.5 * (curve.low + curve.high)
+    return result
+
+
+def _key(curve: LiveCurve) -> Key:
+    return curve.source.device, curve.source.channel_label

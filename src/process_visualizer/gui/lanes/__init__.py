@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of process variables in lanes, and how they are chosen."""

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of process variables, and their values as texts."""
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import WarningLimits
+from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.lanes.lane_choice import LaneChoice
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
+
+_HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
+_LEAST_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
+_MOST_DECIMALS = 6
+_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """A process variable over the whole recording, which is divided into columns of equal time.
+
+    ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
+    used to find the value at the position; beyond its ``limits`` the curve has their colour. The
+    ``band`` of good runs has as many columns. Other variables may be ``overlaid``: they share its
+    lane. Of a folded lane only names and values are seen.
+    """
+
+    label: str
+    unit: str
+    colour: Tuple[float, float, float]
+    low: np.ndarray
+    high: np.ndarray
+    key: Key = ('', '', '')
+    limits: Optional[WarningLimits] = None
+    band: Optional[TimelineBand] = None
+    overlaid: Tuple[Lane, ...] = ()
+    is_folded: bool = False
+
+    @property
+    def curves(self) -> Tuple[Lane, ...]:
+        """All variables in this lane."""
+        return (self, *self.overlaid)
+
+    @property
+    def arrangement(self) -> Tuple[Tuple[Key, ...], bool]:
+        """Return which variables are in this lane, and whether it is folded."""
+        return tuple(it.key for it in self.curves), self.is_folded
+
+    @property
+    def scale_name(self) -> Tuple[str, ...]:
+        """Return what two variables in a lane have in common if their scale is a common one."""
+        return (self.unit,) if self.unit else self.key
+
+    def at(self, share: float) -> float:
+        """Return the value at a part (0 to 1) of the recording; NaN where there is none."""
+        column = min(int(share * len(self.low)), len(self.low) - 1)
+        return float(self.low[column] + self.high[column]) / 2 if column >= 0 else float('nan')
+
+    def good_at(self, share: float) -> Optional[float]:
+        """Return what good runs have in the middle at a part (0 to 1); None without any."""
+        if self.band is None or not len(self.band.low):
+            return None
+        column = min(int(share * len(self.band.low)), len(self.band.low) - 1)
+        middle = 0.5 * float(self.band.low[column] + self.band.high[column])
+        return None if math.isnan(middle) else middle
+
+    @cached_property
+    def extent(self) -> Tuple[float, float]:
+        """The least and the greatest value; NaN if there is none."""
+        known = ~np.isnan(self.low)
+        if not known.any():
+            return float('nan'), float('nan')
+        return float(self.low[known].min()), float(self.high[known].max())
+
+    @property
+    def least_span(self) -> float:
+        """Return how much the values have to differ to fill the lane."""
+        low, high = self.extent
+        return 0.0 if math.isnan(low) else _LEAST_SPAN * (high - low)
+
+    @cached_property
+    def is_whole(self) -> bool:
+        """Return whether all values are whole numbers."""
+        known = ~np.isnan(self.low)
+        return all(bool(np.all(np.trunc(it[known]) == it[known])) for it in (self.low, self.high))
+
+    @property
+    def limit_values(self) -> Tuple[float, ...]:
+        """The limits that there are, the lower one first."""
+        limits = () if self.limits is None else (self.limits.low, self.limits.high)
+        return tuple(limit for limit in limits if limit is not None)
+
+
+def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.ndarray,
+            high: np.ndarray, column_s: float) -> Lane:
+    """Return a lane; between messages of a slow topic the last value holds.
+
+    Only gaps much longer than usual stay empty. ``column_s`` is the duration of a column [s].
+    """
+    known = np.flatnonzero(~np.isnan(low))
+    if len(known) < 2:
+        return Lane(label, unit, colour, low, high)
+    longest = max(_HELD_INTERVALS * float(np.median(np.diff(known))), _HELD_S / column_s)
+    held = np.maximum.accumulate(np.where(np.isnan(low), -1, np.arange(len(low))))
+    holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
+    return Lane(label, unit, colour, np.where(holds, low[held], np.nan),
+                np.where(holds, high[held], np.nan))
+
+
+def lane_label(device: str, label: str) -> str:
+    """Return the name of a curve: as in RViz, after its device, which is not named twice."""
+    if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
+        return label
+    return f'{device}  {_IN_WORDS.get(label, label)}'
+
+
+class LaneTexts(NamedTuple):
+    """A lane's value at the position, the one at the mouse, and their difference; '' for none.
+
+    The last one has the unit.
+    """
+
+    at_position: str
+    at_mouse: str = ''
+    difference: str = ''
+
+
+def lane_texts(lane: Lane, span: float, at_position: Optional[float],
+               at_mouse: Optional[float], good: Optional[float] = None) -> LaneTexts:
+    """Return values in the unit of a lane that shows a ``span`` of values.
+
+    A value is NaN where there is none; None at the position: not known yet, at the mouse: there is
+    no mouse. What is ``good`` at the position is told beside the value, with the difference.
+    """
+    decimals = 0 if lane.is_whole else decimals_for(span)
+    known = '…' if at_position is None else number_text(at_position, decimals)
+    if at_mouse is None:
+        return LaneTexts(f'{known} {lane.unit}'.rstrip()
+                         + _beside_good(at_position, good, decimals))
+    difference = math.nan if at_position is None else (
+        round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
+    return LaneTexts(known, number_text(at_mouse, decimals),
+                     f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
+
+
+def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -> str:
+    if good is None or value is None or math.isnan(value):
+        return ''
+    difference = round(value, decimals) - round(good, decimals)
+    return (f'  (reference {number_text(good, decimals)}, '
+            f"Δ {number_text(difference, decimals, '+')})")
+
+
+def decimals_for(span: float) -> int:
+    """Return how many decimals show about a hundredth of a span of values."""
+    return min(max(2 - math.floor(math.log10(max(span, 1e-9)) + 1e-9), 0), _MOST_DECIMALS)
+
+
+def number_text(value: float, decimals: int, sign: str = '') -> str:
+    """Return a value; a dash for NaN. With the ``sign`` '+' positive values have one, too."""
+    if math.isnan(value):
+        return '–'
+    return f'{round(value, decimals) + 0.0:{sign}.{decimals}f}'.replace('-', '−')
+
+
+# Puts the curves that share a lane into it, each with a colour of its own.
+
+Colour = Tuple[float, float, float]
+
+_OTHERS: Tuple[Colour, ...] = (
+    (0.0, 0.45, 0.70), (0.90, 0.60, 0.0), (0.80, 0.47, 0.65), (0.0, 0.62, 0.45), (0.84, 0.37, 0.0),
+    (0.34, 0.71, 0.91), (0.45, 0.30, 0.75), (0.50, 0.50, 0.50))
+"""Those of Okabe and Ito, "Color universal design", told apart by colour-blind people too."""
+_DISTINCT = 0.45  # between two colours in a cube with sides of 1
+
+
+def grouped_lanes(curves: Mapping[Key, Lane], choice: LaneChoice) -> List[Lane]:
+    """Return the lanes that are shown: the first curve of each, with the others over it."""
+    lanes = []
+    for keys in choice.lanes(tuple(curves)):
+        shown = [curve for curve in distinct([curves[key] for key in keys])
+                 if curve.key not in choice.hidden]
+        if shown:
+            lanes.append(replace(shown[0], overlaid=tuple(shown[1:]),
+                                 is_folded=choice.is_folded(keys)))
+    return lanes
+
+
+def distinct(curves: Sequence[Lane]) -> List[Lane]:
+    """Return curves of which a later one does not have the colour of an earlier one."""
+    found: List[Lane] = []
+    for curve in curves:
+        used = [it.colour for it in found]
+        colour = curve.colour
+        if used and _distance(colour, used) < _DISTINCT:
+            colour = max(_OTHERS, key=lambda it: _distance(it, used))
+        found.append(replace(curve, colour=colour))
+    return found
+
+
+def _distance(colour: Colour, used: Sequence[Colour]) -> float:
+    """Return how far a colour is from the nearest one that is used."""
+    return min(math.dist(colour, it) for it in used)

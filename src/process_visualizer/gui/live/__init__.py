@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The running cell: its last minutes as curves, and their replay."""

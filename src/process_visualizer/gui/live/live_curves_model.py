@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of the running cell, followed in the background."""
+from __future__ import annotations
+
+import time
+from typing import List, Optional, Protocol, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.cell.model import Device
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.curves.live_curves import LiveCurves, LiveWindow, RecentPart
+from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+MOST_SHARE = 0.08
+"""Of a core, for reading and drawing; many curves on a slow computer come less often."""
+_CALM_SHARE = 0.75 * MOST_SHARE  # below this it may be faster again
+_STEP = 1.2
+LONGEST_MS = 500
+
+
+class LookPace:
+    """Lengthens the period while looks cost more than their share, and shortens it again."""
+
+    def __init__(self) -> None:
+        self._factor = 1.0
+
+    def period_ms(self, wanted_ms: int, spent_s: float, elapsed_s: float) -> int:
+        """Return how long to wait until the next look.
+
+        ``spent_s`` is the processor time of the last look and its picture, ``elapsed_s`` the time
+        from that look to this one.
+        """
+        share = spent_s / elapsed_s if elapsed_s > 0.0 else 0.0
+        if share > MOST_SHARE:
+            self._factor *= _STEP
+        elif share < _CALM_SHARE:
+            self._factor /= _STEP
+        self._factor = min(max(self._factor, 1.0), max(LONGEST_MS / wanted_ms, 1.0))
+        return round(wanted_ms * self._factor)
+
+
+LINE = 'live curves'
+DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
+"""What can be shown; the recorder's own memory is as long as the first."""
+_JUDGED_S = 30.0
+_PERIOD_MS = 200  # from one look to the next: five pictures a second
+_LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
+_RETRY_MS = 1000
+
+
+class Memory(Protocol):
+    """The memory of a recorder."""
+
+    def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
+        """Return new messages, and whether there are more; raises ServiceUnreachable."""
+
+    def restart(self) -> None:
+        """Read everything again."""
+
+
+class LiveCurvesModel(QObject):
+    """Reads what is new a few times a second, as long as somebody looks and the cell runs."""
+
+    changed = pyqtSignal()
+    judged = pyqtSignal(object)
+    """What somebody may judge has come: a LiveWindow of the last half minute, held or not."""
+
+    def __init__(self, tasks: Tasks, memory: Memory, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._memory = tasks, memory
+        self._devices: Tuple[Device, ...] = ()
+        self._curves = LiveCurves(())  # of the line of tasks
+        self._is_running = self._is_shown = self._is_held = self._is_reading = False
+        self._is_judged = False
+        self._duration_s = DURATIONS_S[0]
+        self._window: Optional[LiveWindow] = None
+        self._problem = ''
+        self._pace, self._read_s = LookPace(), 0.0
+        self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
+        self._timer = QTimer(self, singleShot=True)
+        self._timer.timeout.connect(self._read)
+
+    @property
+    def window(self) -> Optional[LiveWindow]:
+        """Return what is to be seen; None before the first message has come."""
+        return self._window
+
+    @property
+    def duration_s(self) -> float:
+        """Return how much of the past is shown."""
+        return self._duration_s
+
+    @property
+    def is_running(self) -> bool:
+        """Return whether there is a recorder to ask."""
+        return self._is_running
+
+    @property
+    def is_held(self) -> bool:
+        """Return whether the picture stands still; what comes is still taken."""
+        return self._is_held
+
+    @property
+    def problem(self) -> str:
+        """Return why nothing new comes; empty if all is well."""
+        return self._problem
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices whose variables are followed."""
+        if tuple(devices) != self._devices:
+            self._devices = tuple(devices)
+            self._begin_anew()
+
+    def set_running(self, is_running: bool) -> None:
+        """Tell that a recorder was launched, or has ended; its last curves stay to be looked at."""
+        if is_running != self._is_running:
+            self._is_running = is_running
+            if is_running:
+                self._begin_anew()
+            self._follow()
+            self.changed.emit()
+
+    def set_shown(self, is_shown: bool) -> None:
+        """Tell whether anybody can see the curves."""
+        self._is_shown = is_shown
+        self._follow()
+
+    def set_judged(self, is_judged: bool) -> None:
+        """Tell whether the values are judged as they come, also while nobody can see them."""
+        if is_judged != self._is_judged:
+            self._is_judged = is_judged
+            self._follow()
+
+    def set_duration(self, duration_s: float) -> None:
+        """Show so much of the past, at most LONGEST_S."""
+        self._duration_s = duration_s
+        self._follow(now=True)
+
+    def hold(self, is_held: bool) -> None:
+        """Let the picture stand still, or go on."""
+        self._is_held = is_held
+        self.changed.emit()
+
+    def _begin_anew(self) -> None:
+        devices, self._window, self._is_held = self._devices, None, False
+        self._tasks.run(LINE, lambda: self._set_curves(devices))
+        self.changed.emit()
+
+    def _set_curves(self, devices: Tuple[Device, ...]) -> None:
+        """Run in the line of tasks."""
+        self._curves = LiveCurves(devices)
+        self._memory.restart()
+
+    def _follow(self, now: bool = False) -> None:
+        """Begin to look, or end."""
+        if not self._is_wanted:
+            self._timer.stop()
+        elif not self._is_reading and (now or not self._timer.isActive()):
+            self._read()
+
+    def _read(self) -> None:
+        self._is_reading = True
+        durations_s = self._duration_s, *((_JUDGED_S,) if self._is_judged else ())
+        self._tasks.run(LINE, lambda: self._looked(durations_s), self._take, self._fail)
+
+    def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
+        """Run in the line of tasks."""
+        begin_s, more = time.thread_time(), True
+        while more:
+            part, more = self._memory.read(self._curves.topics)
+            self._curves.add(part)
+        windows = [self._curves.window(it) for it in durations_s]
+        self._read_s = time.thread_time() - begin_s
+        return windows
+
+    def _take(self, windows: List[LiveWindow]) -> None:
+        self._is_reading, self._problem = False, ''
+        window, *judged = windows
+        for it in judged:
+            self.judged.emit(it)
+        if not self._is_held:
+            self._window = window
+            self.changed.emit()
+        wanted_ms = _PERIOD_MS if judged else next(
+            (it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s), _PERIOD_MS)
+        self._wait(self._paced_ms(wanted_ms))
+
+    def _paced_ms(self, wanted_ms: int) -> int:
+        """Return what the last look cost decides, with all that its picture took in this thread."""
+        now_s, drawn_s = time.monotonic(), time.thread_time()
+        spent_s = self._read_s + drawn_s - self._drawn_s
+        period_ms = self._pace.period_ms(wanted_ms, spent_s, now_s - self._taken_s)
+        self._taken_s, self._drawn_s = now_s, drawn_s
+        return period_ms
+
+    def _fail(self, error: Exception) -> None:
+        self._is_reading = False
+        if not isinstance(error, ServiceUnreachable):
+            raise error
+        if self._is_running:
+            self._problem = f'{NOT_RESPONDING}; the curves go on when it does'
+            self.changed.emit()
+        self._wait(_RETRY_MS)
+
+    def _wait(self, period_ms: int) -> None:
+        if self._is_wanted:
+            self._timer.start(period_ms)
+
+    @property
+    def _is_wanted(self) -> bool:
+        return self._is_running and (self._is_shown or self._is_judged)

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The panel below RViz in real-time mode: the curves of the last seconds."""
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Callable, Dict, Optional, Sequence
+
+from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QHideEvent, QShowEvent
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.curves.live_curves import LiveCurve, LiveWindow
+from process_visualizer.curves.position_values import Key, key_of
+from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
+from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurvesModel
+from process_visualizer.gui.live.live_timeline import LiveTimeline
+from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.playback.transport_view import RateBox
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.theme import colour, set_sheet
+from process_visualizer.gui.toolkit.widgets import ElidedLabel, in_column, in_row
+from process_visualizer.health.near_objects import Span
+
+_ICON = QSize(18, 18)
+
+
+class ReplayBar(QWidget):
+    """To be seen only while the past is shown, or is about to be."""
+
+    def __init__(self, replay: ReplayModel, now_s: Callable[[], float],
+                 parent: Optional[QWidget] = None) -> None:
+        """``now_s`` is the clock of the recorder."""
+        super().__init__(parent)
+        self._replay, self._now_s = replay, now_s
+        self._since_s: Optional[float] = None
+        playback = replay.playback
+        self.state = QLabel()
+        self.state.setObjectName('replay_state')
+        set_sheet(self.state, 'color: <warning>; font-weight: bold')
+        self.play = self._button('play', 'Play or pause  (space)', playback.toggle)
+        self._moving = (
+            self._button('step_back', 'One step back  (left arrow, or ,)',
+                         lambda: playback.step(-1)),
+            self._button('play_backwards', 'Play backwards  (shift+space)',
+                         playback.toggle_backwards), self.play,
+            self._button('step_forward', 'One step forward  (right arrow, or .)',
+                         lambda: playback.step(1)))
+        self.rate = RateBox(playback)
+        self.rate.setObjectName('replay_rate')
+        self.back = QPushButton('Back to live')
+        self.back.setObjectName('back_to_live')
+        self.back.setToolTip('Show what happens now  (Esc)')
+        self.back.clicked.connect(replay.leave)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        for widget in (self.back, *self._moving, self.rate, self.state):
+            row.addWidget(widget)
+        row.addStretch(1)
+        for changed in (replay.changed, playback.changed, playback.moved):
+            changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show how long ago it is what is seen."""
+        replay = self._replay
+        is_shown = replay.phase is ReplayPhase.SHOWN
+        if replay.phase is not ReplayPhase.PREPARING:
+            self._since_s = None
+        elif self._since_s is None:
+            self._since_s = self._now_s()
+        self.setVisible(not replay.is_live)
+        for widget in (*self._moving, self.rate):
+            widget.setEnabled(is_shown)
+        self.play.setIcon(icon('pause' if replay.playback.is_playing else 'play'))
+        self.rate.show_rate(replay.playback.rate)
+        self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago' if is_shown
+                           else self._preparing())
+
+    def _preparing(self) -> str:
+        taken_s = int(self._now_s() - (self._since_s or self._now_s()))
+        return f'Preparing the replay… {taken_s} s' if taken_s else 'Preparing the replay…'
+
+    def _button(self, name: str, hint: str, action: Callable[[], object]) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName(f'replay_{name}')
+        button.setIcon(icon(name))
+        button.setIconSize(_ICON)
+        button.setToolTip(hint)
+        button.setAccessibleName(hint.split('  (')[0])
+        button.setAutoRaise(True)
+        button.setFocusPolicy(Qt.TabFocus)
+        button.clicked.connect(lambda: action())
+        return button
+
+
+_IDLE = 'Launch the devices: their process variables are drawn here while they run.'
+_CLOCK_MS = 500
+_WAITING = 'Waiting for the first values…'
+
+
+class LivePanel(QWidget):
+    """Follows the model as long as it can be seen."""
+
+    replay_wanted = pyqtSignal(float)
+    """The scene should show this moment [s] on the recorder's clock."""
+
+    def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
+                 comparison: LiveComparisonModel, parent: Optional[QWidget] = None,
+                 wall_s: Callable[[], float] = time.time) -> None:
+        super().__init__(parent)
+        self._wall_s = wall_s
+        self._curves, self._choices, self._replay = curves, choices, replay
+        self._comparison = comparison
+        self._lanes: Dict[Key, Lane] = {}
+        self._near: Sequence[Span] = ()
+        self.setObjectName('live_panel')
+        self.state = ElidedLabel(Qt.ElideRight)
+        self.state.setText(_IDLE)
+        self.state.setObjectName('live_state')
+        colour(self.state, 'quiet')
+        self.durations = QComboBox()
+        self.durations.setObjectName('live_duration')
+        self.durations.setAccessibleName('How much of the past is shown')
+        for duration_s in DURATIONS_S:
+            self.durations.addItem(_duration_text(duration_s), duration_s)
+        self.hold = QToolButton()
+        self.hold.setObjectName('live_hold')
+        self.hold.setText('Hold')
+        self.hold.setCheckable(True)
+        self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
+        self.timeline = LiveTimeline(choices)
+        self.replay = ReplayBar(replay, wall_s)
+        self._clock = QTimer(self, interval=_CLOCK_MS)
+        self._clock.timeout.connect(self._show_age)
+        self._clock.timeout.connect(self.replay.show_state)
+        self._lay_out()
+        self.durations.activated.connect(
+            lambda row: curves.set_duration(float(self.durations.itemData(row))))
+        self.hold.clicked.connect(curves.hold)
+        self.timeline.curves_wanted.connect(self._ask_for_curves)
+        self.timeline.longer_wanted.connect(self._change_duration)
+        self.timeline.replay_wanted.connect(self._want_replay)
+        replay.changed.connect(self._follow_replay)
+        replay.playback.moved.connect(self._show_moment)
+        choices.changed.connect(self._show)
+        curves.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        row = in_row(QLabel('Last'), self.durations, self.hold, self.state, wide=self.state)
+        frame = QFrame()
+        frame.setFrameShape(QFrame.StyledPanel)
+        set_sheet(frame, 'QFrame { background: <paper>; }')
+        inside = QVBoxLayout(frame)
+        inside.setContentsMargins(0, 2, 0, 0)
+        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
+        inside.addWidget(self.timeline, 1)
+        layout = in_column(self, 8, row, self.replay, frame)
+        layout.setStretchFactor(frame, 1)
+        layout.addStretch(0)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Follow the cell."""
+        self._curves.set_shown(True)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nobody looks: nothing is read."""
+        self._curves.set_shown(False)
+
+    def set_near(self, spans: Sequence[Span]) -> None:
+        """Set when [s since the epoch] objects were near robots."""
+        self._near = spans
+        self._show_near()
+
+    def _show_near(self) -> None:
+        end_s = self._end_s()
+        self.timeline.show_near([
+            it._replace(begin_s=it.begin_s - end_s, end_s=it.end_s - end_s) for it in self._near])
+
+    def _show(self) -> None:
+        curves, window = self._curves, self._curves.window
+        self.durations.setCurrentIndex(self.durations.findData(curves.duration_s))
+        self.hold.setEnabled(window is not None)
+        self.hold.setChecked(curves.is_held)
+        self.state.setText(self._state())
+        self._show_age()
+        if window is None:
+            self._lanes = {}
+            self.timeline.show_lanes(0.0, (), {}, (), 0.0)
+        else:
+            self._show_window(window)
+
+    def _show_age(self) -> None:
+        """While the curves stand still, the present moves away from their right end."""
+        stands = self._curves.window is not None and (
+            self._curves.is_held or not self._curves.is_running)
+        if stands != self._clock.isActive():
+            self._clock.start() if stands else self._clock.stop()
+        self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
+
+    def _state(self) -> str:
+        curves = self._curves
+        if curves.is_held:
+            return '' if not self._replay.is_live else 'Paused; new data appears when you resume'
+        if not curves.is_running:
+            return _IDLE if curves.window is None else 'Stopped; showing the last values'
+        return curves.problem or ('' if curves.window and curves.window.curves else _WAITING)
+
+    def _show_window(self, window: LiveWindow) -> None:
+        self._lanes = {lane.key: lane for lane in (
+            replace(_lane(curve, window.duration_s), band=self._comparison.band(curve, window))
+            for curve in window.curves)}
+        self.timeline.show_lanes(
+            window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
+            {_key(curve): curve.value for curve in window.curves}, window.marks,
+            window.begin_s + window.duration_s)
+        self._show_near()
+        self._show_moment()
+
+    def _want_replay(self, time_s: float) -> None:
+        if self._curves.is_running:
+            self._curves.hold(True)  # what is looked at must not run away
+            self.replay_wanted.emit(self._end_s() + time_s)
+
+    def _follow_replay(self) -> None:
+        if self._replay.is_live:
+            self._curves.hold(False)
+        self._show()
+        self._show_moment()
+
+    def _show_moment(self) -> None:
+        self.timeline.show_replay(None if self._replay.is_live
+                                  else self._replay.time_s - self._end_s())
+
+    def _end_s(self) -> float:
+        """Return what the right end is on the recorder's clock."""
+        window = self._curves.window
+        return 0.0 if window is None else window.epoch_s + window.begin_s + window.duration_s
+
+    def _change_duration(self, steps: int) -> None:
+        row = min(max(self.durations.currentIndex() + steps, 0), self.durations.count() - 1)
+        self._curves.set_duration(float(self.durations.itemData(row)))
+
+    def _ask_for_curves(self) -> None:
+        CurvesDialog(tuple(self._lanes.values()), self._choices, self).open()
+
+
+def _key(curve: LiveCurve) -> Key:
+    source = curve.source
+    return key_of(source.device, source.label, source.topic)
+
+
+def _lane(curve: LiveCurve, duration_s: float) -> Lane:
+    source = curve.source
+    lane = lane_of(lane_label(source.device, source.label), source.unit, source.color, curve.low,
+                   curve.high, duration_s / len(curve.low))
+    return replace(lane, key=_key(curve), limits=source.limits)
+
+
+def _duration_text(duration_s: float) -> str:
+    return f'{duration_s:.0f} s' if duration_s < 60.0 else f'{duration_s / 60.0:.0f} min'

@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws the curves of the last seconds; the present is at the right."""
+from __future__ import annotations
+
+from typing import List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+from PyQt5.QtCore import QEvent, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt5.QtWidgets import QMenu, QSizePolicy, QWidget
+
+from process_visualizer.curves.live_curves import LiveMark
+from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.lane_scale import SIDE
+from process_visualizer.gui.lanes.lane_stack import LaneStack
+from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
+from process_visualizer.gui.playback import timeline_header as header
+from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.playback.timeline_header import (
+    AXIS_HEIGHT,
+    AXIS_TOP,
+    HEADER_HEIGHT,
+    LEFT,
+)
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import Span, times
+
+_FEWEST_LANES = 2  # that are visible, if there are so many
+_FONT_PX = 11
+_TICK_PX = 80.0
+_NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
+
+
+class LiveTimeline(QWidget):
+    """Lanes of the same time, with what the mouse points at."""
+
+    curves_wanted = pyqtSignal()
+    """The operator wants to choose the curves."""
+
+    longer_wanted = pyqtSignal(int)
+    """More of the past should be shown, or (below 0) less: so many steps."""
+
+    replay_wanted = pyqtSignal(float)
+    """The scene should show this time [s, below 0: before the right end]."""
+
+    def __init__(self, choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._choices = choices
+        self._duration_s = 0.0
+        self._replay_s: Optional[float] = None
+        self.near: Tuple[Span, ...] = ()  # [s, below 0]: when objects were near robots
+        self._age_s = 0.0
+        self._values: Mapping[Key, float] = {}
+        self._marks: Tuple[PlacedMark, ...] = ()
+        self._hover_x: Optional[float] = None
+        self._is_dragged = False
+        self._font = QFont(self.font())
+        self._font.setPixelSize(_FONT_PX)
+        self.stack = LaneStack(self)
+        self.stack.redraw.connect(self.update)
+        self.setObjectName('live_timeline')
+        self.setAccessibleName('Curves of the last seconds')
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
+
+    def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Mapping[Key, float],
+                   marks: Sequence[LiveMark], now_s: float) -> None:
+        """Show lanes of the last seconds, with the newest value of each curve.
+
+        ``now_s`` is the end, on the clock of the marks.
+        """
+        is_other = [it.arrangement for it in lanes] != [it.arrangement for it in self.stack.lanes]
+        self._duration_s, self._values = duration_s, values
+        self._marks = tuple(PlacedMark(it.time_s - now_s, it.label) for it in marks)
+        self.stack.update_lanes(lanes)
+        if is_other:
+            self._fit()
+            self.updateGeometry()
+        self.update()
+
+    def show_near(self, spans: Sequence[Span]) -> None:
+        """Show when [s, below 0] objects were near robots."""
+        if tuple(spans) != self.near:
+            self.near = tuple(spans)
+            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+
+    def show_replay(self, time_s: Optional[float]) -> None:
+        """Show which moment is in the scene [s, below 0]; None: the present."""
+        if time_s != self._replay_s:
+            self._replay_s = time_s
+            self.update()
+
+    def show_age(self, age_s: float) -> None:
+        """Show how long ago [s] the right end was: above 0 while the curves stand still."""
+        if round(age_s) != round(self._age_s):
+            self.update()
+        self._age_s = age_s
+
+    @property
+    def axis(self) -> TimeAxis:
+        """The axis of time, whose right end is 0 s."""
+        return TimeAxis(self._duration_s, LEFT, max(self.width() - LEFT - SIDE, 0.0),
+                        -self._duration_s)
+
+    # Size
+
+    def sizeHint(self) -> QSize:
+        """Return a size with room for all lanes."""
+        return QSize(400, self._height_of(len(self.stack.lanes)))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which some lanes can be seen."""
+        return QSize(260, self._height_of(min(len(self.stack.lanes), _FEWEST_LANES)))
+
+    def _height_of(self, lanes: int) -> int:
+        return int(HEADER_HEIGHT) + self.stack.height_of(lanes)
+
+    def _fit(self) -> None:
+        self.setMaximumHeight(int(HEADER_HEIGHT) + self.stack.most_height)
+        self.stack.place(self.rect().adjusted(0, int(HEADER_HEIGHT), 0, 0))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the lanes their height in the new size."""
+        self._fit()
+
+    # Drawing
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw everything: most of it has moved."""
+        painter = QPainter(self)
+        painter.setFont(self._font)
+        painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
+        axis, bottom = self.axis, float(self.height())
+        self.stack.draw(painter, axis._replace(begin_s=0.0), self._duration_s, event.rect())
+        painter.setRenderHint(QPainter.Antialiasing)
+        self._draw_header(painter, axis)
+        if self._duration_s > 0.0:
+            header.draw_flags(painter, axis, self._marks, -1)
+            self._draw_moment(painter, axis, bottom)
+        if self._hover_x is not None:
+            time_s = axis.time_s(self._hover_x)
+            header.draw_hover(painter, axis, time_s, self.time_text(time_s, 2), bottom)
+        self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
+        painter.end()
+
+    def _draw_moment(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
+        """Draw the moment of the scene: the present at the right, or what is replayed."""
+        x, color = axis.right - 1.0, theme().accent
+        if self._replay_s is not None:
+            x, color = axis.x(max(self._replay_s, -self._duration_s)), theme().warning
+        painter.fillRect(QRectF(round(x) - 1.0, AXIS_TOP, 3.0, bottom - AXIS_TOP), QColor(color))
+
+    def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
+        header.draw_groove(painter, axis)
+        header.draw_alarms(painter, axis, header.Alarms(
+            (*self.alarms(), *times(self.near, Level.BAD)), times(self.near, Level.WARNING)))
+        for time_s in axis.ticks(_TICK_PX):
+            x = axis.x(time_s)
+            painter.setPen(QColor(theme().tick))
+            painter.drawLine(round(x), int(AXIS_TOP) - 1, round(x), int(AXIS_TOP) + 3)
+            painter.setPen(QColor(theme().quiet))
+            is_last = x > axis.right - 1.0
+            left = max(x - (_TICK_PX + 5.0 if is_last else _TICK_PX / 2), 1.0)
+            place = Qt.AlignRight if is_last else Qt.AlignHCenter
+            painter.drawText(QRectF(left, AXIS_TOP + 2, _TICK_PX, AXIS_HEIGHT - 2),
+                             place | Qt.AlignVCenter, self.time_text(time_s, 0))
+
+    def time_text(self, time_s: float, decimals: int) -> str:
+        """Return in words how long before the present a time on the axis is."""
+        return _before_now(time_s - self._age_s, decimals)
+
+    def alarms(self) -> List[Tuple[float, float]]:
+        """Return when [s, s] some value was beyond its limits; the present is 0."""
+        beyond = [it for lane in self.stack.lanes for it in map(_beyond, lane.curves)
+                  if it is not None]
+        if not beyond:
+            return []
+        edges = np.flatnonzero(np.diff(np.concatenate(
+            ([False], np.any(beyond, axis=0), [False])).astype(np.int8)))
+        at_s = edges / len(beyond[0]) * self._duration_s - self._duration_s
+        return [(float(begin), float(end)) for begin, end in at_s.reshape(-1, 2)]
+
+    def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
+        """Return a curve's value in the scene, the one at the mouse, and their difference."""
+        curve, at_mouse = self.stack.lanes[row].curves[number], None
+        value = self._values[curve.key]
+        good = curve.good_at(_newest_share(curve, self._duration_s))
+        if self._duration_s > 0.0:
+            if self._hover_x is not None:
+                at_mouse = curve.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
+            if self._replay_s is not None:
+                share = max(1.0 + self._replay_s / self._duration_s, 0.0)
+                value, good = curve.at(share), curve.good_at(share)
+        return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse,
+                          good)
+
+    # The mouse
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Let the scene show the moment under the mouse."""
+        if event.button() == Qt.LeftButton and not self.stack.fold(event.pos(), self._choices):
+            self._is_dragged = True
+            self._want_replay(event.localPos().x())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Show the values under the mouse; with the button pressed, the scene as well."""
+        self._hover_x = event.localPos().x()
+        if self._is_dragged:
+            self._want_replay(event.localPos().x())
+        self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Leave the scene at what it shows."""
+        if event.button() == Qt.LeftButton:
+            self._is_dragged = False
+
+    def _want_replay(self, x: float) -> None:
+        if self._duration_s > 0.0:
+            time_s = self.axis.time_s(x)
+            self.replay_wanted.emit(min(max(time_s, -self._duration_s), 0.0))
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Hide the line at the mouse."""
+        self._hover_x = None
+        self.update()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Show more or less of the past; over lanes that do not fit, scroll them."""
+        steps = -1 if event.angleDelta().y() > 0 else 1
+        if self.stack.scroll.maximum() and event.modifiers() == Qt.NoModifier \
+                and event.pos().y() >= HEADER_HEIGHT:
+            self.stack.scroll.event(event)
+        elif event.angleDelta().y():
+            self.longer_wanted.emit(steps)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the lane under the mouse, and to choose the curves."""
+        menu = self.menu_at(self.stack.row_at(event.y()))
+        menu.setAttribute(Qt.WA_DeleteOnClose)
+        menu.popup(event.globalPos())
+
+    def menu_at(self, row: Optional[int]) -> QMenu:
+        """Return the menu for a lane, if there is one."""
+        menu = QMenu(self)
+        if row is not None:
+            self.stack.add_actions(menu, row, self._choices)
+        menu.addAction('Curves…', self.curves_wanted)
+        return menu
+
+    def lane_rect(self, row: int) -> QRect:
+        """Return the place of a lane."""
+        return self.stack.lane_rect(row)
+
+
+def _beyond(lane: Lane) -> Optional[np.ndarray]:
+    """Return the columns in which a lane is beyond its limits; None without any."""
+    limits = lane.limits
+    if limits is None:
+        return None
+    beyond: np.ndarray = np.zeros(len(lane.low), bool)
+    with np.errstate(invalid='ignore'):
+        if limits.high is not None:
+            beyond |= lane.high > limits.high
+        if limits.low is not None:
+            beyond |= lane.low < limits.low
+    return beyond
+
+
+def _newest_share(lane: Lane, duration_s: float) -> float:
+    """Return where (0 to 1) the band is known last; it comes a little later than the values."""
+    if lane.band is None or duration_s <= 0.0:
+        return 1.0
+    known = np.flatnonzero(np.isfinite(lane.band.low))
+    newest = (float(known[-1]) + 0.5) / len(lane.low) if len(known) else -np.inf
+    return newest if (1.0 - newest) * duration_s < _NEWEST_S else 1.0
+
+
+def _before_now(time_s: float, decimals: int) -> str:
+    """A time below 0 in words: how long it is before the present."""
+    if time_s > -0.5 * 10.0 ** -decimals:
+        return 'now'
+    minutes, seconds = divmod(-time_s, 60.0)
+    if minutes and not decimals:
+        return f'−{minutes:.0f}:{seconds:02.0f} min'
+    return f'−{-time_s:.{decimals}f} s'

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instant replay: what happened some seconds ago, while the cell and its recording go on."""
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import Enum
+from typing import Any, Callable, Dict, Optional, Protocol, Tuple, Type
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
+from process_visualizer.launching.part_report import PartReport, PartState
+
+LINE = 'replay'
+_END_TIMEOUT_S = 60.0
+
+
+class ReplayPhase(Enum):
+    """``PREPARING`` until the past can be seen."""
+
+    LIVE = 'live'
+    PREPARING = 'preparing'
+    SHOWN = 'shown'
+
+
+class ReplayTools(Protocol):
+    """Tools that make a replay (ReplayLink in gui/ros/replay_link.py); each call may block."""
+
+    def copy_memory(self) -> str:
+        """Write what the recorder has in memory into a bag; return its path."""
+
+    def start(self, choice: Choice) -> Any:
+        """Start a second cell, or change what it plays."""
+
+    def follow(self) -> Any:
+        """Follow the state of its player, until that ends."""
+
+    def show(self) -> Any:
+        """Show its RViz over that of the running cell, with the same camera."""
+
+    def move(self) -> Any:
+        """Let its RViz, which is shown, be again where that of the running cell is."""
+
+    def hide(self) -> Any:
+        """Hide its RViz."""
+
+    def interrupt(self) -> Any:
+        """Let ``show`` wait no longer."""
+
+    def stop(self) -> Any:
+        """Stop the second cell."""
+
+
+class ReplayModel(QObject):
+    """Shows a moment of the recorder's memory; ``playback`` moves on from there.
+
+    The memory is copied when a replay begins, so that what is looked at does not run out of it; who
+    returns to a moment that the last copy has sees it at once.
+    The second cell starts with the first replay and stays, so that later ones come at once.
+    Times are those of the recorder's clock [s].
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
+                 refused: Tuple[Type[Exception], ...],
+                 parent: Optional[QObject] = None) -> None:
+        """Take what the tools raise with a text for the user."""
+        super().__init__(parent)
+        self.playback = playback
+        self._tasks, self._tools, self._refused = tasks, tools, refused
+        self._phase = ReplayPhase.LIVE
+        self._choice: Optional[Choice] = None
+        self._reports: Dict[str, PartReport] = {}
+        self._path = ''
+        self._begin_s = self._wanted_s = 0.0
+        self._has_state = self._is_opening = self._is_started = False
+        self._moves = NewestCall[bool](tasks, LINE, self._move, lambda: None, self._fail)
+
+    @property
+    def phase(self) -> ReplayPhase:
+        """Return what is to be seen."""
+        return self._phase
+
+    @property
+    def is_live(self) -> bool:
+        """Return whether the scene is that of the running cell."""
+        return self._phase is ReplayPhase.LIVE
+
+    @property
+    def time_s(self) -> float:
+        """The moment that is shown, or is about to be."""
+        if self._phase is not ReplayPhase.SHOWN:
+            return self._wanted_s
+        return self._begin_s + self.playback.position_s
+
+    def show(self, time_s: float, choice: Choice) -> None:
+        """Go to a moment; ``choice`` is what runs."""
+        self._wanted_s = time_s
+        if self.is_live and self._holds(time_s, choice):
+            self._begin_again()
+        elif self.is_live:
+            self._begin(choice)
+        elif self._has_state:
+            self.playback.seek(time_s - self._begin_s)
+
+    def leave(self) -> None:
+        """Return to the running cell."""
+        before, self._phase = self._phase, ReplayPhase.LIVE
+        view = self._reports.get(RVIZ_PART)
+        if before is ReplayPhase.SHOWN:
+            self.playback.pause()
+            if view is not None and view.state is PartState.RUNNING:
+                self._run(self._tools.hide)
+        if before is not ReplayPhase.LIVE:
+            self.changed.emit()
+
+    def stop(self) -> None:
+        """The cell ends, and with it the replay."""
+        if self._is_started:
+            self.leave()
+            self._is_started, self._reports = False, {}
+            self.playback.take_state(None)
+            self._tools.interrupt()
+            self._run(self._tools.stop)
+
+    def close(self) -> None:
+        """Stop everything; block until it is done."""
+        if self._is_started:
+            self._tools.interrupt()
+            self._tasks.run_and_wait(LINE, self._tools.stop, _END_TIMEOUT_S)
+
+    def follow_window(self) -> None:
+        """RViz of the running cell has been moved or resized."""
+        if self._is_opening and not self.is_live:
+            self._moves.request(True)
+
+    def take_report(self, report: PartReport) -> None:
+        """Take the state of a part of the second cell."""
+        before = self._reports.get(report.part)
+        self._reports[report.part] = report
+        if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
+            self._give_up(f'The replay has ended: {report.reason}')
+        elif report.state is PartState.STOPPED and report.part == RVIZ_PART:
+            if self._phase is ReplayPhase.PREPARING:
+                self._give_up('There is no replay: its RViz was closed while it started')
+            self.leave()  # the operator has closed its window
+        elif report.part == BAG_PART and report.state is PartState.RUNNING and (
+                before is None or before.state is not PartState.RUNNING):
+            self._run(self._tools.follow)
+        self._look_whether_ready()
+
+    def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
+        """Take the newest state of its player."""
+        if self.is_live or snapshot is None or self._path not in snapshot.files:
+            return
+        is_first, self._has_state = not self._has_state, True
+        self._begin_s = snapshot.begin_s
+        self.playback.take_state(snapshot)
+        if is_first:
+            self.playback.seek(self._wanted_s - self._begin_s)
+        self._look_whether_ready()
+
+    def _holds(self, time_s: float, choice: Choice) -> bool:
+        """Return whether the last copy has the moment, and everything still runs that shows it."""
+        states = [self._reports[part].state for part in (BAG_PART, RVIZ_PART)
+                  if part in self._reports]
+        return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
+                and replace(choice, window=None) == replace(self._choice, window=None)
+                and self._begin_s <= time_s <= self._begin_s + self.playback.duration_s)
+
+    def _begin_again(self) -> None:
+        self._phase, self._is_opening = ReplayPhase.PREPARING, False
+        self.playback.seek(self._wanted_s - self._begin_s)
+        self._look_whether_ready()
+        self.changed.emit()
+
+    def _begin(self, choice: Choice) -> None:
+        self._phase, self._choice = ReplayPhase.PREPARING, choice
+        self._has_state = self._is_opening = False
+        self._is_started = True
+        self._path = ''
+        self.playback.forget_player()
+        self._tasks.run(LINE, lambda: self._started(choice), self._take_path, self._fail)
+        self.changed.emit()
+
+    def _started(self, choice: Choice) -> str:
+        """Run in the line of tasks."""
+        path = self._tools.copy_memory()
+        self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL, bag=path,
+                                  further_bags=(), left_out=(), is_replay=True))
+        return path
+
+    def _take_path(self, path: str) -> None:
+        self._path = path
+        self._look_whether_ready()
+
+    def _look_whether_ready(self) -> None:
+        view = self._reports.get(RVIZ_PART)
+        if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
+                or view is None or view.state is not PartState.RUNNING:
+            return
+        self._is_opening = True
+        self._tasks.run(LINE, self._tools.show, self._take_shown, self._fail)
+
+    def _take_shown(self, _nothing: object) -> None:
+        if self._phase is ReplayPhase.PREPARING:
+            self._phase = ReplayPhase.SHOWN
+            self.changed.emit()
+        else:
+            self._run(self._tools.hide)  # the operator has left before
+
+    def _move(self, _is_moved: bool) -> None:
+        """Run in the line of tasks; by then the operator may have left."""
+        if not self.is_live:
+            self._tools.move()
+
+    def _run(self, work: Callable[[], Any]) -> None:
+        self._tasks.run(LINE, work, None, self._fail)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, self._refused):
+            raise error
+        self._give_up(f'There is no replay: {error}')
+
+    def _give_up(self, text: str) -> None:
+        if not self.is_live:
+            self.leave()
+            self.failed.emit(text)

@@ -1,0 +1,588 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The recording that is chosen for playback, and what is in it."""
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tuple
+
+from PyQt5.QtCore import QFileSystemWatcher, QObject, pyqtSignal
+
+from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
+from process_visualizer.bagio.catalogue import Catalogue, missing_topics, read_catalogue
+from process_visualizer.bagio.marks import Mark, add_mark, marks_path
+from process_visualizer.bagio.recorder_topics import recorded_configuration
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import ReindexCancelled, Reindexed, copy_path, reindex
+from process_visualizer.cell.model import Device
+from process_visualizer.curves.curve_sources import CurveSource, curve_sources
+from process_visualizer.curves.curves import Curve, RecordedAlarm, read_curves, recorded_alarms
+from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.toolkit.sentences import with_details
+from process_visualizer.gui.toolkit.tasks import Progress, Tasks
+
+# Work of the bag model off the GUI thread.
+
+_STEP = 0.005  # a bar shows no smaller part
+
+
+class RecordingGone(Exception):
+    """Files (``paths``) of a recording that was open once no longer exist."""
+
+    def __init__(self, paths: Tuple[str, ...]) -> None:
+        super().__init__(f'{", ".join(paths)}: no longer exists')
+        self.paths = paths
+
+
+def catalogue_of(paths: Sequence[str]) -> Catalogue:
+    """Return what bags hold; an indexed copy that is newer than its bag takes its place.
+
+    Raises:
+        BagUnindexed: a bag has to be reindexed first.
+        BagError: a bag cannot be read.
+    """
+    try:
+        return read_catalogue(paths)
+    except BagUnindexed as error:
+        copy = copy_path(error.file)
+        if error.file == copy or error.file not in paths or not _is_newer(copy, error.file):
+            raise
+        return catalogue_of([copy if path == error.file else path for path in paths])
+
+
+def holds_configuration(paths: Sequence[str]) -> bool:
+    """Return whether a recording was made with a configuration, which it has in it.
+
+    Raises:
+        BagError: a bag cannot be read.
+    """
+    with Recording(paths) as recording:
+        return recorded_configuration(recording) is not None
+
+
+def catalogue_if_there(paths: Sequence[str]) -> Catalogue:
+    """Return what bags hold, as catalogue_of does.
+
+    Raises:
+        RecordingGone: some are not there any more.
+    """
+    gone = missing_of(paths)
+    if gone:
+        raise RecordingGone(gone)
+    return catalogue_of(paths)
+
+
+def reindexed(path: str, progress: Progress) -> Reindexed:
+    """Make an indexed copy of a bag.
+
+    Raises:
+        ReindexCancelled: the progress was cancelled.
+        BagError: nothing in the bag can be read, or the copy cannot be written.
+    """
+    report = in_steps(progress)
+
+    def go_on(part: float) -> bool:
+        report(part)
+        return not progress.is_cancelled()
+    return reindex(path, go_on)
+
+
+def in_steps(progress: Progress) -> Callable[[float], None]:
+    """Return what reports to a progress, but only what can be seen of it."""
+    shown = -1.0
+
+    def report(part: float) -> None:
+        nonlocal shown
+        if part >= shown + _STEP or part >= 1.0:
+            shown = part
+            progress.report(part)
+    return report
+
+
+def missing_of(paths: Sequence[str]) -> Tuple[str, ...]:
+    """Return the files that are not there any more."""
+    return tuple(path for path in paths if not os.path.exists(path))
+
+
+def in_order(paths: Sequence[str]) -> List[str]:
+    """Return the whole paths of the files of one recording, each once, sorted by their names."""
+    return sorted({os.path.abspath(os.path.expanduser(path)) for path in paths})
+
+
+def _is_newer(copy: str, path: str) -> bool:
+    return os.path.exists(copy) and os.path.getmtime(copy) >= os.path.getmtime(path)
+
+
+def recovered_text(result: Reindexed) -> str:
+    """Return how much of a bag without an index could be read.
+
+    Raises:
+        BagError: its copy cannot be read.
+    """
+    found = read_catalogue([result.path])
+    duration_s = found.duration_s
+    if all(gap.begin_ns >= found.begin_ns + round(duration_s * 1e9) for gap in result.gaps):
+        return f'Recovered the first {duration_s:.1f} s; the rest is unreadable.'
+    count = len(result.gaps)
+    parts = 'a part is' if count == 1 else f'{count} parts are'
+    return f'Recovered {duration_s:.1f} s; {parts} unreadable.'
+
+
+class PlayedTopics(QObject):
+    """All are ticked when a recording is opened."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._of_devices: FrozenSet[str] = frozenset()
+        self._unticked: Set[str] = set()
+        self._paths: Tuple[str, ...] = ()
+
+    @property
+    def left_out(self) -> Tuple[str, ...]:
+        """The topics of the devices that are not to be played, by name."""
+        return tuple(sorted(self._unticked & self._of_devices))
+
+    def is_offered(self, topic: str) -> bool:
+        """Return whether it is one of the devices', the only ones that are ever played."""
+        return topic in self._of_devices
+
+    def is_ticked(self, topic: str) -> bool:
+        """Return whether it is to be played."""
+        return topic in self._of_devices - self._unticked
+
+    def tick(self, topic: str, is_ticked: bool) -> None:
+        """Play a topic, or do not."""
+        if is_ticked != self.is_ticked(topic):
+            (self._unticked.discard if is_ticked else self._unticked.add)(topic)
+            self.changed.emit()
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices whose topics are played."""
+        topics = frozenset(topic.name for device in devices for topic in device.topics
+                           if topic.record)
+        if topics != self._of_devices:
+            self._of_devices = topics
+            self.changed.emit()
+
+    def set_recording(self, paths: Tuple[str, ...]) -> None:
+        """Take the files of the recording; of another one, all topics are ticked."""
+        if paths != self._paths:
+            self._paths = paths
+            self._unticked.clear()
+            self.changed.emit()
+
+
+LINE = 'curves'
+
+
+class CurvesModel(QObject):
+    """Reads again whenever there is another recording, or devices have other variables."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self.choices = LaneChoices(self)
+        self._paths: Tuple[str, ...] = ()
+        self._devices: Tuple[Device, ...] = ()
+        self._sources: Tuple[CurveSource, ...] = ()
+        self._curves: Tuple[Curve, ...] = ()
+        self._alarms: Tuple[RecordedAlarm, ...] = ()
+        self._reading: Optional[Progress] = None
+        self._is_cancelled = False
+
+    @property
+    def curves(self) -> Tuple[Curve, ...]:
+        """The curves, in the order of the devices."""
+        return self._curves
+
+    @property
+    def alarms(self) -> Tuple[RecordedAlarm, ...]:
+        """Return when variables were beyond their limits, in the order of time."""
+        return self._alarms
+
+    @property
+    def reading(self) -> Optional[Progress]:
+        """Return how far reading is; None while nothing is being read."""
+        return self._reading
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Return whether the operator did not want the curves; ``read`` reads them after all."""
+        return self._is_cancelled
+
+    def set_recording(self, paths: Sequence[str]) -> None:
+        """Read the curves of another recording."""
+        self._paths = tuple(paths)
+        self.read()
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices whose variables are drawn."""
+        sources = curve_sources(devices)
+        self._devices = tuple(devices)
+        if sources != self._sources:
+            self._sources = sources
+            self.read()
+        elif self._judge():
+            self.changed.emit()
+
+    def read(self) -> None:
+        """Read all curves anew."""
+        self._stop()
+        self._curves, self._alarms, self._is_cancelled = (), (), False
+        if self._paths and self._sources:
+            self._reading = progress = Progress(self)
+            paths, devices = self._paths, self._devices
+            self._tasks.run(
+                LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
+                                          progress.is_cancelled),
+                lambda curves: self._take(progress, curves),
+                lambda error: self._refuse(progress, error))
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Read no further."""
+        if self._reading is not None:
+            self._stop()
+            self._is_cancelled = True
+            self.changed.emit()
+
+    def _judge(self) -> bool:
+        """Find the alarms, and tell whether there are others: limits may have changed."""
+        before, self._alarms = self._alarms, recorded_alarms(self._devices, self._curves)
+        return self._alarms != before
+
+    def _stop(self) -> None:
+        if self._reading is not None:
+            self._reading.cancel()
+            self._reading = None
+
+    def _take(self, progress: Progress, curves: Tuple[Curve, ...]) -> None:
+        if progress is self._reading:
+            self._reading, self._curves = None, curves
+            self._judge()
+            self.changed.emit()
+
+    def _refuse(self, progress: Progress, error: Exception) -> None:
+        if isinstance(error, ReadingCancelled) or progress is not self._reading:
+            return
+        self._reading = None
+        self.changed.emit()
+        if not isinstance(error, BagError):
+            raise error
+        self.failed.emit(f'The curves cannot be shown: {error}')
+
+
+_FILES, _REINDEXING = 'files', 'reindexing'
+_MOST_RECENT = 8
+_NS_PER_S = 1_000_000_000
+
+Paths = Tuple[str, ...]
+
+
+class BagModel(QObject):
+    """One bag, or several files of one recording; read in the background.
+
+    A bag that cannot be read does not take the place of the one that is open.
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    noted = pyqtSignal(str)
+    """Something the operator should know, though it is no failure."""
+    chosen = pyqtSignal(str)
+    """Another recording has been opened: the path of its first file."""
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None,
+                 where_recorded: Callable[[], str] = lambda: '') -> None:
+        """``where_recorded`` returns the folder into which recordings go."""
+        super().__init__(parent)
+        self._where_recorded = where_recorded
+        self.curves = CurvesModel(tasks, self)
+        self.curves.failed.connect(self.failed)
+        self.played = PlayedTopics(self)
+        self._tasks = tasks
+        self._wanted: Paths = ()
+        self._paths: Paths = ()
+        self._catalogue: Optional[Catalogue] = None
+        self._devices: Tuple[Device, ...] = ()
+        self._unindexed = ''
+        self._reindexing: Optional[Progress] = None
+        self._recent: Tuple[Paths, ...] = ()
+        self._gone: Paths = ()
+        self._holds_configuration = False
+        self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
+        self._folder = ''
+        self._watcher = QFileSystemWatcher(self)
+        self._watcher.fileChanged.connect(self._look)
+
+    # What is open.
+
+    @property
+    def path(self) -> str:
+        """The first file of the recording; empty if none is open."""
+        return self._paths[0] if self._paths else ''
+
+    @property
+    def paths(self) -> Paths:
+        """The files of the recording."""
+        return self._paths
+
+    @property
+    def is_loading(self) -> bool:
+        """Return whether a recording is being opened."""
+        return bool(self._wanted) and not self._unindexed
+
+    @property
+    def catalogue(self) -> Optional[Catalogue]:
+        """Return what is in the recording; None if none is open."""
+        return self._catalogue
+
+    @property
+    def marks(self) -> Tuple[PlacedMark, ...]:
+        """The marks of the recording."""
+        found = self._catalogue
+        if found is None:
+            return ()
+        return tuple(PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
+
+    @property
+    def gaps(self) -> Tuple[Tuple[float, float], ...]:
+        """The parts that cannot be read, where that is known [s from the beginning]."""
+        found = self._catalogue
+        if found is None:
+            return ()
+        return tuple(((gap.begin_ns - found.begin_ns) / _NS_PER_S,
+                      (gap.end_ns - found.begin_ns) / _NS_PER_S)
+                     for gap in found.gaps if gap.end_ns)
+
+    @property
+    def missing(self) -> Dict[str, Tuple[str, ...]]:
+        """By device what it would play and the recording has not."""
+        return {} if self._catalogue is None else missing_topics(self._catalogue, self._devices)
+
+    @property
+    def is_foreign(self) -> bool:
+        """Return whether the recording has no topic of the ticked devices, which have some."""
+        found = self._catalogue
+        wanted = {topic.name for it in self._devices for topic in it.topics if topic.record}
+        return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
+
+    @property
+    def foreign_text(self) -> str:
+        """Return why nothing of the recording can be played; empty if something can."""
+        name = os.path.basename(self.path)
+        return f'{name} has no topic of the ticked devices' if self.is_foreign else ''
+
+    @property
+    def holds_configuration(self) -> bool:
+        """Return whether a foreign recording brings its own configuration."""
+        return self._holds_configuration
+
+    @property
+    def gone(self) -> Paths:
+        """The files that have been deleted or moved while they were open."""
+        return self._gone
+
+    def open(self, paths: Sequence[str]) -> None:
+        """Open the files of one recording in place of what is open."""
+        self._read(tuple(in_order(paths)), catalogue_of)
+
+    def reopen(self) -> None:
+        """Open what was open when the window was closed, unless another was chosen since."""
+        if self._last:
+            self._read(self._last, catalogue_if_there)
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices that are to be played."""
+        self._devices = tuple(devices)
+        self.curves.set_devices(self._devices)
+        self.played.set_devices(self._devices)
+        self.changed.emit()
+
+    # A bag without an index.
+
+    @property
+    def unindexed(self) -> str:
+        """The bag that was to be opened and has no index; empty if there is none."""
+        return self._unindexed
+
+    @property
+    def reindexing(self) -> Optional[Progress]:
+        """Return how far the indexed copy is; None while none is being made."""
+        return self._reindexing
+
+    def reindex(self) -> None:
+        """Make an indexed copy of the bag without an index, and open that; the bag stays."""
+        if not self._unindexed or self._reindexing is not None:
+            return
+        path, progress = self._unindexed, Progress(self)
+        self._reindexing = progress
+        self._tasks.run(_REINDEXING, lambda: reindexed(path, progress),
+                        lambda result: self._take_copy(progress, result),
+                        lambda error: self._refuse_copy(progress, error))
+        self.changed.emit()
+
+    def cancel_reindexing(self) -> None:
+        """Make no indexed copy after all."""
+        if self._reindexing is not None:
+            self._reindexing.cancel()
+            self._reindexing = None
+            self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Do without the bag that has no index."""
+        self.cancel_reindexing()
+        self._wanted, self._unindexed = (), ''
+        self.changed.emit()
+
+    # What the operator adds.
+
+    def add_mark(self, position_s: float, label: str) -> None:
+        """Add a mark beside the bag, or elsewhere if that is read-only; the bag is not touched."""
+        found = self._catalogue
+        if found is not None:
+            mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
+            self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
+                            lambda path: self._take_mark(found.paths, mark, path), self._report)
+
+    # What is remembered.
+
+    @property
+    def recent(self) -> Tuple[Paths, ...]:
+        """The last recordings, the newest first."""
+        return self._recent
+
+    @property
+    def folder(self) -> str:
+        """Return where the next recording is looked for: where the last one is, else where they go.
+
+        Touches the disk.
+        """
+        folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self._recent),
+                   self._where_recorded(), os.path.expanduser('~'))
+        return next(filter(os.path.isdir, folders), '')
+
+    def set_folder(self, folder: str) -> None:
+        """Say where the operator has looked for a recording."""
+        self._folder = folder
+
+    def add_recent(self, path: str) -> None:
+        """Put a bag in front of the last ones, without opening it."""
+        self._remember((path,))
+        self.changed.emit()
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what is to be remembered."""
+        is_chosen = self._wanted and not self._unindexed
+        return {'recent': [list(paths) for paths in self._recent],
+                'open': list(self._wanted if is_chosen else self._paths or self._last)}
+
+    def restore(self, settings: Mapping[str, Any]) -> None:
+        """Take what was remembered; see ``reopen``."""
+        self._recent = tuple(tuple(str(path) for path in paths)
+                             for paths in settings.get('recent', []) if paths)
+        self._last = tuple(str(path) for path in settings.get('open', []))
+        self.changed.emit()
+
+    # Inside.
+
+    def _read(self, wanted: Paths, read: Callable[[Paths], Catalogue]) -> None:
+        self.cancel_reindexing()
+        self._unindexed, self._last, self._wanted = '', (), wanted
+        self._tasks.run(_FILES, lambda: read(wanted), lambda found: self._take(wanted, found),
+                        lambda error: self._refuse(wanted, error))
+        self.changed.emit()
+
+    def _take(self, wanted: Paths, found: Catalogue) -> None:
+        if wanted != self._wanted:
+            return  # another one has been chosen meanwhile
+        self._wanted, self._gone = (), ()
+        self._paths, self._catalogue = found.paths, found
+        self._remember(found.paths)
+        self._watch()
+        self.curves.set_recording(found.paths)
+        self.played.set_recording(found.paths)
+        self._holds_configuration = False
+        self._tasks.run(_FILES, lambda: holds_configuration(found.paths),
+                        lambda holds: self._take_configuration(found.paths, holds), self._report)
+        self.changed.emit()
+        self.chosen.emit(self.path)
+
+    def _take_configuration(self, paths: Paths, holds: bool) -> None:
+        if paths == self._paths and holds != self._holds_configuration:
+            self._holds_configuration = holds
+            self.changed.emit()
+
+    def _refuse(self, wanted: Paths, error: Exception) -> None:
+        if wanted != self._wanted:
+            return
+        if isinstance(error, BagUnindexed):
+            self._unindexed = error.file
+        else:
+            self._wanted = ()
+            self._recent = tuple(paths for paths in self._recent if paths != wanted)
+        if isinstance(error, RecordingGone):
+            self._gone = error.paths
+        self.changed.emit()
+        if not isinstance(error, (BagUnindexed, RecordingGone)):
+            self._report(error)
+
+    def _report(self, error: Exception) -> None:
+        if not isinstance(error, BagError):
+            raise error
+        self.failed.emit(str(error))
+
+    def _take_copy(self, progress: Progress, result: Reindexed) -> None:
+        if progress is not self._reindexing:
+            return
+        self._reindexing = None
+        self.open([result.path if path == self._unindexed else path for path in self._wanted])
+        if result.gaps:
+            self._tasks.run(_FILES, lambda: recovered_text(result), lambda text: self.failed.emit(
+                with_details(text, map(str, result.gaps))), self._report)
+
+    def _refuse_copy(self, progress: Progress, error: Exception) -> None:
+        if progress is not self._reindexing or isinstance(error, ReindexCancelled):
+            return
+        self.dismiss()
+        self._report(error)
+
+    def _take_mark(self, paths: Paths, mark: Mark, path: str) -> None:
+        if path != marks_path(paths[0]):
+            self.noted.emit(f'{os.path.dirname(paths[0])} cannot be written: the mark is kept in '
+                            f'{path}')
+        found = self._catalogue
+        if found is not None and found.paths == paths:
+            self._catalogue = found._replace(marks=tuple(sorted([*found.marks, mark])))
+            self.changed.emit()
+
+    def _remember(self, paths: Paths) -> None:
+        others: List[Paths] = [it for it in self._recent if it != paths]
+        self._recent = (paths, *others)[:_MOST_RECENT]
+        self._folder = os.path.dirname(paths[0])
+
+    def _watch(self) -> None:
+        if self._watcher.files():
+            self._watcher.removePaths(self._watcher.files())
+        self._watcher.addPaths(list(self._paths))
+
+    def _look(self, _path: str) -> None:
+        """A file has changed: perhaps it is not there any more."""
+        paths = self._paths
+        self._tasks.run(_FILES, lambda: missing_of(paths),
+                        lambda gone: self._take_gone(paths, gone))
+
+    def _take_gone(self, paths: Paths, gone: Paths) -> None:
+        if paths != self._paths or gone == self._gone:
+            return
+        self._gone = gone
+        self.changed.emit()
+        if gone:
+            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. What plays '
+                             'goes on until its nodes are quit; put it back, or open another bag.')

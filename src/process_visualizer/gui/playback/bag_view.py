@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Chooses the recording, and shows its contents and what is missing."""
+from __future__ import annotations
+
+import html
+import os
+from datetime import datetime
+from typing import Dict, List, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.bagio.catalogue import Catalogue, CatalogueTopic
+from process_visualizer.gui.playback.bag_model import BagModel, PlayedTopics
+from process_visualizer.gui.recording.topic_list import TopicTree
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.theme import ThemeFollower, theme
+from process_visualizer.gui.toolkit.widgets import FoldButton, colour_row, in_column, in_row
+from process_visualizer.health.device_state import recorded_rate_text
+from process_visualizer.health.figures import count_text, size_text
+from process_visualizer.playback.timeline import format_time
+
+_NAME, _COUNT, _RATE, _TYPE = range(4)
+_MOST_ROWS = 8
+_WIDE_PX = 560
+
+
+class PlayedTopicsTable(TopicTree):
+    """Topics with counts and rates; those of the devices can be ticked."""
+
+    def __init__(self, played: PlayedTopics, parent: Optional[QWidget] = None) -> None:
+        super().__init__('bag_topics', 4, parent)
+        self._played = played
+        self._rows: Dict[str, QTreeWidgetItem] = {}
+        self._found: Optional[object] = None
+        self.setAccessibleName('Topics of the recording')
+        self.setHeaderLabels(['Topic', 'Messages', 'Rate', 'Type'])
+        self.setAlternatingRowColors(True)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
+        self.itemChanged.connect(self._take_tick)
+        played.changed.connect(self._show_ticks)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Hide the types if there is no room for them; a topic's tooltip has them."""
+        super().resizeEvent(event)
+        self.setColumnHidden(_TYPE, event.size().width() < _WIDE_PX)
+
+    def show_topics(self, found: Catalogue) -> None:
+        """Show the topics of a recording."""
+        if self._found == found.topics:
+            return
+        self._found = found.topics
+        self.clear()
+        self._rows = {topic.name: _row(topic) for topic in found.topics}
+        self.addTopLevelItems(list(self._rows.values()))
+        self._show_ticks()
+        rows = min(len(found.topics), _MOST_ROWS)
+        self.setFixedHeight(self.header().sizeHint().height() + 4
+                            + rows * max(self.sizeHintForRow(0), 18))
+
+    def _show_ticks(self) -> None:
+        self.blockSignals(True)
+        for name, row in self._rows.items():
+            is_offered, is_ticked = self._played.is_offered(name), self._played.is_ticked(name)
+            row.setData(_NAME, Qt.CheckStateRole,
+                        (Qt.Checked if is_ticked else Qt.Unchecked) if is_offered else None)
+            colour_row(row, _NAME, 'text' if is_ticked else 'quiet')
+            row.setToolTip(_NAME, row.data(_NAME, Qt.UserRole) + (
+                '' if is_offered else '\nNo ticked device has it: it is not played'))
+        self.blockSignals(False)
+
+    def _take_tick(self, row: QTreeWidgetItem, column: int) -> None:
+        if column == _NAME and row.data(_NAME, Qt.CheckStateRole) is not None:
+            self._played.tick(row.text(_NAME), row.checkState(_NAME) == Qt.Checked)
+
+
+def _row(topic: CatalogueTopic) -> QTreeWidgetItem:
+    row = QTreeWidgetItem([topic.name, count_text(topic.message_count), recorded_rate_text(topic),
+                           topic.types[0].split('/')[-1]])
+    row.setFlags(Qt.ItemIsEnabled | Qt.ItemIsUserCheckable | Qt.ItemNeverHasChildren)
+    row.setTextAlignment(_COUNT, Qt.AlignRight)
+    row.setTextAlignment(_RATE, Qt.AlignRight)
+    row.setData(_NAME, Qt.UserRole, f'{topic.name}\n{", ".join(topic.types)}')
+    return row
+
+
+_MOST_NAMED = 3
+_MOST_REMARKS = 2
+
+
+class BagView(QWidget):
+    """Recent bags, a dialog for others, a line of facts, the topics on request, and warnings."""
+
+    configuration_wanted = pyqtSignal(object)
+    """A configuration should be made from the files of the recording."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self.recent = QComboBox()
+        self.open = QPushButton(icon('open'), 'Open…')
+        self.facts = QLabel()
+        self.details = FoldButton('bag_details', 'Topics', 'Show the topics of the recording')
+        self.topics = PlayedTopicsTable(bag.played)
+        self.warnings = QLabel()
+        self.unindexed = UnindexedRow(bag)
+        self.foreign = ForeignRow(bag)
+        self.foreign.make.clicked.connect(lambda: self.configuration_wanted.emit(bag.paths))
+        self._prepare()
+        self._lay_out()
+        bag.changed.connect(self._show)
+        bag.played.changed.connect(self._show)
+        ThemeFollower(self, self._show)
+        self._show()
+
+    def _prepare(self) -> None:
+        self.recent.setObjectName('recent_bags')
+        self.recent.setAccessibleName('Recent recordings')
+        self.recent.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.recent.setFocusPolicy(Qt.TabFocus)
+        self.recent.activated.connect(lambda row: self._bag.open(self.recent.itemData(row)))
+        self.open.setObjectName('open_bag')
+        self.open.setToolTip('Open a bag, or all files of a split recording  (Ctrl+O)')
+        self.open.setShortcut('Ctrl+O')
+        self.open.clicked.connect(self.choose_files)
+        self.facts.setObjectName('bag_facts')
+        self.facts.setWordWrap(True)
+        self.facts.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.details.toggled.connect(self.topics.setVisible)
+        self.warnings.setObjectName('bag_warnings')
+        self.warnings.setWordWrap(True)
+        self.warnings.setTextFormat(Qt.RichText)
+
+    def _lay_out(self) -> None:
+        facts = QHBoxLayout()
+        facts.setSpacing(0)
+        facts.addWidget(self.facts, 1)
+        facts.addWidget(self.details, 0, Qt.AlignTop)
+        in_column(self, 4, in_row(self.recent, self.open, wide=self.recent), self.unindexed,
+                  self.foreign, facts,
+                  self.warnings, self.topics)
+        self.topics.hide()
+
+    def choose_files(self) -> None:
+        """Ask for the files of one recording and open them."""
+        paths, _filter = QFileDialog.getOpenFileNames(
+            self, 'Open a recording', self._bag.folder, 'Bags (*.bag *.bag.active);;All files (*)')
+        if paths:
+            self._bag.set_folder(os.path.dirname(paths[0]))
+            self._bag.open(paths)
+
+    def _show(self) -> None:
+        self._show_recent()
+        found = self._bag.catalogue
+        self.facts.setText(self._facts(found))
+        self.facts.setToolTip('' if found is None else _origin(found))
+        self.details.setVisible(found is not None)
+        if found is None:
+            self.details.setChecked(False)
+        else:
+            self.topics.show_topics(found)
+            self.details.setText(_contents(found, self._bag.played.left_out))
+        warnings = _warnings(self._bag)
+        self.warnings.setText('<br>'.join(warnings))
+        self.warnings.setVisible(bool(warnings))
+        self.warnings.setToolTip(_whole_warnings(self._bag))
+
+    def _show_recent(self) -> None:
+        self.recent.clear()
+        for paths in self._bag.recent:
+            self.recent.addItem(name_of(paths), list(paths))
+            self.recent.setItemData(self.recent.count() - 1, '\n'.join(paths), Qt.ToolTipRole)
+        is_known = self._bag.paths in self._bag.recent
+        self.recent.setCurrentIndex(self._bag.recent.index(self._bag.paths) if is_known else -1)
+        self.recent.setEnabled(bool(self._bag.recent))
+        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were opened before')
+
+    def _facts(self, found: Optional[Catalogue]) -> str:
+        if self._bag.is_loading:
+            return 'Reading…'
+        if found is None:
+            return f'<span style="color: {theme().quiet}">Choose a recording to play.</span>'
+        return facts_of(found)
+
+
+class ForeignRow(QWidget):
+    """Says that a recording is of another cell, and offers its configuration, or to make one."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self.text = QLabel()
+        self.text.setObjectName('foreign_bag')
+        self.text.setWordWrap(True)
+        self.make = QPushButton()
+        self.make.setObjectName('configuration_of_bag')
+        in_column(self, 2, self.text, in_row(self.make))
+        bag.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        bag = self._bag
+        self.text.setText(f'{bag.foreign_text}. It is of another cell.')
+        self.make.setText('Use the configuration in it…' if bag.holds_configuration
+                          else 'Make a configuration from it…')
+        self.make.setToolTip('Writes it into a file that you name, and opens that. What it would '
+                             'start on this computer is left out' if bag.holds_configuration else
+                             'Writes one for its topics into a file that you name, and opens that')
+        self.setVisible(bag.is_foreign)
+
+
+class UnindexedRow(QWidget):
+    """Offers an indexed copy of a bag that has no index, and shows the progress."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self._shown: Optional[object] = None
+        self.text = QLabel()
+        self.text.setObjectName('unindexed')
+        self.text.setWordWrap(True)
+        self.bar = QProgressBar()
+        self.bar.setObjectName('reindex_progress')
+        self.bar.setRange(0, 1000)
+        self.make = QPushButton('Make a copy with an index')
+        self.make.setObjectName('reindex')
+        self.make.setToolTip('The bag itself is only read; the copy is written beside it')
+        self.make.clicked.connect(bag.reindex)
+        self.cancel = QPushButton('Cancel')
+        self.cancel.setObjectName('cancel_reindex')
+        self.cancel.setToolTip('Close this bag')
+        self.cancel.clicked.connect(bag.dismiss)
+        self._lay_out()
+        bag.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        row = QHBoxLayout()
+        for widget in (self.make, self.bar, self.cancel):
+            row.addWidget(widget)
+        row.addStretch(1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 2, 0, 2)
+        layout.addWidget(self.text)
+        layout.addLayout(row)
+
+    def _show(self) -> None:
+        path, progress = self._bag.unindexed, self._bag.reindexing
+        self.setVisible(bool(path))
+        self.text.setText(f'{os.path.basename(path)} has no index: its recording was interrupted. '
+                          'It can be played from a copy that has one.')
+        self.text.setToolTip(path)
+        self.make.setVisible(progress is None)
+        self.bar.setVisible(progress is not None)
+        if progress is not None and progress is not self._shown:
+            self.bar.setValue(0)
+            progress.changed.connect(lambda part: self.bar.setValue(round(1000 * part)))
+        self._shown = progress
+
+
+def name_of(paths: Sequence[str]) -> str:
+    """Return the name of a recording in a list: its file, and the number of further ones."""
+    more = f'  + {len(paths) - 1} files' if len(paths) > 1 else ''
+    return os.path.basename(paths[0]) + more
+
+
+def facts_of(found: Catalogue) -> str:
+    """Return length, size and date of a recording in a line."""
+    begin = datetime.fromtimestamp(found.begin_ns / 1e9)
+    is_recent = begin.year == datetime.now().year
+    parts = [format_time(found.duration_s), size_text(found.size_bytes),
+             begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
+    return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
+
+
+def _contents(found: Catalogue, left_out: Sequence[str]) -> str:
+    """Return how much is in a recording, and how many topics of it the operator does not want."""
+    texts = [count_text(len(found.topics), 'topic'), count_text(found.message_count, 'message')]
+    number = len(set(left_out) & set(found.topic_names))
+    return ', '.join([*texts, f'{number} not ticked'] if number else texts)
+
+
+def _origin(found: Catalogue) -> str:
+    """Return when a recording began, and its files."""
+    begin = datetime.fromtimestamp(found.begin_ns / 1e9)
+    return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
+
+
+def _warnings(bag: BagModel) -> List[str]:
+    """The warnings for the operator before the recording is played, in HTML."""
+    lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
+    lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
+              for device, topics in bag.missing.items() if not bag.is_foreign]
+    problems, remarks = ((), ()) if bag.catalogue is None else (
+        bag.catalogue.problems, bag.catalogue.remarks)
+    if problems:
+        parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
+        lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
+    lines += [(theme().warning, html.escape(it)) for it in remarks[:_MOST_REMARKS]]
+    if len(remarks) > _MOST_REMARKS:
+        more = count_text(len(remarks) - _MOST_REMARKS, 'more such remark')
+        lines.append((theme().warning, f'and {more}'))
+    return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
+
+
+def _whole_warnings(bag: BagModel) -> str:
+    lines = [f'{device}: {", ".join(topics)}' for device, topics in bag.missing.items()]
+    return '\n'.join([*bag.gone, *lines, *(() if bag.catalogue is None else (
+        *bag.catalogue.problems, *bag.catalogue.remarks))])
+
+
+def _named(topics: Tuple[str, ...]) -> str:
+    more = len(topics) - _MOST_NAMED
+    return ', '.join(topics[:_MOST_NAMED]) + (f' and {more} more' if more > 0 else '')

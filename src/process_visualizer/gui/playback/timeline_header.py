@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws the part above the lanes: flags, the slider's groove, the loop, and the axis of time."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtGui import (
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
+
+from process_visualizer.gui.lanes.lane_scale import SIDE
+from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.toolkit.theme import theme, translucent
+from process_visualizer.gui.toolkit.time_axis import ShownTime, TimeAxis, tick_label
+
+# The places of the parts of the timeline, and what is under the mouse.
+
+LEFT = 46.0  # left of the line, for the scales of the curves
+FLAGS_TOP, FLAGS_HEIGHT = 2.0, 18.0
+TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
+AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0
+HEADER_HEIGHT = 68.0
+FLAG_WIDTH = 9.0
+_REACH = 7.0  # px: how near the mouse has to be to a handle
+
+
+class Target(NamedTuple):
+    """The target under the mouse: 'A', 'B', 'mark' or 'moment' (with its number), or 'time'."""
+
+    kind: str
+    mark: int = -1
+
+
+def axis_of(shown: ShownTime, width: float) -> TimeAxis:
+    """Return the axis of a timeline of a width [px]."""
+    return TimeAxis(shown.duration_s, LEFT, max(width - LEFT - SIDE, 0.0), shown.begin_s)
+
+
+def track_rect(axis: TimeAxis) -> QRectF:
+    """Return the groove in which the knob runs."""
+    return QRectF(axis.left, TRACK_TOP + 14, axis.width, 6)
+
+
+def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
+              loop: Optional[Tuple[float, float]]) -> Target:
+    """Return the target at a place; handles of the loop [s] before marks, marks before the time."""
+    on_track = TRACK_TOP - 4 <= place.y() < AXIS_TOP
+    if loop is not None and on_track:
+        near = [(abs(place.x() - axis.x(time_s)), kind) for kind, time_s in zip('AB', loop)]
+        distance, kind = min(near)
+        if distance <= _REACH:
+            return Target(kind)
+    if place.y() < TRACK_TOP - 2:
+        hits = [row for row, mark in enumerate(marks)
+                if -4.0 <= place.x() - axis.x(mark.position_s) <= FLAG_WIDTH + 3.0]
+        if hits:
+            return Target('mark', min(hits, key=lambda row: _distance(place, axis, marks[row])))
+    return Target('time')
+
+
+def _distance(place: QPointF, axis: TimeAxis, mark: PlacedMark) -> float:
+    return abs(place.x() - axis.x(mark.position_s) - FLAG_WIDTH / 2)
+
+
+_LEAST_LABEL = 34.0  # px: less room than this is not worth a label
+_KNOB = 6.5
+_SHORTEST_ALARM = 3.0  # px
+
+
+class Loop(NamedTuple):
+    """A and B [s], and whether they are active."""
+
+    begin_s: float
+    end_s: float
+    is_on: bool
+
+    @property
+    def bounds(self) -> Tuple[float, float]:
+        """Both times [s]."""
+        return self.begin_s, self.end_s
+
+
+class Alarms(NamedTuple):
+    """Alarm times, each from its begin to its end [s]: in red, and in amber."""
+
+    bad: Tuple[Tuple[float, float], ...] = ()
+    warnings: Tuple[Tuple[float, float], ...] = ()
+
+
+def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
+                   font: QFont, alarms: Alarms) -> QPixmap:
+    """Return groove, ticks, flags and alarms.
+
+    ``scale`` is how many dots a pixel of the screen has.
+    """
+    picture = QPixmap(int((axis.right + SIDE) * scale), int(HEADER_HEIGHT * scale))
+    picture.setDevicePixelRatio(scale)
+    picture.fill(Qt.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setFont(font)
+    draw_groove(painter, axis)
+    draw_axis(painter, axis)
+    draw_alarms(painter, axis, alarms)
+    draw_flags(painter, axis, marks, hovered)
+    painter.end()
+    return picture
+
+
+def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
+    """Draw ticks and their times."""
+    metrics = painter.fontMetrics()
+    least_px = metrics.horizontalAdvance('00:00.00') + 14.0
+    step_s = axis.tick_step_s(least_px)
+    for time_s in axis.ticks(least_px):
+        x = axis.x(time_s)
+        painter.setPen(QColor(theme().tick))
+        painter.drawLine(QPointF(x, AXIS_TOP - 1), QPointF(x, AXIS_TOP + 3))
+        painter.setPen(QColor(theme().quiet))
+        label = tick_label(time_s, step_s)
+        width = metrics.horizontalAdvance(label) + 2
+        left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
+        painter.drawText(QRectF(left, AXIS_TOP + 2, width, AXIS_HEIGHT - 2), Qt.AlignCenter, label)
+
+
+def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
+    """Draw the groove of the slider."""
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(theme().groove))
+    painter.drawRoundedRect(track_rect(axis), 3, 3)
+
+
+def draw_alarms(painter: QPainter, axis: TimeAxis, alarms: Alarms) -> None:
+    """Draw bars below the groove where something was wrong."""
+    _draw_bars(painter, axis, alarms.warnings, theme().warning)
+    _draw_bars(painter, axis, alarms.bad, theme().bad)
+
+
+def _draw_bars(painter: QPainter, axis: TimeAxis, bars: Sequence[Tuple[float, float]],
+               color: str) -> None:
+    top = track_rect(axis).bottom() + 3
+    for begin_s, end_s in bars:
+        left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
+        if right > left or axis.left < left < axis.right:
+            painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4),
+                             QColor(color))
+
+
+def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],
+              bottom: float) -> None:
+    """Hatch unreadable parts of the recording, down to the bottom [px]."""
+    painter.setPen(Qt.NoPen)
+    for begin_s, end_s in gaps:
+        left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
+        if right == left and not axis.left < left < axis.right:
+            continue
+        rect = QRectF(QPointF(left, TRACK_TOP), QPointF(max(right, left + 3), bottom))
+        painter.fillRect(rect, translucent(theme().paper, 190))
+        hatched = QColor(theme().warning)
+        hatched.setAlpha(130)
+        painter.setBrush(hatched)
+        brush = painter.brush()
+        brush.setStyle(Qt.BDiagPattern)
+        painter.fillRect(rect, brush)
+
+
+def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
+    """Shade the repeated part; A and B are tabs with their letters."""
+    colour = QColor(theme().loop if loop.is_on else theme().loop_off)
+    shade = QColor(colour)
+    shade.setAlpha(34 if loop.is_on else 22)
+    left, right = _on_line(axis, loop.begin_s), _on_line(axis, loop.end_s)
+    painter.fillRect(QRectF(QPointF(left, TRACK_TOP), QPointF(right, bottom)), shade)
+    band = QRectF(QPointF(left, track_rect(axis).top()), QPointF(right, track_rect(axis).bottom()))
+    shade.setAlpha(110)
+    painter.fillRect(band, shade)
+    for time_s, letter, outward in ((loop.begin_s, 'A', -1), (loop.end_s, 'B', 1)):
+        x = axis.x(time_s)
+        if axis.left - 1 <= x <= axis.right + 1:
+            painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
+            _draw_tab(painter, x, letter, outward, colour)
+
+
+def _on_line(axis: TimeAxis, time_s: float) -> float:
+    """The place of a time [px], limited to the ends of the line."""
+    return min(max(axis.x(time_s), axis.left), axis.right)
+
+
+def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
+    rect = QRectF(x if outward > 0 else x - 12, TRACK_TOP - 1, 12, 12)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(colour)
+    painter.drawRoundedRect(rect, 2, 2)
+    font = painter.font()
+    small = painter.font()
+    small.setPixelSize(9)
+    small.setBold(True)
+    painter.setFont(small)
+    painter.setPen(QColor(theme().on_signal))
+    painter.drawText(rect, Qt.AlignCenter, letter)
+    painter.setFont(font)
+
+
+def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
+               hovered: int) -> None:
+    """Draw the marks as flags, each with as much of its label as fits."""
+    metrics = QFontMetricsF(painter.font())
+    for row, mark in enumerate(marks):
+        x = axis.x(mark.position_s)
+        if not axis.left - 1 <= x <= axis.right + 1:
+            continue
+        end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
+            else axis.right + SIDE
+        colour = QColor(theme().accent if row == hovered else theme().warning)
+        painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(colour)
+        painter.drawPolygon(QPolygonF([QPointF(x, FLAGS_TOP + 2),
+                                       QPointF(x + FLAG_WIDTH, FLAGS_TOP + 6),
+                                       QPointF(x, FLAGS_TOP + 10)]))
+        room = end - x - FLAG_WIDTH - 8
+        if room >= _LEAST_LABEL:
+            painter.setPen(QColor(theme().text))
+            painter.drawText(QRectF(x + FLAG_WIDTH + 3, FLAGS_TOP - 1, room, FLAGS_HEIGHT - 3),
+                             Qt.AlignLeft | Qt.AlignVCenter,
+                             metrics.elidedText(mark.label, Qt.ElideRight, room))
+
+
+def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: float,
+                  is_enabled: bool) -> None:
+    """Draw the played part, the knob, and a line through all lanes."""
+    groove, x = track_rect(axis), _on_line(axis, position_s)
+    colour = QColor(theme().accent if is_enabled else theme().disabled_text)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(colour)
+    path = QPainterPath()
+    path.addRoundedRect(QRectF(groove.left(), groove.top(), max(x - groove.left(), 0.0),
+                               groove.height()), 3, 3)
+    painter.fillPath(path, colour)
+    if abs(axis.x(position_s) - x) > 1.0:
+        return  # it is out of sight
+    painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
+    painter.setPen(QPen(QColor(theme().on_signal), 1.5))
+    painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
+
+
+def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
+    """Draw a line at the mouse, with its time in place of those of the ticks."""
+    x = round(axis.x(time_s)) + 0.5
+    painter.setPen(QPen(QColor(theme().text), 1, Qt.DotLine))
+    painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
+    width = painter.fontMetrics().horizontalAdvance(text) + 10.0
+    left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
+    rect = QRectF(left, AXIS_TOP + 1, width, AXIS_HEIGHT - 1)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(theme().text))
+    painter.drawRoundedRect(rect, 3, 3)
+    painter.setPen(QColor(theme().on_signal))
+    painter.drawText(rect, Qt.AlignCenter, text)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The values of the process variables at the position, read from the recording."""
+from __future__ import annotations
+
+import math
+from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.cell.model import Device
+from process_visualizer.curves.position_values import Key, PositionValues
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
+
+LINE = 'values'
+PERIOD_MS = 100
+"""So often they are read while the position moves; faster than that nobody reads numbers."""
+_HELD_S = 0.3
+"""While it plays, values of a position that is so long ago, in real time, are still shown."""
+_SAME_S = 1e-6
+
+Read = Callable[[Sequence[str], Sequence[Device]], PositionValues]
+
+
+class _Wish(NamedTuple):
+    paths: Tuple[str, ...]
+    devices: Tuple[Device, ...]
+    position_s: float
+
+
+class _Found(NamedTuple):
+    wish: _Wish
+    values: Dict[Key, Optional[float]]
+
+
+class ValuesModel(QObject):
+    """Follows the position; what is read for another one is not shown, but while it plays."""
+
+    changed = pyqtSignal()
+    _read = pyqtSignal(object)
+
+    def __init__(self, tasks: Tasks, playback: PlaybackModel, open_values: Read = PositionValues,
+                 parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._playback, self._open = tasks, playback, open_values
+        self._paths: Tuple[str, ...] = ()
+        self._devices: Tuple[Device, ...] = ()
+        self._found: Optional[_Found] = None
+        self._asked: Optional[_Wish] = None
+        self._reader: Optional[PositionValues] = None  # of the line of tasks, with what it is of
+        self._reads_of: Tuple[object, object] = ((), ())
+        self._read.connect(self._take)
+        self._reads = NewestCall(tasks, LINE, self._read_values, lambda: None, _raise)
+        self._rest = QTimer(self, interval=PERIOD_MS, singleShot=True)
+        self._rest.timeout.connect(self._follow)
+        playback.moved.connect(self._follow)
+
+    def set_recording(self, paths: Sequence[str]) -> None:
+        """Read from another recording."""
+        self._paths = tuple(paths)
+        self._follow()
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices whose variables are read."""
+        self._devices = tuple(devices)
+        self._follow()
+
+    def value(self, key: Key) -> Optional[float]:
+        """Return the value of a curve at the position; NaN: there is none; None: not known yet."""
+        found = self._found
+        if found is None or (found.wish.paths, found.wish.devices) != (self._paths, self._devices):
+            return None
+        held_s = _HELD_S * abs(self._playback.rate) if self._playback.is_playing else 0.0
+        if abs(found.wish.position_s - self._playback.position_s) > held_s + _SAME_S:
+            return None
+        value = found.values.get(key)
+        return math.nan if value is None else value
+
+    def _follow(self) -> None:
+        """Ask for the values of the position, after a rest if it was asked for others just now."""
+        wish = _Wish(self._paths, self._devices, self._playback.position_s)
+        if wish != self._asked and not self._rest.isActive() and self._paths:
+            self._asked = wish
+            self._rest.start()
+            self._reads.request(wish)
+
+    def _read_values(self, wish: _Wish) -> None:
+        """Run in the line of tasks."""
+        try:
+            self._read.emit(_Found(wish, self._opened(wish).at(wish.position_s)))
+        except (BagError, OSError):
+            self._read.emit(_Found(wish, {}))  # why it cannot be read is told with its curves
+
+    def _opened(self, wish: _Wish) -> PositionValues:
+        of = (wish.paths, wish.devices)
+        if self._reader is None or self._reads_of != of:
+            if self._reader is not None:
+                self._reader.close()
+                self._reader = None
+            self._reader, self._reads_of = self._open(*of), of
+        return self._reader
+
+    def _take(self, found: _Found) -> None:
+        self._found = found
+        self.changed.emit()
+
+
+def _raise(error: Exception) -> None:
+    raise error

@@ -1,0 +1,398 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The operator's choices for a recording: its name, its folder, its topics."""
+from __future__ import annotations
+
+import os
+import shutil
+from enum import Enum
+from pathlib import Path
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Device
+from process_visualizer.clients.bag_recorder import RecordingOptions
+from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
+from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
+from process_visualizer.health.device_state import TopicWatch
+
+# The target file of a recording, and what is in its way.
+
+FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
+"""Folders that the recorder takes from anybody, besides the home folder."""
+LEAST_FREE_BYTES = 1 << 30
+"""The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
+
+
+class BagTarget(NamedTuple):
+    """A look at the disk; ``problem`` says what is wrong and what to do, or ''.
+
+    ``free_bytes`` and ``total_bytes`` of the disk are None where it cannot be read; ``free_name``
+    is a name like the given one that no file has yet.
+    """
+
+    problem: str = ''
+    free_bytes: Optional[int] = None
+    total_bytes: Optional[int] = None
+    free_name: str = ''
+
+
+def look_at(folder: str, name: str = '', prefix: str = '') -> BagTarget:
+    """Look whether a bag can be recorded into the folder (a whole path); touches the disk.
+
+    ``name`` is the operator's, '' where the recorder makes one of date and time, perhaps with a
+    prefix.
+    """
+    existing = _existing_parent(Path(folder))
+    room = _room(existing)
+    problem = (_folder_problem(Path(folder), existing, room.free_bytes)
+               or _name_problem(name or prefix))
+    if problem or not is_taken(folder, name):
+        return room._replace(problem=problem)
+    free_name = _free_name(folder, stem_of(name))
+    return room._replace(
+        free_name=free_name, problem=f'{stem_of(name)}.bag exists already and is not overwritten; '
+                                     f'choose another name, such as {free_name}')
+
+
+def is_for_anybody(folder: str, home: str) -> bool:
+    """Return whether the recorder takes a request for the folder, whoever sends it.
+
+    As the defaults of its parameter ``~folders``; another folder must be named when it is started.
+    """
+    wanted = Path(os.path.realpath(folder))
+    return any(above == wanted or above in wanted.parents for above in (
+        Path(os.path.realpath(it)) for it in (home, *FOR_ANYBODY)))
+
+
+def stem_of(name: str) -> str:
+    """The name without the ending .bag, as the recorder uses it."""
+    return name[:-4] if name.endswith('.bag') and len(name) > 4 else name
+
+
+def is_taken(folder: str, name: str) -> bool:
+    """Return whether a bag of that name is there: finished, in the making, or in parts."""
+    stem = os.path.join(folder, stem_of(name))
+    return bool(name) and any(os.path.lexists(f'{stem}{part}.bag{ending}')
+                              for part in ('', '_0') for ending in ('', '.active'))
+
+
+def _free_name(folder: str, stem: str) -> str:
+    number = 2
+    while is_taken(folder, f'{stem}-{number}'):
+        number += 1
+    return f'{stem}-{number}'
+
+
+def _existing_parent(folder: Path) -> Path:
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def _room(folder: Path) -> BagTarget:
+    try:
+        usage = shutil.disk_usage(folder)
+    except OSError:
+        return BagTarget()
+    return BagTarget(free_bytes=usage.free, total_bytes=usage.total)
+
+
+def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> str:
+    if not folder.is_absolute():
+        return f'Enter a full path (starting with /) instead of "{folder}"'
+    if not existing.is_dir():
+        return f'{existing} is no folder; choose another'
+    if not os.access(existing, os.W_OK | os.X_OK):
+        return (f'you may not write into {existing}; choose another folder, or let its owner '
+                'give you the permission')
+    if free_bytes is not None and free_bytes < LEAST_FREE_BYTES:
+        return (f'the disk of {folder} is full: {free_bytes >> 20} MB are left, a recording needs '
+                f'{LEAST_FREE_BYTES >> 20} MB; delete old recordings or choose another disk')
+    return ''
+
+
+def _name_problem(name: str) -> str:
+    if '/' in name:
+        return f'the name "{name}" must not contain a slash; choose the folder above it'
+    if name.startswith('.'):
+        return f'the name "{name}" must not start with a dot'
+    if not name.isprintable():
+        return 'the name has a character that cannot be printed; choose another'
+    return ''
+
+
+# Ticks of the recorded topics: preset by the configuration, changed by the operator.
+
+class TopicHealth(Enum):
+    """The health of a topic; the recorder reports only on those that it watches."""
+
+    UNKNOWN = 'unknown'
+    GOOD = 'good'
+    NO_PUBLISHER = 'no publisher'
+    NO_MESSAGE = 'no message yet'
+    SILENT = 'silent'
+
+
+class TopicRow(NamedTuple):
+    """A topic as the operator sees it; rate in Hz and silence in s are None where not known."""
+
+    name: str
+    device: str
+    is_ticked: bool
+    health: TopicHealth
+    rate_hz: Optional[float] = None
+    silence_s: Optional[float] = None
+    dropped: int = 0
+    lost: int = 0
+    is_latched: bool = False
+
+
+class TopicTicks:
+    """The topics of the chosen devices; what the operator ticked stays when the devices change."""
+
+    def __init__(self) -> None:
+        self._topics: Dict[str, Tuple[str, bool]] = {}  # device, preset
+        self._changed: Dict[str, bool] = {}
+        self._seen: Dict[str, TopicSnapshot] = {}
+        self._watch = TopicWatch()
+        self._stale: Set[str] = set()
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the chosen devices; a topic of two devices is listed with the first."""
+        self._topics = {}
+        for device in devices:
+            for topic in device.topics:
+                owner, record = self._topics.get(topic.name, (device.name, False))
+                self._topics[topic.name] = (owner, record or topic.record)
+
+    def tick(self, topic: str, is_ticked: bool) -> None:
+        """Record a topic, or do not."""
+        self._changed[topic] = is_ticked
+
+    def preset(self) -> None:
+        """Tick what the configuration says."""
+        self._changed.clear()
+
+    def take(self, topics: Sequence[TopicSnapshot]) -> None:
+        """Note what the recorder says of the topics that it watches."""
+        if not topics:
+            self._watch = TopicWatch()  # of another run
+        self._seen = {topic.name: topic for topic in topics}
+        self._stale = {it.name for it in topics if self._watch.update(
+            it.name, it.rate_hz, it.silence_s, it.messages).is_stale}
+
+    def ticked(self) -> Tuple[str, ...]:
+        """The names of the topics to record."""
+        return tuple(name for name in self._topics if self._is_ticked(name))
+
+    def rows(self) -> List[TopicRow]:
+        """All topics, in the order of the devices."""
+        return [self._row(name) for name in self._topics]
+
+    def _is_ticked(self, name: str) -> bool:
+        return self._changed.get(name, self._topics[name][1])
+
+    def _row(self, name: str) -> TopicRow:
+        device, _ = self._topics[name]
+        seen = self._seen.get(name)
+        if seen is None:
+            return TopicRow(name, device, self._is_ticked(name), TopicHealth.UNKNOWN)
+        return TopicRow(name, device, self._is_ticked(name), self._health(seen), seen.rate_hz,
+                        seen.silence_s, seen.dropped, seen.lost, seen.is_latched)
+
+    def _health(self, topic: TopicSnapshot) -> TopicHealth:
+        if topic.publishers == 0:
+            return TopicHealth.NO_PUBLISHER
+        if topic.silence_s is None:
+            return TopicHealth.NO_MESSAGE
+        return TopicHealth.SILENT if topic.name in self._stale else TopicHealth.GOOD
+
+
+class NameChoice(Enum):
+    """The naming of a bag, in the order of the thesis' figure 5.3."""
+
+    DATE = 'date'
+    PREFIX = 'prefix'
+    NAME = 'name'
+
+
+class RecordingChoices(QObject):
+    """The options of the next recording, and what is in their way on the disk."""
+
+    changed = pyqtSignal()
+    topics_changed = pyqtSignal()
+    """The list of topics is another one (ticks and rates come with ``changed``)."""
+    _looked = pyqtSignal(object)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._ticks = TopicTicks()
+        self._looked.connect(self._take_target)
+        self._looks = NewestCall(tasks, 'files', self._look_at, lambda: None, self._cannot_look)
+        self._target = BagTarget()
+        self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
+                          'folder': os.path.expanduser('~/bags')}
+
+    @property
+    def name_choice(self) -> NameChoice:
+        """Return how the bag gets its name."""
+        return NameChoice(self._settings['choice'])
+
+    @property
+    def prefix(self) -> str:
+        """Return what stands before date and time."""
+        return self._settings['prefix']
+
+    @property
+    def name(self) -> str:
+        """The given name, without .bag."""
+        return self._settings['name']
+
+    @property
+    def folder(self) -> str:
+        """The whole path of the folder for recordings."""
+        return self._settings['folder']
+
+    @property
+    def problem(self) -> str:
+        """Return why folder or name cannot be used, and what to do; '' if they can."""
+        if self.name_choice is NameChoice.NAME and not self.name:
+            return 'write a name, or choose date and time'
+        return self._target.problem
+
+    @property
+    def free_name(self) -> str:
+        """A name that is free, where the given one is taken; otherwise ''."""
+        return self._target.free_name
+
+    @property
+    def free_bytes(self) -> Optional[int]:
+        """The room on the folder's disk, None where it is not known."""
+        return self._target.free_bytes
+
+    @property
+    def total_bytes(self) -> Optional[int]:
+        """The size of the folder's disk, None where it is not known."""
+        return self._target.total_bytes
+
+    @property
+    def topics(self) -> List[TopicRow]:
+        """The topics of the chosen devices."""
+        return self._ticks.rows()
+
+    def choose_name(self, choice: NameChoice) -> None:
+        """Choose how the bag gets its name."""
+        self._set({'choice': choice.value})
+
+    def set_prefix(self, prefix: str) -> None:
+        """Set what stands before date and time."""
+        self._set({'prefix': prefix.strip()})
+
+    def set_name(self, name: str) -> None:
+        """Set the given name, with or without .bag."""
+        self._set({'name': stem_of(name.strip())})
+
+    def set_folder(self, folder: str) -> None:
+        """Set the folder for recordings; ~ is the home folder."""
+        self._set({'folder': os.path.expanduser(folder.strip())})
+
+    def settings(self) -> Dict[str, str]:
+        """Return what is to be remembered until the next start; for ``restore``."""
+        return dict(self._settings)
+
+    def restore(self, settings: Mapping[str, str]) -> None:
+        """Choose what was remembered; entries that make no sense are left out."""
+        known = {key: str(settings[key]) for key in self._settings if settings.get(key)}
+        if known.get('choice') not in [choice.value for choice in NameChoice]:
+            known.pop('choice', None)
+        self._set(known)
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the chosen devices, whose topics can be recorded."""
+        before = [(row.name, row.device) for row in self.topics]
+        self._ticks.set_devices(devices)
+        if [(row.name, row.device) for row in self.topics] != before:
+            self.topics_changed.emit()
+        self.changed.emit()
+
+    def tick(self, topic: str, is_ticked: bool) -> None:
+        """Record a topic, or do not."""
+        self._ticks.tick(topic, is_ticked)
+        self.changed.emit()
+
+    def preset_topics(self) -> None:
+        """Tick what the configuration says."""
+        self._ticks.preset()
+        self.changed.emit()
+
+    def take_topics(self, topics: Sequence[TopicSnapshot]) -> None:
+        """Note what the recorder says of the topics; ``changed`` is left to who calls this."""
+        self._ticks.take(topics)
+
+    def look(self) -> None:
+        """Look at the disk, off the GUI thread; ``changed`` comes if that tells anything new."""
+        self._looks.request(self.options())
+
+    def options(self) -> RecordingOptions:
+        """The options of the next recording."""
+        choice = self.name_choice
+        return RecordingOptions(
+            topics=self._ticks.ticked(), folder=self.folder,
+            prefix=self.prefix if choice is NameChoice.PREFIX else '',
+            name=self.name if choice is NameChoice.NAME else '')
+
+    def options_to_save(self, recent_s: float) -> RecordingOptions:
+        """The options to save the last seconds; always with date and time, so never in the way."""
+        prefix = {NameChoice.DATE: '', NameChoice.PREFIX: self.prefix,
+                  NameChoice.NAME: self.name}[self.name_choice]
+        return RecordingOptions(folder=self.folder, prefix=prefix, recent_s=recent_s)
+
+    def _set(self, settings: Mapping[str, str]) -> None:
+        self._settings.update(settings)
+        self._target = self._target._replace(problem='', free_name='')
+        self.look()
+        self.changed.emit()
+
+    def _look_at(self, options: RecordingOptions) -> None:
+        self._looked.emit(look_at(options.folder, options.name, options.prefix))
+
+    def _take_target(self, target: BagTarget) -> None:
+        if target != self._target:
+            self._target = target
+            self.changed.emit()
+
+    def _cannot_look(self, error: Exception) -> None:
+        if not isinstance(error, (OSError, ValueError)):
+            raise error
+        self._take_target(BagTarget(f'{self.folder} cannot be used: {error}; choose another'))
+
+
+# Recording time left on the disk.
+
+_LOW_S = 300.0
+
+
+class DiskRoom(NamedTuple):
+    """The room on the disk, and how long can be recorded there; None where it is not known."""
+
+    free_bytes: Optional[int]
+    time_left_s: Optional[float]
+
+    @property
+    def is_low(self) -> bool:
+        """Return whether the disk is full in less than five minutes."""
+        return self.time_left_s is not None and self.time_left_s < _LOW_S
+
+
+def disk_room(phase: Phase, snapshot: RecorderSnapshot, seen_bytes: Optional[int]) -> DiskRoom:
+    """Return what the recorder tells while it records, else what follows from its present rate.
+
+    ``seen_bytes`` is the room that the window has seen itself, if it has.
+    """
+    if phase is Phase.RECORDING:
+        return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s)
+    if seen_bytes is None or snapshot.rate <= 0:
+        return DiskRoom(seen_bytes, None)
+    return DiskRoom(seen_bytes, max(0, seen_bytes - LEAST_FREE_BYTES) / snapshot.rate)

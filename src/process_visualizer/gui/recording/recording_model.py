@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recording: what the recorder does, and the commands to it."""
+from __future__ import annotations
+
+import os
+import time
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.report import make_report
+from process_visualizer.bagio.report_text import verdict
+from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
+from process_visualizer.gui.recording.recording_choices import DiskRoom, RecordingChoices, disk_room
+from process_visualizer.gui.recording.recording_state import (
+    RecordingState,
+    Step,
+    advice,
+    checked,
+    ended,
+    failed,
+    gone,
+    left_behind,
+    obstacle,
+    updated,
+)
+from process_visualizer.gui.recording.recording_types import (
+    Mark,
+    Phase,
+    RecorderClient,
+    SenderClock,
+    SilenceWatch,
+)
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+# The verdict on the last recording: that of `cell report`, found in a task.
+
+_VERDICT_LINE = 'verdict'
+
+
+class BagVerdict(NamedTuple):
+    """The verdict of the report on a recording; good if nothing is known to be missing."""
+
+    is_good: bool
+    text: str
+
+
+Judge = Callable[[Sequence[str]], BagVerdict]
+
+
+def verdict_on(paths: Sequence[str]) -> BagVerdict:
+    """Return the verdict on a recording; takes long for a large one."""
+    try:
+        with Recording(paths) as recording:
+            report = make_report(recording)
+    except BagError as error:
+        return BagVerdict(False, str(error))
+    return BagVerdict(report.is_good, verdict(report))
+
+
+class FinishedVerdict(QObject):
+    """Looks at one recording after the other; only the verdict on the last counts."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, tasks: Tasks, parent: QObject,
+                 judge: Judge = verdict_on) -> None:
+        super().__init__(parent)
+        self._tasks, self._judge = tasks, judge
+        self._paths: Tuple[str, ...] = ()
+        self._verdict: Optional[BagVerdict] = None
+
+    @property
+    def verdict(self) -> Optional[BagVerdict]:
+        """The verdict on the recording that was looked at last; None until it is known."""
+        return self._verdict
+
+    def look_at(self, paths: Sequence[str]) -> None:
+        """Find the verdict on a recording."""
+        asked = self._paths = tuple(paths)
+        self._verdict = None
+        self.changed.emit()
+        if asked:
+            self._tasks.run(_VERDICT_LINE, lambda: self._judge(asked),
+                            lambda found: self._take(asked, found))
+
+    def _take(self, paths: Tuple[str, ...], found: BagVerdict) -> None:
+        if paths == self._paths:
+            self._verdict = found
+            self.changed.emit()
+
+
+_LINE = 'recorder'
+_LOOK_PERIOD_S = 5.0
+
+
+class RecordingModel(QObject):
+    """Records what the choices say; commands return at once, what becomes of them is signalled.
+
+    What it knows is a value, ``state``; here is what that needs of the world: the recorder, the
+    disk, the time, and whoever looks at it.
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    finished = pyqtSignal(str)
+    """A bag is complete; its path (of a recording in parts, that of the first)."""
+
+    def __init__(self, tasks: Tasks, client: RecorderClient, parent: Optional[QObject] = None,
+                 now_s: Callable[[], float] = time.monotonic, judge: Judge = verdict_on) -> None:
+        super().__init__(parent)
+        self._tasks, self._client, self._now_s = tasks, client, now_s
+        self.choices = RecordingChoices(tasks, self)
+        self.verdict = FinishedVerdict(tasks, self, judge)
+        for part in (self.choices, self.verdict):
+            part.changed.connect(self.changed)
+        self._looked_s = now_s()
+        self._state = RecordingState()
+        self._sender = SenderClock()
+        self._silence = SilenceWatch(self)
+        self._silence.silent.connect(
+            lambda: self._enter(self._state._replace(is_silent=True)))
+
+    @property
+    def state(self) -> RecordingState:
+        """Return where the recording stands."""
+        return self._state
+
+    @property
+    def phase(self) -> Phase:
+        """Return what the recorder does."""
+        return self._state.phase
+
+    @property
+    def is_recording(self) -> bool:
+        """Return whether a recording is being made (then the window may not just be closed)."""
+        return self._state.is_busy
+
+    @property
+    def elapsed_s(self) -> float:
+        """The time since the recording began, or how long the last one was; for a clock."""
+        return self._state.elapsed_s(self._now_s())
+
+    @property
+    def room(self) -> DiskRoom:
+        """Return how much can still be recorded."""
+        return disk_room(self.phase, self._state.snapshot, self.choices.free_bytes)
+
+    # What the run and the recorder say
+
+    def set_running(self, is_running: bool) -> None:
+        """Tell that a recorder has been launched, or that it has ended with its run."""
+        if is_running == (self.phase is not Phase.OFF):
+            return
+        self._silence.stop()
+        self._sender = SenderClock()
+        self.choices.take_topics(())
+        self.choices.look()
+        self._enter(self._state.run(is_running))
+
+    def take_end_of_recorder(self) -> None:
+        """Tell that the recorder's process has ended, while the other nodes go on."""
+        if self.phase not in (Phase.OFF, Phase.GONE):
+            self._silence.stop()
+            self._take(gone(self._state))
+            self.take_end_of_run()
+
+    def take_end_of_run(self) -> None:
+        """Tell that the recorder has ended: it has finished its bag, or never will."""
+        path, self._state = self._state.left, self._state._replace(left='')
+        if path:
+            self._tasks.run('files', lambda: os.path.exists(path), lambda is_there: self._take(
+                left_behind(self._state, path, bool(is_there))))
+
+    def take_state(self, snapshot: RecorderSnapshot) -> None:
+        """Take what the recorder says; in the GUI thread."""
+        if self.phase is Phase.OFF:
+            return
+        self._silence.hear()
+        now_s = self._now_s()
+        if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
+            self.choices.take_topics(snapshot.topics)
+            self._take(updated(self._state, snapshot, now_s))
+            self.take_end_of_run()  # of a recorder that was started anew
+        if now_s - self._looked_s >= _LOOK_PERIOD_S:
+            self._looked_s = now_s
+            self.choices.look()
+
+    # Commands
+
+    def toggle(self) -> None:
+        """Start, or stop."""
+        if self.phase is Phase.RECORDING:
+            self.stop()
+        else:
+            self.start()
+
+    def start(self) -> None:
+        """Start a recording with the chosen options; ``state`` and ``failed`` tell the rest."""
+        options = self.choices.options()
+        problem = obstacle(self.phase, self._state.is_silent, options,
+                           self.choices.problem)
+        if problem:
+            self._fail(problem)
+        elif self.phase is Phase.IDLE:
+            self._enter(self._state.asked_to_write(Phase.STARTING))
+            self._write(lambda: checked(self._client.start, options),
+                        lambda path: self._enter(self._state.started(path, self._now_s())))
+
+    def stop(self) -> None:
+        """Stop; ``finished`` tells when everything is written."""
+        if self.phase is Phase.RECORDING:
+            self._enter(self._state.asked_to_stop(self._now_s()))
+            self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
+
+    def save_recent(self) -> None:
+        """Write what is in memory (the last 30 s) into a bag of its own."""
+        if self._state.recent_s > 0:
+            options = self.choices.options_to_save(self._state.recent_s)
+            self._enter(self._state.asked_to_write(Phase.STOPPING))
+            self._write(lambda: [checked(self._client.save_recent, options)], self._ended)
+
+    def set_label(self, label: str) -> None:
+        """Take the label that the operator prepares for the next mark."""
+        self._state = self._state._replace(label=label.strip())
+
+    def mark(self) -> None:
+        """Write a moment, now, into the recording, with the prepared label or with a number."""
+        if self.phase is Phase.RECORDING:
+            marked = self._state.marked(self._now_s())
+            mark = marked.marks[-1]
+            self._tasks.run(_LINE, lambda: self._client.mark(mark.label), None,
+                            lambda error: self._not_marked(mark, error))
+            self._enter(marked)
+
+    def dismiss(self) -> None:
+        """The operator has seen the finished bag or the error."""
+        self._enter(self._state.dismissed())
+
+    # How commands end
+
+    def _write(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
+        """Run a command after whose failure the recorder is idle as before."""
+        def on_error(error: Exception) -> None:
+            self._enter(self._state.refused(Phase.IDLE, self._now_s()))
+            self._fail(advice(error, ''))
+
+        self._tasks.run(_LINE, command, on_result, on_error)
+
+    def _not_stopped(self, error: Exception) -> None:
+        """Handle a refused stop: the recorder that answers so has ended already."""
+        path = self._state.path
+        if isinstance(error, RecorderError) and not isinstance(error, RecorderUnreachable):
+            self._ended(list(self._state.snapshot.files))
+        else:
+            self._enter(self._state.refused(Phase.RECORDING, self._now_s()))
+        self._fail(advice(error, path))
+
+    def _ended(self, files: List[str]) -> None:
+        self._take(ended(self._state, files, self._now_s()))
+
+    def _not_marked(self, mark: Mark, error: Exception) -> None:
+        self._enter(self._state.not_marked(mark))
+        self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
+
+    # How the state changes
+
+    def _fail(self, message: str) -> None:
+        self._take(failed(self._state, message))
+
+    def _enter(self, state: RecordingState) -> None:
+        self._take(Step(state))
+
+    def _take(self, step: Step) -> None:
+        self._state = step.state
+        if step.ended is not None:
+            self.verdict.look_at(step.ended)
+            self.choices.look()
+        self.changed.emit()
+        if step.ended:
+            self.finished.emit(step.ended[0])
+        if step.failure:
+            self.failed.emit(step.failure)

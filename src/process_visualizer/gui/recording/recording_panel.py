@@ -1,0 +1,542 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The real-time panel: everything about recording."""
+from __future__ import annotations
+
+import os
+from typing import Dict, NamedTuple, Optional
+
+from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QButtonGroup,
+    QFileDialog,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QRadioButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.gui.recording.recording_choices import (
+    NameChoice,
+    RecordingChoices,
+    TopicHealth,
+)
+from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
+from process_visualizer.gui.recording.recording_state import NOT_RESPONDING, RECENT_S
+from process_visualizer.gui.recording.recording_types import FinishedBag, Phase
+from process_visualizer.gui.recording.topic_list import TopicList
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.scrolling import StillScroll
+from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.theme import (
+    ThemeFollower,
+    colour,
+    set_sheet,
+    tabular_font,
+    theme,
+)
+from process_visualizer.gui.toolkit.widgets import in_column, in_row, small, tool_button
+from process_visualizer.health.figures import clock_text, count_text, long_time_text, size_text
+
+_CLOCK_PERIOD_MS = 100
+_BUTTON_ICON_PX = 20
+_BUTTON_TEXTS = {Phase.STARTING: 'Starting…', Phase.RECORDING: 'Stop', Phase.STOPPING: 'Stopping…'}
+
+
+class RecordBar(QFrame):
+    """Record or stop; red while something is recorded."""
+
+    def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self.setObjectName('record_bar')
+        self._button = QPushButton()
+        self._button.setObjectName('record')
+        self._button.setIconSize(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX))
+        self._button.setMinimumSize(150, 40)
+        self._button.clicked.connect(model.toggle)
+        self._dot = QLabel()
+        self._clock = QLabel()
+        self._clock.setObjectName('record_time')
+        self._figures = small(QLabel())
+        self._figures.setObjectName('record_figures')
+        self._timer = QTimer(self)
+        self._timer.setInterval(_CLOCK_PERIOD_MS)
+        self._timer.timeout.connect(self._show_clock)
+        self._style_text()
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        ThemeFollower(self, self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the state of the recorder."""
+        phase = self._model.phase
+        is_recording = phase is Phase.RECORDING
+        self._button.setText('Saving…' if self._model.state.is_saving
+                             else _BUTTON_TEXTS.get(phase, 'Record'))
+        self._button.setIcon(icon('stop' if is_recording else 'record'))
+        self._button.setEnabled(phase in (Phase.IDLE, Phase.RECORDING))
+        self._button.setToolTip('Stop and finish the file (R)' if is_recording
+                                else 'Record the ticked topics (R)')
+        self._dot.setVisible(is_recording)
+        self._show_clock()
+        self._show_figures()
+        self._paint(is_recording)
+        if is_recording != self._timer.isActive():
+            self._timer.start() if is_recording else self._timer.stop()
+
+    def _show_clock(self) -> None:
+        text = clock_text(self._model.elapsed_s)
+        if text != self._clock.text():
+            self._clock.setText(text)
+
+    def _show_figures(self) -> None:
+        state = self._model.state
+        figures, incoming = state.figures, state.snapshot.rate
+        is_known = figures is not None and state.phase is not Phase.STARTING
+        colour(self._clock, 'text' if state.is_busy or is_known else 'quiet')
+        if figures is None or not is_known:
+            self._figures.setText(f'{size_text(incoming)}/s incoming' if incoming else ' ')
+            return
+        parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
+        parts += [f'<span style="color:{theme().bad}"><b>{count_text(number)} {word}</b></span>'
+                  if number else f'{number} {word}'
+                  for number, word in ((figures.dropped, 'dropped'), (figures.lost, 'lost'))]
+        self._figures.setText(' · '.join(parts))
+
+    def _style_text(self) -> None:
+        font = tabular_font(self._clock.font())
+        font.setPointSizeF(font.pointSizeF() * 1.9)
+        self._clock.setFont(font)
+        bold = self._button.font()
+        bold.setBold(True)
+        self._button.setFont(bold)
+        self._dot.setPixmap(icon('record').pixmap(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX)))
+        colour(self._figures, 'quiet')
+
+    def _lay_out(self) -> None:
+        time = QHBoxLayout()
+        time.addStretch(1)
+        time.addWidget(self._dot)
+        time.addWidget(self._clock)
+        right = QVBoxLayout()
+        right.setSpacing(0)
+        right.addLayout(time)
+        row = QHBoxLayout()
+        row.addWidget(self._button)
+        row.addLayout(right, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 8, 6)
+        layout.setSpacing(4)
+        layout.addLayout(row)
+        layout.addWidget(self._figures)
+
+    def _paint(self, is_recording: bool) -> None:
+        border, background = ('<bad>', '<behind_bad>') if is_recording else ('<line>', '<paper>')
+        set_sheet(self, f'QFrame#record_bar {{ border: 1px solid {border}; border-radius: 5px; '
+                        f'background: {background}; }}')
+
+
+_HEIGHT_PX = 5
+_STEPS = 1000
+
+
+class DiskBar(QWidget):
+    """A thin bar for the used space, with free space and remaining time below it."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bar = QProgressBar()
+        self._bar.setObjectName('disk_bar')
+        self._bar.setTextVisible(False)
+        self._bar.setRange(0, _STEPS)
+        self._bar.setFixedHeight(_HEIGHT_PX)
+        self._room = small(QLabel())
+        self._room.setObjectName('disk_room')
+        self._time = small(QLabel())
+        self._time.setObjectName('disk_time_left')
+        row = QHBoxLayout()
+        row.addWidget(self._room)
+        row.addStretch(1)
+        row.addWidget(self._time)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(3)
+        layout.addWidget(self._bar)
+        layout.addLayout(row)
+        colour(self._room, 'quiet')
+        self._paint(False)
+
+    def show_room(self, free_bytes: Optional[int], total_bytes: Optional[int],
+                  time_left_s: Optional[float], is_low: bool) -> None:
+        """Show the free space; ``is_low`` warns."""
+        is_known = free_bytes is not None and bool(total_bytes)
+        used = 1.0 - (free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
+        self._bar.setValue(round(used * _STEPS))
+        self._room.setText('' if free_bytes is None else f'{size_text(free_bytes)} free')
+        left = '' if time_left_s is None else long_time_text(time_left_s)
+        self._time.setText(f'<b>The disk is full in {left}</b>' if is_low
+                           else f'{left} left at this rate' if left else '')
+        colour(self._time, 'bad' if is_low else 'quiet')
+        self._paint(is_low)
+
+    def _paint(self, is_low: bool) -> None:
+        filled = '<bad>' if is_low else '<used>'
+        set_sheet(self._bar, 'QProgressBar { border: 0; border-radius: 2px; background: <line>; }'
+                  f'QProgressBar::chunk {{ border-radius: 2px; background: {filled}; }}')
+
+
+# One notice below the record button: what the recorder waits for, has finished, or fails at.
+
+_ICON_PX = 18
+_LINES = {
+    Phase.OFF: 'Launch the devices in real-time mode to record them.',
+    Phase.WAITING: 'The recorder is starting…',
+    Phase.STARTING: 'Waiting until every publisher is connected…',
+    Phase.GONE: 'The recorder has ended. Restart it from its alarm.',
+}
+_SILENT = {True: 'It may still be recording. Commands take effect when it responds.',
+           False: 'Wait until it responds.'}
+"""By whether it does anything."""
+
+
+class Notice(NamedTuple):
+    """An icon (or ''), a text, and its tooltip."""
+
+    icon: str
+    text: str
+    hint: str = ''
+
+
+class RecordingNotice(QWidget):
+    """Shows the state in words; a finished bag can be played from here."""
+
+    play_wanted = pyqtSignal(str)
+
+    def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._icon = QLabel()
+        self._text = QLabel()
+        self._text.setObjectName('record_notice')
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._play = QPushButton(icon('play'), 'Play it')
+        self._play.setObjectName('play_recording')
+        self._play.setToolTip('Quit the nodes and play this bag')
+        self._play.clicked.connect(self._on_play)
+        self._dismiss = QToolButton()
+        self._dismiss.setObjectName('dismiss_notice')
+        self._dismiss.setText('×')
+        self._dismiss.setToolTip('Dismiss')
+        self._dismiss.setAutoRaise(True)
+        self._dismiss.clicked.connect(model.dismiss)
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the present notice."""
+        notice = notice_of(self._model)
+        if notice.text != self._text.text():
+            self._text.setText(notice.text)
+        self._text.setToolTip(notice.hint)
+        self._icon.setVisible(bool(notice.icon))
+        if notice.icon:
+            self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
+        colour(self._text, 'text' if notice.icon else 'quiet')
+        state = self._model.state
+        is_idle = state.phase in (Phase.IDLE, Phase.OFF)
+        self._play.setVisible(is_idle and state.finished is not None)
+        self._dismiss.setVisible(bool(state.error))
+
+    def _on_play(self) -> None:
+        bag = self._model.state.finished
+        if bag is not None:
+            self.play_wanted.emit(bag.files[0])
+
+    def _lay_out(self) -> None:
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 2, 0, 2)
+        layout.addWidget(self._icon)
+        layout.addWidget(self._text, 1)
+        layout.addWidget(self._play)
+        layout.addWidget(self._dismiss, 0, Qt.AlignTop)
+
+
+def notice_of(model: RecordingModel) -> Notice:
+    """Return the present notice."""
+    state = model.state
+    if state.error:
+        return Notice('warning', sentence(state.error))
+    if state.is_silent:
+        return Notice('warning', f'{NOT_RESPONDING}. {_SILENT[state.is_busy]}')
+    if state.is_saving:
+        return Notice('', 'Saving the last seconds…')
+    if state.phase is Phase.STOPPING:
+        return Notice('', 'Writing what has arrived, and finishing the file…')
+    if state.phase is Phase.RECORDING:
+        return _while_recording(model)
+    if state.finished is not None and state.phase in (Phase.IDLE, Phase.OFF):
+        return _finished(state.finished, model.verdict.verdict)
+    if state.phase is Phase.IDLE:
+        ticked = sum(row.is_ticked for row in model.choices.topics)
+        return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
+    return Notice('warning' if state.phase is Phase.GONE else '', _LINES[state.phase])
+
+
+def _while_recording(model: RecordingModel) -> Notice:
+    silent = [row.name for row in model.choices.topics
+              if row.is_ticked and row.health is TopicHealth.SILENT]
+    if silent:
+        others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
+        return Notice('warning', f'No data from {silent[0]}{others}. Is the driver still running?',
+                      '\n'.join(silent))
+    path, marks = model.state.path, model.state.marks
+    if not marks:
+        return Notice('', f'Into {os.path.basename(path)}', path)
+    lines = [f'{clock_text(time_s)}  {label}' for time_s, label in marks]
+    time_s, label = marks[-1]
+    return Notice('mark', f'{label} at {clock_text(time_s)}', '\n'.join(lines))
+
+
+def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
+    """The tick is the verdict of `cell report`, so that both say the same."""
+    parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
+    text = f'{os.path.basename(bag.files[0])}{parts}'
+    judgement = 'checking whether it is complete…' if verdict is None else verdict.text
+    hint = '\n'.join([*bag.files, judgement, *bag.problems])
+    if verdict is None or not verdict.is_good:
+        return Notice('' if verdict is None else 'warning', f'{text}: {judgement}', hint)
+    if not bag.problems:
+        return Notice('ok', text, hint)
+    return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '
+                             f'{sentence(bag.problems[-1])}', hint)
+
+
+_TOOLTIPS = {
+    NameChoice.DATE: 'Use standard file name: the current date and time',
+    NameChoice.PREFIX: 'Use a prefix, with the date and time behind it',
+    NameChoice.NAME: 'Use the following file name'}
+_NAME_TEXTS = {NameChoice.DATE: 'Date and time',
+          NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
+
+
+class NameOptions(QWidget):
+    """Three radio buttons, their texts, the folder, and their problems."""
+
+    def __init__(self, choices: RecordingChoices, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._choices = choices
+        self._buttons: Dict[NameChoice, QRadioButton] = {}
+        self._group = QButtonGroup(self)
+        for choice in NameChoice:
+            self._add_button(choice)
+        self._prefix = _line('record_prefix', 'Prefix', 'seam', 'Put before date and time')
+        self._name = _line('record_name', 'File name', 'seam',
+                           'The name of the file; never overwrites')
+        self._folder = _line('record_folder', 'Folder', '',
+                             'Recordings go here; created if it does not exist')
+        self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',
+                                   self._choose_folder)
+        self._problem = small(QLabel())
+        self._problem.setObjectName('record_problem')
+        policy = self._problem.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the button below does not move while one types
+        self._problem.setSizePolicy(policy)
+        self._lay_out()
+        self._connect()
+
+    def refresh(self) -> None:
+        """Show the choices."""
+        choice = self._choices.name_choice
+        self._buttons[choice].setChecked(True)
+        self._prefix.setEnabled(choice is NameChoice.PREFIX)
+        self._name.setEnabled(choice is NameChoice.NAME)
+        for line, text in ((self._prefix, self._choices.prefix), (self._name, self._choices.name),
+                           (self._folder, self._choices.folder)):
+            if not line.hasFocus() and line.text() != text:
+                line.setText(text)
+        self._show_problem()
+
+    def _show_problem(self) -> None:
+        problem, free_name = self._choices.problem, self._choices.free_name
+        text = problem[:1].upper() + problem[1:] if self.isEnabled() else ''
+        if free_name:
+            text = (f'{self._choices.name}.bag exists already.  '
+                    f'<a href="free">Use {free_name}</a>')
+        if text != self._problem.text():
+            self._problem.setText(text)
+        self._problem.setVisible(bool(text) and self.isEnabled())
+
+    def _use_free_name(self) -> None:
+        name = self._choices.free_name
+        self._choices.set_name(name)
+        self._name.setText(name)
+
+    def _choose(self, choice: NameChoice) -> None:
+        self._choices.choose_name(choice)
+        line = {NameChoice.PREFIX: self._prefix, NameChoice.NAME: self._name}.get(choice)
+        if line is not None:
+            line.setFocus()
+
+    def _choose_folder(self) -> None:
+        dialog = QFileDialog(self, 'Folder for recordings', self._choices.folder)
+        dialog.setFileMode(QFileDialog.Directory)
+        dialog.setOption(QFileDialog.ShowDirsOnly)
+        dialog.setAttribute(Qt.WA_DeleteOnClose)
+        dialog.fileSelected.connect(self._choices.set_folder)
+        dialog.open()
+
+    def _add_button(self, choice: NameChoice) -> None:
+        button = QRadioButton(_NAME_TEXTS[choice])
+        button.setObjectName(f'record_by_{choice.value}')
+        button.setToolTip(_TOOLTIPS[choice])
+        button.clicked.connect(lambda: self._choose(choice))
+        self._group.addButton(button)
+        self._buttons[choice] = button
+
+    def _connect(self) -> None:
+        self._prefix.textEdited.connect(self._choices.set_prefix)
+        self._name.textEdited.connect(self._choices.set_name)
+        self._folder.editingFinished.connect(
+            lambda: self._choices.set_folder(self._folder.text()))
+        self._problem.linkActivated.connect(lambda _: self._use_free_name())
+
+    def _lay_out(self) -> None:
+        in_column(self, 4, self._buttons[NameChoice.DATE],
+                  _row(self._buttons[NameChoice.PREFIX], self._prefix, _hint('+ date and time')),
+                  _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
+                  _row(QLabel('Folder:'), self._folder, self._browse), self._problem)
+        self._problem.setWordWrap(True)
+        colour(self._problem, 'warning')
+
+
+def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
+    layout = in_row(before, line, after, wide=line)
+    layout.setSpacing(6)
+    return layout
+
+
+def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLineEdit:
+    line = QLineEdit()
+    line.setObjectName(name)
+    line.setAccessibleName(accessible_name)
+    line.setPlaceholderText(placeholder)
+    line.setToolTip(hint)
+    return line
+
+
+def _hint(text: str) -> QLabel:
+    label = QLabel(text)
+    colour(label, 'quiet')
+    return label
+
+
+_ROOMY = 30  # lines of text: then the topics are open
+
+
+class RecordingPanel(StillScroll):
+    """Options, topics, the record button, the disk, marks, and the state."""
+
+    play_wanted = pyqtSignal(str)
+    """The operator wants to see the bag at this path."""
+
+    def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self.names = NameOptions(model.choices)
+        self.topics = TopicList(model.choices)
+        self.bar = RecordBar(model)
+        self.disk = DiskBar()
+        self.notice = RecordingNotice(model)
+        self._label = QLineEdit()
+        self._mark = QPushButton(icon('mark'), 'Mark')
+        self._save = QPushButton(icon('save'), f'Save last {RECENT_S:.0f} s')
+        self._are_topics_chosen = False
+        self._set_up()
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Open the list of topics if there is room, until the operator decides."""
+        super().resizeEvent(event)
+        if not self._are_topics_chosen:
+            self.topics.open(event.size().height() > _ROOMY * self.fontMetrics().height())
+
+    def _choose_topics(self) -> None:
+        self._are_topics_chosen = True
+
+    def refresh(self) -> None:
+        """Show what is possible now."""
+        model = self._model
+        state = model.state
+        is_recording = state.phase is Phase.RECORDING
+        self.names.setEnabled(not state.is_busy)
+        self.names.refresh()
+        self.topics.lock(state.is_busy)
+        self.topics.refresh()
+        room = model.room
+        self.disk.show_room(room.free_bytes, model.choices.total_bytes, room.time_left_s,
+                            room.is_low)
+        self._mark.setEnabled(is_recording)
+        self._label.setEnabled(is_recording)
+        self._label.setPlaceholderText(state.next_label if is_recording else 'Mark label')
+        if self._label.text().strip() != state.label:
+            self._label.setText(state.label)
+        self._show_save()
+
+    def _show_save(self) -> None:
+        recent_s = self._model.state.recent_s
+        self._save.setEnabled(recent_s >= 1.0)
+        seconds = recent_s if 1.0 <= recent_s < RECENT_S else RECENT_S
+        self._save.setText(f'Save last {int(seconds)} s')
+
+    def _on_mark(self) -> None:
+        """Mark, and give the keys back to the window."""
+        self._model.mark()
+        self.setFocus()
+
+    def _set_up(self) -> None:
+        self.setAccessibleName('Recording')
+        self.setFrameShape(QFrame.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self._label.setObjectName('mark_label')
+        self._label.setAccessibleName('Mark label')
+        self._label.setToolTip('The label of the next mark; without one it gets a number')
+        self._label.textEdited.connect(self._model.set_label)
+        self._label.returnPressed.connect(self._on_mark)
+        self._mark.setObjectName('mark')
+        self._mark.setToolTip('Write a labelled moment into the recording (M)')
+        self._mark.clicked.connect(self._on_mark)
+        self._save.setObjectName('save_recent')
+        self._save.setToolTip('Write what just happened into a separate bag')
+        self._save.clicked.connect(self._model.save_recent)
+        self.topics.chosen.connect(self._choose_topics)
+        self.notice.play_wanted.connect(self.play_wanted)
+
+    def _lay_out(self) -> None:
+        marks = QHBoxLayout()
+        marks.addWidget(self._label, 1)
+        marks.addWidget(self._mark)
+        marks.addSpacing(8)
+        marks.addWidget(self._save)
+        body = QWidget()
+        layout = QVBoxLayout(body)
+        layout.setContentsMargins(0, 4, 0, 4)
+        layout.setSpacing(8)
+        for widget in (self.names, self.topics, self.bar, self.disk):
+            layout.addWidget(widget, 1 if widget is self.topics else 0)
+        layout.addLayout(marks)
+        layout.addWidget(self.notice)
+        layout.addStretch(0)
+        self.setWidget(body)

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The state of a recording, as a value, and what commands make of it."""
+from __future__ import annotations
+
+from typing import Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
+
+from process_visualizer.clients.bag_recorder import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
+from process_visualizer.gui.recording.recording_choices import look_at
+from process_visualizer.gui.recording.recording_types import (
+    Figures,
+    FinishedBag,
+    Mark,
+    Phase,
+    RecordingClock,
+    figures_of,
+)
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+
+RECENT_S = 30.0
+"""What the recorder keeps in memory (its parameter ~recent_duration)."""
+NOTHING_TOLD = RecorderSnapshot('idle')
+_LATE_S = 0.1
+"""How much later than it was a state may seem to be sent."""
+
+
+class RecordingState(NamedTuple):
+    """All that the operator sees of recording; times are those of one monotonic clock.
+
+    ``is_asked``: a command waits for its answer, so what the recorder tells changes no phase.
+    ``is_silent``: a recorder that runs tells nothing at present; what it did, it may go on doing.
+    ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
+    to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
+    run. ``finished`` and ``error`` are shown until the next command. ``label`` is that of the next
+    mark, or ''.
+    ``snapshot`` is what the recorder said last, ``answered_s`` when a command was answered last.
+    """
+
+    phase: Phase = Phase.OFF
+    is_asked: bool = False
+    is_silent: bool = False
+    path: str = ''
+    left: str = ''
+    ended: FrozenSet[str] = frozenset()
+    finished: Optional[FinishedBag] = None
+    error: str = ''
+    marks: Tuple[Mark, ...] = ()
+    label: str = ''
+    snapshot: RecorderSnapshot = NOTHING_TOLD
+    clock: RecordingClock = RecordingClock()
+    answered_s: float = float('-inf')
+
+    # What follows from it
+
+    @property
+    def is_busy(self) -> bool:
+        """Return whether a recording is being made (then the window may not just be closed)."""
+        return self.phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING)
+
+    @property
+    def is_made(self) -> bool:
+        """Return whether there is a recording of which the recorder tells figures."""
+        return bool(self.path) and self.phase in (Phase.RECORDING, Phase.STOPPING)
+
+    @property
+    def is_saving(self) -> bool:
+        """Return whether the last seconds are being written."""
+        return self.phase is Phase.STOPPING and not self.path
+
+    @property
+    def figures(self) -> Optional[Figures]:
+        """Those of the recording that is made or was made last, which ``finished`` names.
+
+        None where there is none: what the recorder counts meanwhile belongs to no recording.
+        """
+        if self.is_made:
+            return figures_of(self.snapshot)
+        return None if self.finished is None else self.finished.figures
+
+    @property
+    def next_label(self) -> str:
+        """The label of the next mark, if the operator gives none."""
+        return f'mark {len(self.marks) + 1}'
+
+    @property
+    def recent_s(self) -> float:
+        """Return how much of the past can be saved now, at most the last 30 s."""
+        return min(self.snapshot.recent_s, RECENT_S) if self.phase is Phase.IDLE else 0.0
+
+    def elapsed_s(self, now_s: float) -> float:
+        """Return the time since the recording began, or how long the last one was."""
+        if self.is_made:
+            return self.clock.elapsed_s(now_s)
+        return 0.0 if self.figures is None else self.figures.duration_s
+
+    def is_late(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
+        """Return whether it was sent before the answer to the last command, which came faster."""
+        if sent_s - self.answered_s > _LATE_S:
+            return False
+        if self.path:
+            return self.path not in snapshot.files
+        return snapshot.phase != 'idle' and not self.ended.isdisjoint(snapshot.files)
+
+    # What becomes of it
+
+    def run(self, is_running: bool) -> 'RecordingState':
+        """Return the state after a recorder was launched, or has ended with its run."""
+        return self._replace(
+            phase=Phase.WAITING if is_running else Phase.OFF, is_asked=False, is_silent=False,
+            path='', left='' if is_running else self.path, ended=frozenset(), error='',
+            snapshot=NOTHING_TOLD, clock=RecordingClock())
+
+    def asked_to_write(self, phase: Phase) -> 'RecordingState':
+        """Return the state after the command to begin a bag: what was before is forgotten."""
+        return self.dismissed()._replace(phase=phase, is_asked=True, marks=())
+
+    def asked_to_stop(self, now_s: float) -> 'RecordingState':
+        """Return the state after the command to stop."""
+        clock = self.clock.updated(self.elapsed_s(now_s), False, now_s)
+        return self._replace(phase=Phase.STOPPING, is_asked=True, error='', clock=clock)
+
+    def answered(self, phase: Phase, now_s: float) -> 'RecordingState':
+        """Return the state after a command was answered; where no recorder is launched, OFF."""
+        return self._replace(phase=Phase.OFF if self.phase is Phase.OFF else phase,
+                             is_asked=False, answered_s=now_s)
+
+    def started(self, path: str, now_s: float) -> 'RecordingState':
+        """Return the state after the recorder told which file it records."""
+        if self.phase is Phase.OFF:
+            return self._replace(left=path)  # the run is ending, and finishes it
+        snapshot = self.snapshot._replace(phase='recording', files=(path,), problems=(),
+                                          messages=0, bytes=0, dropped=0, lost=0)
+        clock = RecordingClock().updated(0.0, True, now_s)
+        return self._replace(path=path, snapshot=snapshot, clock=clock).answered(
+            Phase.RECORDING, now_s)
+
+    def refused(self, phase: Phase, now_s: float) -> 'RecordingState':
+        """Return the state after a command failed: as before, but where the recorder is gone."""
+        is_there = self.is_asked and self.phase is not Phase.GONE
+        return self.answered(phase if is_there else self.phase, now_s)
+
+    def marked(self, now_s: float) -> 'RecordingState':
+        """Return the state with one mark more, which has the prepared label or a number."""
+        mark = Mark(self.elapsed_s(now_s), self.label or self.next_label)
+        return self._replace(marks=(*self.marks, mark), label='')
+
+    def not_marked(self, mark: Mark) -> 'RecordingState':
+        """Return the state after the recorder did not take this mark."""
+        return self._replace(marks=tuple(it for it in self.marks if it is not mark))
+
+    def dismissed(self) -> 'RecordingState':
+        """Return the state after the operator has seen the finished bag or the error."""
+        return self._replace(error='', finished=None)
+
+
+# Advice for an operator whose command to the recorder cannot be carried out.
+
+def checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
+    """Run the command if nothing on the disk is in its way; off the GUI thread.
+
+    Raises:
+        RecorderError: something is, or the command is refused.
+    """
+    problem = look_at(options.folder, options.name, options.prefix).problem
+    if problem:
+        raise RecorderError(problem)
+    return command(options)
+
+
+NOT_RESPONDING = 'The recorder is not responding'
+"""It runs, but says nothing at present; no reason to end it."""
+
+
+def obstacle(phase: Phase, is_silent: bool, options: RecordingOptions, problem: str) -> str:
+    """Return why nothing can be recorded, or ''; ``problem`` is that of name and folder."""
+    if phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING):
+        return ''
+    if phase in (Phase.OFF, Phase.WAITING):
+        return 'nothing to record with: launch the devices in real-time mode first'
+    if phase is Phase.GONE:
+        return 'the recorder has ended; restart it from its alarm'
+    if is_silent:
+        return f'{NOT_RESPONDING}. Start when it responds'
+    if not options.topics:
+        return 'no topic is ticked; open the list of topics and tick what is to be recorded'
+    return problem
+
+
+def repair(path: str) -> str:
+    """Return what can be done for a file that the recorder has not finished."""
+    return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
+            f'{path}.active" makes a bag of it')
+
+
+def advice(error: Exception, path: str) -> str:
+    """Return what the operator is told; an error that nobody expects is raised again."""
+    if isinstance(error, RecorderUnreachable):
+        going_on = f'{path} is still being recorded. ' if path else ''
+        return f'{error}. {going_on}Try again when it responds'
+    if isinstance(error, (RecorderError, OSError)):
+        return str(error)
+    raise error
+
+
+# Reports on changes of a recording's state: bags that are finished, failures.
+
+class Step(NamedTuple):
+    """The next state; the files of a recording that has ended (else None); what failed, or ''."""
+
+    state: RecordingState
+    ended: Optional[Tuple[str, ...]] = None
+    failure: str = ''
+
+
+def failed(state: RecordingState, message: str) -> Step:
+    """Return the step to what the operator is to be told."""
+    return Step(state._replace(error=message), None, message)
+
+
+def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> Step:
+    """Return the step after the recorder told its state, which is not late."""
+    after = _followed(state, snapshot, now_s)
+    if state.path and after.phase is Phase.IDLE:
+        return _ended_by_itself(after, now_s)
+    return Step(_with_last_figures(after))
+
+
+def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Step:
+    """Return the step after the recorder told which files are finished; there may be none."""
+    bag = FinishedBag(tuple(files), state.snapshot.problems) if files else None
+    left = '' if state.left in files else state.left
+    after = state._replace(path='', left=left, finished=bag, ended=state.ended.union(files))
+    after = after.answered(Phase.IDLE, now_s)
+    return Step(_with_last_figures(after), None if bag is None else bag.files)
+
+
+def gone(state: RecordingState) -> Step:
+    """Return the step after the recorder's process has ended; ``left`` is to be looked at."""
+    return Step(state._replace(phase=Phase.GONE, path='', left=state.path, is_silent=False))
+
+
+def left_behind(state: RecordingState, path: str, is_there: bool) -> Step:
+    """Return the step after the look whether a recorder that has ended has finished its bag."""
+    if not is_there:
+        return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
+    return Step(state._replace(finished=FinishedBag((path,)),
+                               ended=state.ended.union((path,))), (path,))
+
+
+def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:
+    """Take the phase that the recorder tells, but while a command waits for its answer."""
+    phase = state.phase if state.is_asked else Phase(snapshot.phase)
+    is_recording = phase is Phase.RECORDING
+    path, clock, marks = state.path, state.clock, state.marks
+    if is_recording and snapshot.files:
+        path = snapshot.files[0]
+    if path != state.path:  # somebody else has started it
+        clock, marks = RecordingClock(), ()
+    return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot, is_silent=False,
+                          clock=clock.updated(snapshot.duration_s, is_recording, now_s))
+
+
+def _ended_by_itself(state: RecordingState, now_s: float) -> Step:
+    snapshot = state.snapshot
+    if state.path not in snapshot.files:
+        return Step(_with_last_figures(state._replace(path='', left=state.path)))
+    step = ended(state, snapshot.files, now_s)
+    if not snapshot.problems:
+        return step
+    message = f'the recording has ended by itself: {snapshot.problems[-1]}'
+    return step._replace(state=step.state._replace(error=message), failure=message)
+
+
+def _with_last_figures(state: RecordingState) -> RecordingState:
+    """The last figures of a recording come with the first state after it."""
+    bag, snapshot = state.finished, state.snapshot
+    if bag is None or snapshot.phase != 'idle' or snapshot.files != bag.files:
+        return state
+    return state._replace(finished=bag._replace(figures=figures_of(snapshot)))

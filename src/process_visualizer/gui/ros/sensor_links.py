@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Depth sensors of the running cell: their boxes, and the objects that they see."""
+from __future__ import annotations
+
+import math
+import time
+from typing import Callable, Dict, Iterable, List, Optional
+
+import rosgraph
+import rospy
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import RegionOfInterest
+from process_visualizer.gui.ros.ros_link import RosLinkError
+from process_visualizer.gui.ros.rviz_markers import BoxMarker
+from process_visualizer.gui.ros.snapshots import ObjectsSnapshot
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import SeenObject
+from process_visualizer.msg import DetectedObject, DetectedObjects
+from process_visualizer.ros_names import OBJECTS, ROI_FILTER
+
+
+class RegionLink(QObject):
+    """Moves boxes while everything runs; all methods but the constructor block."""
+
+    dragged = pyqtSignal(str, object)
+    """The box of a device (its name) has been dragged in RViz to this RegionOfInterest."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._marker = BoxMarker(self.dragged.emit)
+
+    def move(self, device: str, region: RegionOfInterest) -> None:
+        """Give the crop of a device another box, which takes effect with the next cloud.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            for name, values in (('center', region.center), ('size', region.size)):
+                rospy.set_param(f'/{device}/{ROI_FILTER}/{name}', [float(it) for it in values])
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'the ROS master does not answer ({error})') from error
+
+    def show_marker(self, device: str, region: RegionOfInterest) -> None:
+        """Let the box of a device be dragged in RViz.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            self._marker.show(device, region)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'the box of {device} cannot be dragged: the ROS master does not '
+                               f'answer ({error})') from error
+
+    def move_marker(self, device: str, region: RegionOfInterest) -> None:
+        """Let the box in RViz follow."""
+        self._marker.move(device, region)
+
+    def hide_marker(self) -> None:
+        """Remove the box from RViz."""
+        self._marker.hide()
+
+
+_BEAT_S = 1.0
+_LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
+           DetectedObject.STOP: Level.BAD}
+
+
+class ObjectLink(QObject):
+    """Follows the sensors that it is told to; a clear cell costs the window little."""
+
+    seen = pyqtSignal(object)
+    """An ObjectsSnapshot with something near a robot, the first one without, and one a second."""
+
+    def __init__(self, parent: Optional[QObject] = None,
+                 monotonic_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(parent)
+        self._monotonic_s = monotonic_s
+        self._subscribers: Dict[str, rospy.Subscriber] = {}
+        self._was_near: Dict[str, bool] = {}  # each written by the thread of its subscriber
+        self._told_s: Dict[str, float] = {}
+
+    def follow(self, devices: Iterable[str]) -> None:
+        """Follow these depth sensors (their names), and no others; blocks for a moment.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            self._follow(devices)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError('objects near robots are no alarms: the ROS master does not answer '
+                               f'({error})') from error
+
+    def _follow(self, devices: Iterable[str]) -> None:
+        wanted = set(devices)
+        for device in set(self._subscribers) - wanted:
+            self._subscribers.pop(device).unregister()
+        for device in wanted - set(self._subscribers):
+            self._subscribers[device] = rospy.Subscriber(
+                f'/{device}/{OBJECTS}', DetectedObjects, self._take, device, queue_size=2)
+
+    def _take(self, message: DetectedObjects, device: str) -> None:
+        is_near = any(it.level != DetectedObject.CLEAR for it in message.objects)
+        now_s = self._monotonic_s()
+        is_due = now_s >= self._told_s.get(device, -math.inf) + _BEAT_S
+        if is_near or is_due or self._was_near.get(device, False):
+            self._told_s[device] = now_s
+            self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
+                                           tuple(_objects(message))))
+        self._was_near[device] = is_near
+
+
+def _objects(message: DetectedObjects) -> List[SeenObject]:
+    return [SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
+                       _LEVELS.get(it.level, Level.BAD)) for it in message.objects]

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Dialogs that do not block: the window keeps working while they are open."""
+from __future__ import annotations
+
+from typing import Callable, Optional
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QGuiApplication
+from PyQt5.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QLabel,
+    QMessageBox,
+    QPlainTextEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.theme import tabular_font
+
+# Dialogs that do not block: the window keeps working while they are open.
+
+_TITLE = 'Process Visualizer'
+
+
+def message_box(parent: Optional[QWidget], text: str,
+                symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
+    """Return a message box to open; it deletes itself when it is closed."""
+    box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)
+    box.setObjectName('message')
+    box.setTextInteractionFlags(Qt.TextSelectableByMouse)
+    box.setAttribute(Qt.WA_DeleteOnClose)
+    return box
+
+
+def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
+        otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
+    """Ask a question; do the action if the answer is ``yes``, the text of its button.
+
+    ``otherwise`` is called if it is closed in any other way.
+
+    Returns the open dialog, so that a question can be closed when it is no longer needed.
+    """
+    box = message_box(parent, question, QMessageBox.Question)
+    box.setObjectName('question')
+    accept = box.addButton(yes, QMessageBox.AcceptRole)
+    accept.setObjectName('yes')
+    accept.clicked.connect(lambda: action())
+    box.addButton(QMessageBox.Cancel)
+    box.finished.connect(lambda _code: None if box.clickedButton() is accept else otherwise())
+    box.open()
+    return box
+
+
+_WIDTH, _HEIGHT = 640, 360
+
+
+class TextDialog(QDialog):
+    """A title, a sentence, monospaced text below it, and buttons to copy and to close."""
+
+    def __init__(self, name: str, title: str, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setWindowTitle(title)
+        self.setModal(False)
+        self.message = QLabel()
+        self.message.setObjectName(f'{name}_message')
+        self.message.setWordWrap(True)
+        self.message.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.text = QPlainTextEdit()
+        self.text.setObjectName(f'{name}_text')
+        self.text.setReadOnly(True)
+        self.text.setLineWrapMode(QPlainTextEdit.NoWrap)
+        self.text.setFont(tabular_font(self.text.font()))
+        self.buttons = QDialogButtonBox(QDialogButtonBox.Close)
+        self._lay_out()
+        self.resize(_WIDTH, _HEIGHT)
+
+    def show_text(self, message: str, text: str) -> None:
+        """Show a message (rich text) and the text."""
+        self.message.setText(message)
+        self.text.setPlainText(text)
+
+    def _lay_out(self) -> None:
+        copy = self.buttons.addButton('Copy', QDialogButtonBox.ActionRole)
+        copy.setObjectName(f'{self.objectName()}_copy')
+        copy.setToolTip('Copy the text')
+        copy.setAutoDefault(False)
+        copy.clicked.connect(
+            lambda: QGuiApplication.clipboard().setText(self.text.toPlainText()))
+        self.buttons.rejected.connect(self.close)
+        self.row = QHBoxLayout()
+        self.row.addWidget(self.message, 1)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self.row)
+        layout.addWidget(self.text)
+        layout.addWidget(self.buttons)
+
+
+class KeysDialog(QDialog):
+    """A table of keys (HTML) as wide as needed; the window keeps working while it is open."""
+
+    def __init__(self, table: str, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName('keys')
+        self.setWindowTitle('Keys')
+        self.setAttribute(Qt.WA_DeleteOnClose)
+        buttons = QDialogButtonBox(QDialogButtonBox.Close)
+        buttons.rejected.connect(self.close)
+        layout = QVBoxLayout(self)
+        layout.addWidget(QLabel(table))
+        layout.addWidget(buttons)

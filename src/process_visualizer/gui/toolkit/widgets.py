@@ -1,0 +1,378 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Widgets and layouts that the panels share."""
+from __future__ import annotations
+
+import math
+from typing import Callable, List, Optional, Union
+
+from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QWheelEvent
+from PyQt5.QtWidgets import (
+    QAbstractItemView,
+    QDoubleSpinBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QPushButton,
+    QSizePolicy,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionButton,
+    QStyleOptionViewItem,
+    QStylePainter,
+    QTabWidget,
+    QToolButton,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.cell.model import Pose
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.theme import (
+    ThemeFollower,
+    colour,
+    colour_indicators,
+    colour_selection,
+    set_sheet,
+    theme,
+)
+
+# Small helpers that all panels share.
+
+def small(label: QLabel) -> QLabel:
+    """Return the label in a slightly smaller size."""
+    font = label.font()
+    font.setPointSizeF(font.pointSizeF() * 0.9)
+    label.setFont(font)
+    return label
+
+
+def note(name: str) -> QLabel:
+    """Return a quiet label of one or more lines, hidden until ``show_note`` gives it a text."""
+    label = QLabel()
+    label.setObjectName(name)
+    label.setWordWrap(True)
+    label.hide()
+    colour(label, 'quiet')
+    return label
+
+
+def show_note(label: QLabel, text: str) -> None:
+    """Show a text, or nothing where there is none."""
+    label.setText(text)
+    label.setVisible(bool(text))
+
+
+def title(text: str) -> QLabel:
+    """Return a bold label, for the head of a group."""
+    label = QLabel(text)
+    font = label.font()
+    font.setBold(True)
+    label.setFont(font)
+    return label
+
+
+def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], object],
+                text: Optional[str] = None) -> QToolButton:
+    """Return a flat button with an icon."""
+    button = QToolButton()
+    button.setObjectName(name)
+    button.setIcon(icon(icon_name))
+    button.setToolTip(hint)
+    button.setAccessibleName(hint.split(' (')[0])  # without the key
+    button.setAutoRaise(True)
+    if text is not None:
+        button.setText(text)
+    button.clicked.connect(lambda: action())
+    return button
+
+
+# Layouts that panels share.
+
+def in_column(parent: QWidget, spacing_px: int, *parts: Union[QWidget, QLayout]) -> QVBoxLayout:
+    """Lay out a widget's parts below each other, without margins."""
+    layout = QVBoxLayout(parent)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(spacing_px)
+    for part in parts:
+        layout.addWidget(part) if isinstance(part, QWidget) else layout.addLayout(part)
+    return layout
+
+
+def in_row(*widgets: QWidget, wide: Optional[QWidget] = None) -> QHBoxLayout:
+    """Return widgets side by side; the one that is ``wide`` gets the remaining room."""
+    layout = QHBoxLayout()
+    for widget in widgets:
+        layout.addWidget(widget, int(widget is wide))
+    return layout
+
+
+_LEAST_PX, _PADDING_PX = 60, 12
+
+
+class ElidedButton(QPushButton):
+    """Shows as much of its text as fits."""
+
+    def sizeHint(self) -> QSize:
+        """Any width will do."""
+        return QSize(_LEAST_PX, super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """Any width will do."""
+        return self.sizeHint()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw as much as fits."""
+        option = QStyleOptionButton()
+        self.initStyleOption(option)
+        option.text = self.fontMetrics().elidedText(
+            self.text(), Qt.ElideRight, self.width() - _PADDING_PX)
+        QStylePainter(self).drawControl(QStyle.CE_PushButton, option)
+
+
+class ElidedLabel(QLabel):
+    """Shows as much of one line as fits; the tooltip has all of it."""
+
+    def __init__(self, mode: Qt.TextElideMode = Qt.ElideMiddle,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._mode = mode
+
+    def setText(self, text: str) -> None:
+        """Show a text."""
+        if text != self.text():
+            super().setText(text)
+            self.setToolTip(text)
+
+    def minimumSizeHint(self) -> QSize:
+        """Any width will do."""
+        return QSize(20, super().minimumSizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw as much as fits."""
+        painter = QPainter(self)
+        area = self.contentsRect()
+        text = self.fontMetrics().elidedText(self.text(), self._mode, area.width())
+        self.style().drawItemText(painter, area, int(self.alignment()), self.palette(),
+                                  self.isEnabled(), text, self.foregroundRole())
+
+
+class FoldButton(QToolButton):
+    """Its arrow points down while it is checked; connect ``toggled`` to the folded part."""
+
+    def __init__(self, name: str, text: str, hint: str, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setText(text)
+        self.setToolTip(hint)
+        self.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
+        self.setArrowType(Qt.RightArrow)
+        self.setAutoRaise(True)
+        self.setCheckable(True)
+        self.setFocusPolicy(Qt.TabFocus)
+        self.toggled.connect(
+            lambda is_open: self.setArrowType(Qt.DownArrow if is_open else Qt.RightArrow))
+
+
+_ICON_PX = 18
+
+
+class NoticeFrame(QFrame):
+    """The object name of the frame is ``name``, that of its text ``name_text``.
+
+    ``colour`` is good, warning or bad (see Theme).
+    """
+
+    def __init__(self, name: str, colour: str, parent: Optional[QWidget] = None,
+                 symbol: str = 'warning') -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        set_sheet(self, f'QFrame#{name} {{ border: 1px solid <{colour}>; border-radius: 5px; '
+                        f'background: <behind_{colour}>; }}')
+        self._text = QLabel()
+        self._text.setObjectName(f'{name}_text')
+        self._text.setWordWrap(True)
+        self._text.setTextFormat(Qt.PlainText)
+        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._sign, self._symbol = QLabel(), symbol
+        self._draw_sign()
+        ThemeFollower(self, self._draw_sign)
+        self._layout = QGridLayout(self)
+        self._layout.setContentsMargins(8, 6, 8, 6)
+        self._layout.setColumnStretch(1, 1)
+        self._layout.addWidget(self._sign, 0, 0, Qt.AlignTop)
+        self._layout.addWidget(self._text, 0, 1)
+
+    def _draw_sign(self) -> None:
+        self._sign.setPixmap(icon(self._symbol).pixmap(QSize(_ICON_PX, _ICON_PX)))
+
+    def add_buttons(self, *buttons: QPushButton) -> None:
+        """Add buttons below the text."""
+        row = QHBoxLayout()
+        for button in buttons:
+            row.addWidget(button)
+        row.addStretch(1)
+        self._layout.addLayout(row, 1, 1)
+
+
+_LEAST_HEIGHT_PX = 210
+
+
+class PanelTabs(QTabWidget):
+    """The panels of the launcher; each of them scrolls."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName('panels')
+        self.setDocumentMode(True)
+        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the width that all pages need, and a height in which one can be used."""
+        return QSize(super().minimumSizeHint().width(), _LEAST_HEIGHT_PX)
+
+    def hasHeightForWidth(self) -> bool:
+        """Return False: Qt asks all pages for the height that they would like."""
+        return False
+
+
+# Six fields of a pose: x y z in m, yaw pitch roll in degrees.
+
+_NAMES = ('x', 'y', 'z', 'yaw', 'pitch', 'roll')
+_AXES = {'yaw': 'about z', 'pitch': "about y'", 'roll': "about x''"}
+_REACH_M = 100.0
+_STEP_M, _STEP_DEG = 0.001, 0.1
+
+
+class PoseFields(QWidget):
+    """Shows a pose; only numbers that the operator changes are reported, the others stay exact."""
+
+    edited = pyqtSignal(int, float)
+    """The index (x y z yaw pitch roll: 0 to 5) and the new value in m or rad."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._fields: List[NumberField] = [self._field(index) for index in range(len(_NAMES))]
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setHorizontalSpacing(8)
+        layout.setVerticalSpacing(4)
+        for index, (name, field) in enumerate(zip(_NAMES, self._fields)):
+            column, row = 3 * (index // 3), index % 3
+            layout.addWidget(QLabel(name), row, column)
+            layout.addWidget(field, row, column + 1)
+        layout.setColumnMinimumWidth(2, 12)
+        layout.setColumnStretch(1, 1)
+        layout.setColumnStretch(4, 1)
+
+    def show_pose(self, pose: Pose) -> None:
+        """Show xyz [m] and ypr [rad] without reporting an edit."""
+        for field, value in zip(self._fields[:3], pose.xyz):
+            field.show_value(value)
+        for field, angle in zip(self._fields[3:], pose.ypr):
+            field.show_value(math.degrees(angle))
+            axis = _AXES[field.objectName()]
+            field.setToolTip(f"{angle:.6f} rad, {axis}\n{_HINT.format('0.1°')}")
+
+    def _field(self, index: int) -> NumberField:
+        name, is_angle = _NAMES[index], index >= 3
+        field = NumberField(name)
+        field.setRange(-360.0 if is_angle else -_REACH_M, 360.0 if is_angle else _REACH_M)
+        field.setDecimals(2 if is_angle else 4)
+        field.setSingleStep(_STEP_DEG if is_angle else _STEP_M)
+        field.setSuffix('°' if is_angle else ' m')
+        field.setToolTip(_HINT.format('1 mm'))
+        field.valueChanged.connect(
+            lambda value: self.edited.emit(index, math.radians(value) if is_angle else value))
+        return field
+
+
+_HINT = 'Arrow keys and wheel: {}; with Ctrl ten times as much'
+
+
+class NumberField(QDoubleSpinBox):
+    """A spin box that the wheel changes only while it is being edited."""
+
+    def __init__(self, name: str, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setAccessibleName(name)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setKeyboardTracking(False)
+        self.setAlignment(Qt.AlignRight)
+        self.setAccelerated(True)
+
+    def show_value(self, value: float) -> None:
+        """Show a value that was not entered here."""
+        if round(value, self.decimals()) != self.value():
+            self.blockSignals(True)
+            self.setValue(value)
+            self.blockSignals(False)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave the wheel to the scrolled window."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+
+# Draws a selected row so that its icons and the colours of its texts keep their meaning.
+
+_COLOUR = Qt.UserRole + 64
+
+
+class RowDelegate(QStyledItemDelegate):
+    """Texts of a selected row stay red, amber or grey; its background is pale.
+
+    Ticks have the same colour in all rows, whatever that of the text; a box that stands for some
+    of several has a bar.
+    """
+
+    def __init__(self, view: QAbstractItemView) -> None:
+        super().__init__(view)
+        colour_selection(view, 'selected')
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Draw the row, and its box once more: Qt gives the tick the colour of the text."""
+        super().paint(painter, option, index)
+        row = QStyleOptionViewItem(option)
+        self.initStyleOption(row, index)
+        if not row.features & QStyleOptionViewItem.HasCheckIndicator:
+            return
+        style = row.widget.style()
+        row.rect = style.subElementRect(QStyle.SE_ItemViewItemCheckIndicator, row, row.widget)
+        colour_indicators(row.palette, theme())
+        row.state &= ~(QStyle.State_HasFocus | QStyle.State_On | QStyle.State_Off)
+        is_partial = row.checkState == Qt.PartiallyChecked
+        row.state |= QStyle.State_On if row.checkState == Qt.Checked else QStyle.State_Off
+        style.drawPrimitive(QStyle.PE_IndicatorItemViewItemCheck, row, painter, row.widget)
+        if is_partial:
+            painter.fillRect(_bar(row.rect), row.palette.brush(QPalette.Text))
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Give the text of a selected row the colour that it has otherwise."""
+        super().initStyleOption(option, index)
+        palette = option.palette
+        name = index.data(_COLOUR)
+        if name:
+            palette.setColor(QPalette.Text, QColor(getattr(theme(), name)))
+        palette.setBrush(QPalette.HighlightedText, palette.brush(QPalette.Text))
+        option.palette = palette
+
+
+def _bar(box: QRect) -> QRect:
+    """The bar in a box that is ticked in part."""
+    margin = max(box.width() // 4, 2)
+    height = max(box.height() // 5, 2)
+    return QRect(box.left() + margin, box.center().y() - height // 2 + 1 - height % 2,
+                 box.width() - 2 * margin, height)
+
+
+def colour_row(row: QTreeWidgetItem, column: int, name: str) -> None:
+    """Set the colour of a text that a RowDelegate draws: the name of a field of Theme."""
+    if row.data(column, _COLOUR) != name:
+        row.setData(column, _COLOUR, name)

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: BSD-3-Clause
-"""Messages as bytes: definitions, layout, stamps and parts, without deserialising (pure)."""

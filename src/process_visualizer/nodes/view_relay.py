@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Lets other computers see the running cell, and change nothing in it.
+
+Viewers connect to one port, and are sent what the cell's view shows, with models and meshes. They
+never connect to a driver, so none can hold one up; what a link does not carry is left out here.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import socket
+import sys
+import threading
+from functools import partial
+from pathlib import Path
+from typing import Dict, List, Optional, Set, Tuple
+
+import rosgraph
+import rospkg
+import rospy
+
+from process_visualizer.bagio.message_definition import Connection, installed_connection
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
+from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
+from process_visualizer.remote.frames import GREETING, Kind, json_frame
+from process_visualizer.remote.link_words import listening_address, ports_of
+from process_visualizer.remote.offer import DEFAULT_PORTS, Offer, Topic, named_topics
+from process_visualizer.remote.shown_view import (
+    mesh_paths,
+    model_parameters,
+    offered_meshes,
+    parsed_view,
+)
+from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIEW_RELAY
+
+_MOST_VIEWERS = 16
+_TOPICS_PERIOD_S = 1.0
+
+
+class ViewRelay:
+    """Listens for viewers; every connection has its own threads."""
+
+    def __init__(self, address: str, ports: range, view_file: str, mode: str) -> None:
+        """Listen at an address, on the first of some ports that is free.
+
+        ``view_file`` is the .rviz file of the cell; it is read again when it has changed.
+
+        Raises:
+            OSError: that is not possible.
+        """
+        self._listener = _listening(address, ports)
+        self._view_file, self._mode = view_file, mode
+        self._master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
+        self._feed = TopicFeed()
+        self._lock = threading.Lock()
+        self._links: Set[ViewerLink] = set()
+        self._offered: Optional[Tuple[str, Dict[str, str], Offer, Files]] = None
+        self._changed = threading.Event()
+        self._ended = threading.Event()
+
+    @property
+    def address(self) -> str:
+        """Return where it listens."""
+        host, port = self._listener.getsockname()[:2]
+        return f'{host}:{port}'
+
+    def run(self) -> None:
+        """Begin to listen; returns at once."""
+        for target in (self._accept, self._look_for_topics):
+            threading.Thread(target=target, name=target.__name__, daemon=True).start()
+
+    def close(self) -> None:
+        """End all connections."""
+        self._ended.set()
+        self._changed.set()
+        self._listener.close()
+        for link in self._present():
+            link.close()
+
+    def _present(self) -> List[ViewerLink]:
+        with self._lock:
+            return list(self._links)
+
+    def _accept(self) -> None:
+        while not self._ended.is_set():
+            try:
+                connection, where = self._listener.accept()
+            except OSError as error:
+                if self._ended.wait(1.0):
+                    return
+                rospy.logwarn('a viewer could not connect: %s', error.strerror)
+                continue
+            threading.Thread(target=self._welcome, args=[connection, f'{where[0]}:{where[1]}'],
+                             name=f'welcome {where[0]}', daemon=True).start()
+
+    def _welcome(self, connection: socket.socket, name: str) -> None:
+        if len(self._present()) >= _MOST_VIEWERS:
+            _refuse(connection, f'{_MOST_VIEWERS} viewers watch this cell already')
+            return
+        try:
+            offer, files = self._offer(self._view())
+        except (ValueError, OSError, rosgraph.MasterException) as error:
+            _refuse(connection, f'the cell cannot be shown: {error}')
+            return
+        link = ViewerLink(connection, name, self._feed, self._forget)
+        with self._lock:
+            self._links.add(link)
+        rospy.loginfo('%s watches', name)
+        try:
+            link.start(offer, files, self._topics())
+        except OSError:
+            self._forget(link)
+        self._changed.set()
+
+    def _forget(self, link: ViewerLink) -> None:
+        with self._lock:
+            self._links.discard(link)
+
+    def _offer(self, view: str) -> Tuple[Offer, Files]:
+        models = {}
+        for name in model_parameters(view):
+            if self._master.hasParam(name):
+                models[name] = str(self._master.getParam(name))
+        before = self._offered
+        if before is not None and before[:2] == (view, models):
+            return before[2:]  # meshes need not be read again: a viewer is back sooner
+        paths = mesh_paths(models)
+        version = rospkg.RosPack().get_manifest(PACKAGE).version
+        offer = Offer(version, self._mode, view, models, offered_meshes(paths))
+        files = {uri: partial(_content, path) for uri, path in paths.items()}
+        self._offered = view, models, offer, files
+        return offer, files
+
+    def _view(self) -> str:
+        return Path(self._view_file).read_text(encoding='utf-8')
+
+    def _topics(self) -> Dict[str, Topic]:
+        """Return what the view shows, and what is published of it."""
+        view = parsed_view(self._view())
+        wanted = {*named_topics(view), *rospy.get_param('~topics', []), TF_TOPIC, STATIC_TF_TOPIC}
+        types = {name: kind for name, kind in self._master.getTopicTypes() if name in wanted}
+        return {name: topic for name, topic in ((it, _topic(it, kind))
+                                                for it, kind in types.items())
+                if topic is not None}
+
+    def _look_for_topics(self) -> None:
+        """Offer what begins to be published, and another view, while somebody watches."""
+        view = ''
+        while not self._ended.is_set():
+            if not self._present():
+                self._changed.wait()
+                self._changed.clear()
+                view = self._view()
+            if self._ended.wait(_TOPICS_PERIOD_S):
+                return
+            try:
+                before, view = view, self._view()
+                offer = self._offer(view) if view != before else None
+                topics = self._topics()
+            except (OSError, ValueError, rosgraph.MasterException):
+                continue  # the master will be back, or the cell ends
+            for link in self._present():
+                if offer is not None:
+                    link.offer(*offer)
+                link.offer_topics(topics)
+
+
+def _topic(name: str, kind: str) -> Optional[Topic]:
+    found: Optional[Connection] = installed_connection(name, kind)
+    return None if found is None else Topic(found.type, found.md5sum, found.message_definition)
+
+
+def _content(path: str) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError:
+        return b''
+
+
+def _refuse(connection: socket.socket, reason: str) -> None:
+    try:
+        with connection:
+            connection.settimeout(2.0)
+            connection.sendall(GREETING + json_frame(Kind.REFUSED, reason=reason))
+    except OSError:
+        return  # it has gone
+
+
+def _listening(address: str, ports: range) -> socket.socket:
+    """A socket that listens; the family is that of the address."""
+    problem: Optional[OSError] = None
+    for port in ports:
+        try:
+            found = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
+            listener = socket.socket(found[0], socket.SOCK_STREAM)
+        except OSError as error:
+            raise OSError(error.errno, f'{address}: {error.strerror}') from None
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(found[4])
+            listener.listen(_MOST_VIEWERS)
+            return listener
+        except OSError as error:
+            listener.close()
+            problem = error
+    raise OSError(problem.errno if problem else 0,
+                  f'{address}, port {ports[0]} to {ports[-1]}: '
+                  f'{problem.strerror if problem else "none"}')
+
+
+def main() -> None:
+    """Run the node."""
+    start_node(VIEW_RELAY)
+    options = _options(rospy.myargv(sys.argv)[1:])
+    address = listening_address(os.environ, options.remote)
+    try:
+        relay = ViewRelay(address, options.ports, options.view, options.mode)
+    except OSError as error:
+        rospy.logwarn('nobody can watch this cell with "cell view": it cannot listen at %s; '
+                      'check ROS_IP and ROS_HOSTNAME, or give other --ports', error.strerror)
+        rospy.set_param('~address', '')
+        spin_to_end()
+    rospy.set_param('~address', relay.address)
+    rospy.loginfo('"cell view" can connect to %s', relay.address)
+    relay.run()
+    spin_to_end(relay.close)
+
+
+def _options(words: List[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog=VIEW_RELAY)
+    parser.add_argument('--remote', action='store_true')
+    parser.add_argument('--ports', type=ports_of, default=DEFAULT_PORTS)
+    parser.add_argument('--view', required=True)
+    parser.add_argument('--mode', default='')
+    return parser.parse_args(words)

@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The connection to one viewer: a thread that reads what it wants, one that sends."""
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import time
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Set,
+)
+
+import rospy
+
+from process_visualizer.remote.frames import (
+    GREETING,
+    MOST_BYTES,
+    Frame,
+    FrameReader,
+    FramesBroken,
+    Kind,
+    frame_bytes,
+    json_frame,
+    times_frame,
+)
+from process_visualizer.remote.offer import Offer, Topic, topics_message
+from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
+
+# The topics of a cell that viewers want: subscribed once, for as long as one of them does.
+
+_BUFFER_BYTES = 16 << 20
+
+
+class Channel(NamedTuple):
+    """One publisher of a topic, by its number."""
+
+    number: int
+    topic: str
+    type: str
+    md5sum: str
+    caller: str
+
+
+class Taker(Protocol):
+    """Takes messages of topics; called in threads of rospy, must not wait."""
+
+    def take(self, channel: Channel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
+        """Take a message; one that ``is_kept`` is latched, and has to arrive."""
+
+
+class _Latched(NamedTuple):
+    channel: Channel
+    arrived_ns: int
+    data: bytes
+
+
+class TopicFeed:
+    """Subscribes to topics of any type, and passes their messages on as bytes."""
+
+    def __init__(self) -> None:
+        """Nothing is subscribed."""
+        self._lock = threading.Lock()
+        self._wanted: Dict[str, List[Taker]] = {}
+        self._subscribers: Dict[str, rospy.Subscriber] = {}
+        self._channels: Dict[Any, Channel] = {}
+        self._latched: Dict[int, _Latched] = {}
+
+    def want(self, taker: Taker, topics: Collection[str]) -> None:
+        """Pass on the messages of these topics to a taker, and no others."""
+        with self._lock:
+            new = [topic for topic in topics if taker not in self._wanted.get(topic, [])]
+            for topic in list(self._wanted):
+                if topic not in topics:
+                    self._wanted[topic] = [it for it in self._wanted[topic] if it is not taker]
+            for topic in new:
+                self._wanted.setdefault(topic, []).append(taker)
+            kept = [it for it in self._latched.values() if it.channel.topic in new]
+            left = self._update()
+        for it in kept:
+            taker.take(it.channel, it.arrived_ns, it.data, True)
+        for subscriber in left:
+            subscriber.unregister()
+
+    def _update(self) -> List[rospy.Subscriber]:
+        """Subscribe to what is new; return what nobody wants any more."""
+        needed: Set[str] = {topic for topic, takers in self._wanted.items() if takers}
+        left = [self._subscribers.pop(it) for it in set(self._subscribers) - needed]
+        for topic in set(self._wanted) - needed:
+            del self._wanted[topic]
+            for number in [key for key, it in self._latched.items() if it.channel.topic == topic]:
+                del self._latched[number]
+        for topic in needed - set(self._subscribers):
+            self._subscribers[topic] = rospy.Subscriber(
+                topic, rospy.AnyMsg, self._take, topic, buff_size=_BUFFER_BYTES, tcp_nodelay=True)
+        return left
+
+    def _take(self, message: Any, topic: str) -> None:
+        arrived_ns = time.time_ns()
+        header: Dict[str, str] = message._connection_header
+        with self._lock:
+            channel = self._channel(topic, header)
+            is_kept = header.get('latching') == '1'
+            data = bytes(message._buff)
+            if is_kept and topic in self._wanted:
+                self._latched[channel.number] = _Latched(channel, arrived_ns, data)
+            takers = list(self._wanted.get(topic, []))
+        for taker in takers:
+            taker.take(channel, arrived_ns, data, is_kept)
+
+    def _channel(self, topic: str, header: Dict[str, str]) -> Channel:
+        kind, md5sum = header.get('type', ''), header.get('md5sum', '')
+        key = topic, kind, md5sum, header.get('callerid', '')
+        if key not in self._channels:
+            self._channels[key] = Channel(len(self._channels) + 1, *key)
+        return self._channels[key]
+
+
+Files = Mapping[str, Callable[[], bytes]]
+_SILENT_S = 6.0
+"""A viewer says something twice a second; one that does not is gone."""
+_ASKED_BYTES = 256 << 10
+_RECEIVED_BYTES = 64 << 10
+_TELL_PERIOD_S = 2.0
+
+
+class ViewerLink:
+    """Sends the offer and what the viewer wants, never more than it takes."""
+
+    def __init__(self, connection: socket.socket, name: str, feed: TopicFeed,
+                 on_end: Callable[['ViewerLink'], None]) -> None:
+        """``name`` is the viewer's address."""
+        self._connection, self.name = connection, name
+        self._feed, self._on_end = feed, on_end
+        self._files: Files = {}
+        self._changed = threading.Condition()
+        self._outbox, self._window = Outbox(), LinkWindow()
+        self._announced: Dict[int, Channel] = {}
+        self._offered: Set[str] = set()
+        self._is_closed = False
+        self._tell_s = 0.0
+
+    def start(self, offer: Offer, files: Files, topics: Mapping[str, Topic]) -> None:
+        """Greet, offer, and begin to listen."""
+        connection = self._connection
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.settimeout(_SILENT_S)
+        self.offer(offer, files)
+        self.offer_topics(topics)
+        for target, what in ((self._read, 'reads'), (self._write, 'writes')):
+            threading.Thread(target=target, name=f'{what} {self.name}', daemon=True).start()
+
+    def offer(self, offer: Offer, files: Files) -> None:
+        """Offer what is shown; ``files`` reads what the viewer may fetch, by URI."""
+        self._files = files
+        self._put_frame(frame_bytes(Kind.OFFER, json.dumps(offer.values()).encode()))
+
+    def offer_topics(self, topics: Mapping[str, Topic]) -> None:
+        """Offer more topics."""
+        new = {name: topic for name, topic in topics.items() if name not in self._offered}
+        if new:
+            self._offered |= new.keys()
+            self._put_frame(json_frame(Kind.TOPICS, topics=topics_message(new)))
+
+    def take(self, channel: Channel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
+        """See Taker."""
+        if len(data) > MOST_BYTES:
+            return
+        with self._changed:
+            if channel.number not in self._announced:
+                self._announced[channel.number] = channel
+                self._outbox.put_frame(json_frame(
+                    Kind.CHANNEL, channel=channel.number, topic=channel.topic, type=channel.type,
+                    md5sum=channel.md5sum, caller=channel.caller))
+            if is_kept:
+                self._outbox.put_kept(channel.number, arrived_ns, data)
+            else:
+                self._outbox.put(channel.number, arrived_ns, data, time.monotonic())
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the connection; the threads end soon."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+        try:
+            self._connection.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            return  # it has gone already
+
+    def _read(self) -> None:
+        reader = FrameReader(_ASKED_BYTES)
+        try:
+            while True:
+                data = self._connection.recv(_RECEIVED_BYTES)
+                if not data:
+                    break
+                for frame in reader.take(data):
+                    self._answer(frame)
+        except (OSError, FramesBroken) as error:
+            if not self._is_closed:
+                rospy.loginfo('the viewer %s is gone: %s', self.name, error)
+        self._feed.want(self, ())
+        self.close()
+        self._on_end(self)
+
+    def _answer(self, frame: Frame) -> None:
+        if frame.kind == Kind.PING:
+            self._put_frame(times_frame(Kind.PONG, frame.number(), time.time_ns()))
+            self._tell_left_out()
+        elif frame.kind == Kind.ACKNOWLEDGE:
+            with self._changed:
+                self._window.acknowledged(frame.number(), time.monotonic())
+                self._changed.notify()
+        elif frame.kind == Kind.WANT:
+            wanted = frame.json().get('topics')
+            topics = wanted if isinstance(wanted, list) else []
+            self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
+        elif frame.kind == Kind.FETCH:
+            self._fetch(frame.json())
+
+    def _tell_left_out(self) -> None:
+        now_s = time.monotonic()
+        if now_s < self._tell_s:
+            return
+        self._tell_s = now_s + _TELL_PERIOD_S
+        with self._changed:
+            counts: Dict[str, int] = {}
+            for channel, count in self._outbox.take_left_out().items():
+                topic = self._announced[channel].topic
+                counts[topic] = counts.get(topic, 0) + count
+            self._outbox.put_frame(frame_bytes(Kind.LEFT_OUT, json.dumps(counts).encode()))
+            self._changed.notify()
+
+    def _fetch(self, values: Mapping[str, Any]) -> None:
+        """Send a file under the channel that the viewer has chosen; an empty one if there is none.
+
+        Channels of files are above those of topics.
+        """
+        uri, channel = values.get('uri'), values.get('channel')
+        if not isinstance(channel, int) or not (1 << 31) <= channel < (1 << 32):
+            raise FramesBroken('a file without a channel')
+        read = self._files.get(uri) if isinstance(uri, str) else None
+        data = b'' if read is None else read()
+        with self._changed:
+            self._outbox.put_file(channel, time.time_ns(), data)
+            self._changed.notify()
+
+    def _put_frame(self, frame: bytes) -> None:
+        with self._changed:
+            self._outbox.put_frame(frame)
+            self._changed.notify()
+
+    def _write(self) -> None:
+        try:
+            self._connection.sendall(GREETING)
+            while True:
+                data = self._next()
+                if data is None:
+                    return
+                self._connection.sendall(data)
+        except OSError:
+            self.close()
+
+    def _next(self) -> Optional[bytes]:
+        """Wait for the next message to send that the link carries; None: end."""
+        with self._changed:
+            while not self._is_closed:
+                if self._window.may_send():
+                    data = self._outbox.next_frames(time.monotonic(), self._thinned,
+                                                    self._window.may_send_large())
+                    if data is not None:
+                        self._window.sent(len(data), time.monotonic())
+                        return data
+                self._changed.wait()
+            return None
+
+    def _thinned(self, channel: int, data: bytes) -> bytes:
+        most = self._window.large_bytes(self._outbox.transfers)
+        announced = self._announced.get(channel)  # none for files
+        return data if announced is None else thinned(announced.type, data, most)

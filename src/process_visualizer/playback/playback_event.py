@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Messages to publish when the position passes a message, in either direction."""
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+
+from process_visualizer.bagio.bag_index import BagIndex
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_parts import can_be_emptied, emptied, shows_markers
+from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader, first_stamp
+from process_visualizer.playback.scene import PartialMessages, Scene, SensorTimes, StaticScene
+
+MOMENT_NS = 200_000_000
+"""From the beginning: what comes first so soon counts as being there from the beginning."""
+_PARTNERS = 2  # how many messages of a topic before its last may belong to others' last ones
+
+
+class PlaybackEvent(NamedTuple):
+    """Messages that become visible together at a bag time [ns], in the order of publishing."""
+
+    time_ns: int
+    messages: Tuple[LoadedMessage, ...]
+
+    @property
+    def published(self) -> int:
+        """Return how many of the messages are published."""
+        return sum(not message.withdrawn for message in self.messages)
+
+    @property
+    def size(self) -> int:
+        """Return how much memory it takes, roughly [bytes]."""
+        return 300 + sum(300 + len(message.data) for message in self.messages)
+
+
+class EventMaker:
+    """Makes the events of a recording; what was published is always the scene at the position.
+
+    Forward, a message becomes visible when its time is reached. Backwards, the message that it
+    had taken the place of becomes visible again: the scene is what it was before. What has
+    nothing at a position disappears where its type allows that.
+    """
+
+    def __init__(self, index: BagIndex, loader: MessageLoader, begin_ns: int) -> None:
+        """Take the index and the loader of a recording, and when that begins [bag ns]."""
+        self._index = index
+        self._loader = loader
+        self._scene = Scene(index)
+        self._partial = PartialMessages(index, loader, self._scene)
+        self._sensors = SensorTimes(index, loader)
+        self._moment = index.count_until(begin_ns + MOMENT_NS)
+        self._static = {topic: StaticScene(loader, positions)
+                        for topic, positions in self._scene.static_topics.items()}
+        self._emptied_topics: Dict[str, List[LoadedMessage]] = {}
+        self._marker_topics = [topic for topic in self._scene.topics
+                               if shows_markers(self._connection_of(self._scene.first_of(topic)))]
+
+    def forward(self, position: int) -> PlaybackEvent:
+        """Return the event of passing the message at a position forwards."""
+        static = self._static.get(self._connection_of(position).topic)
+        messages = (self._loader.load_all([position]) if static is None
+                    else static.messages(position + 1))
+        return PlaybackEvent(int(self._index.time_ns[position]), tuple(messages))
+
+    def backward(self, position: int) -> PlaybackEvent:
+        """Return the event of passing the message at a position backwards.
+
+        It comes just before the message's time, at which the message is still visible. What a
+        sensor's message had taken the place of may become visible later (see SensorTimes).
+        """
+        passed = self._sensors.passed_with(position)
+        messages = [message for it in passed for message in self._again(it)]
+        return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
+
+    def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
+        """Return the event of coming to the scene after ``count`` messages from anywhere.
+
+        Where playback only ``begins``, nothing has been published that must not stay in sight.
+        """
+        time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
+        moment = 0 if begins else self._moment
+        positions = self._scene.positions(count, moment)
+        positions = sorted({*positions, *self._partial.beside(positions, time_ns)})
+        absent = [] if begins else self._scene.absent_topics(count, moment)
+        messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))
+        messages += self._withdrawals(self._scene.latched_sources(without=positions))
+        for topic in self._static:
+            messages += self._static_messages(topic, max(count, moment))
+        return PlaybackEvent(time_ns, tuple(messages + self._with_partners(positions)))
+
+    def not_begun(self, bag_ns: int) -> List[str]:
+        """Return the topics without a message up to a bag time [ns] that cannot be emptied."""
+        absent = self._scene.absent_topics(self._index.count_until(bag_ns), self._moment)
+        return [topic for topic in absent
+                if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
+
+    def _again(self, position: int) -> List[LoadedMessage]:
+        """Return what is to be seen again before the message at a position, instead of it."""
+        topic = self._connection_of(position).topic
+        if topic in self._static:
+            return self._static_messages(topic, max(position, self._moment))
+        return self._before(topic, position)
+
+    def _before(self, topic: str, position: int) -> List[LoadedMessage]:
+        """Return what was to be seen of a topic before the message at a position."""
+        shown = self._scene.positions_of(topic, position, self._moment)
+        with_markers = topic in self._marker_topics
+        messages = self._emptied([topic]) if with_markers or not shown else []
+        if self._connection_of(position).latching:
+            gone = set(self._scene.latched_sources(without=shown))
+            messages += self._withdrawals(gone.intersection([self._scene.source_of(position)]))
+        return messages + self._loader.load_all(self._replaced(position, shown, with_markers))
+
+    def _replaced(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
+        """The positions (rising) of what is to be published before the message at a position."""
+        if with_markers:
+            time_ns = int(self._index.time_ns[position]) - 1
+            return sorted({*shown, *self._partial.beside(shown, time_ns)})
+        return self._partial.replaced(position) or self._scene.shown_again(position)
+
+    def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
+        """The messages at some positions, and earlier ones with the same stamp as one of these.
+
+        A camera's info comes before its image, so that the newest ones often do not belong
+        together; receivers that match them by their stamps would have nothing to show.
+        """
+        found = {it: message for it in positions
+                 for message in [self._loader.load(it)] if message is not None}
+        stamps = {stamp for message in found.values() for stamp in first_stamp(message)}
+        for position, message in list(found.items()):
+            for earlier in self._earlier(position) if message.stamp_offsets else ():
+                partner = self._loader.load(earlier)
+                if partner is not None and stamps.intersection(first_stamp(partner)):
+                    found[earlier] = partner
+        return [found[position] for position in sorted(found)]
+
+    def _earlier(self, position: int) -> Iterator[int]:
+        """The positions of the messages before one on its topic, the nearest first."""
+        for _ in range(_PARTNERS):
+            replaced = self._scene.replaced(position)
+            if replaced is None:
+                return
+            position = replaced
+            yield position
+
+    def _static_messages(self, topic: str, count: int) -> List[LoadedMessage]:
+        """All static transforms of a topic as one message; nothing where there are none."""
+        static = self._static[topic]
+        return static.messages(count) or self._withdrawals([static.connection])
+
+    def _emptied(self, topics: Iterable[str]) -> List[LoadedMessage]:
+        """Messages by which nothing of some topics stays in sight."""
+        return [message for topic in topics for message in self._emptied_one(topic)]
+
+    def _emptied_one(self, topic: str) -> List[LoadedMessage]:
+        if topic not in self._emptied_topics:
+            first = self._scene.first_of(topic)
+            connection = self._connection_of(first)
+            example = self._loader.load(first) if can_be_emptied(connection) else None
+            self._emptied_topics[topic] = [] if example is None else [
+                example._replace(data=emptied(connection, example.data), stamp_offsets=())]
+        return self._emptied_topics[topic]
+
+    def _withdrawals(self, connections: Iterable[int]) -> List[LoadedMessage]:
+        """Return what takes away what is latched of some sources, named by a connection of them."""
+        return [LoadedMessage(number, self._index.begin_ns, b'', withdrawn=True)
+                for number in connections]
+
+    def _connection_of(self, position: int) -> Connection:
+        return self._index.connections[int(self._index.connection[position])]
+
+
+FORWARD = 1
+BACKWARD = -1
+
+
+class ReadAhead:
+    """The events from a position onwards, in one direction, made by a thread of its own.
+
+    It begins with the first ``take``, and again where that is not for the next event in line.
+    """
+
+    def __init__(self, events: EventMaker, count: int, limit_bytes: int = 32 << 20) -> None:
+        """Take the maker of events and how many messages there are."""
+        self._events = events
+        self._count = count
+        self._limit_bytes = limit_bytes
+        self._changed = threading.Condition()
+        self._ready: Deque[PlaybackEvent] = deque()
+        self._ready_bytes = 0
+        self._first = self._next = -1  # positions: of the first ready event, and to be read next
+        self._step = FORWARD
+        self._run = 0  # grows at each restart
+        self._closed = False
+        self._failure: Optional[Exception] = None
+        self._thread = threading.Thread(target=self._read, name='read ahead', daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join()
+
+    @property
+    def ready_bytes(self) -> int:
+        """Return how much has been read and not been taken yet."""
+        return self._ready_bytes
+
+    def take(self, position: int, step: int) -> PlaybackEvent:
+        """Return the event of passing the message at a position FORWARD or BACKWARD.
+
+        What has ended the thread is raised here.
+        """
+        with self._changed:
+            if self._failure is not None:
+                raise self._failure
+            if self._ready and (position, step) == (self._first, self._step):
+                return self._pop()
+            self._restart(position + step, step)
+        return self._make(position, step)
+
+    def put_back(self, position: int, step: int, event: PlaybackEvent) -> None:
+        """Give back the event that was taken last, to be taken again."""
+        with self._changed:
+            if (position + step, step) == (self._first, self._step):
+                self._ready.appendleft(event)
+                self._ready_bytes += event.size
+                self._first = position
+
+    def begin(self, position: int, step: int) -> None:
+        """Begin to read at a position, as that is where ``take`` will go on."""
+        with self._changed:
+            self._restart(position, step)
+
+    def _pop(self) -> PlaybackEvent:
+        event = self._ready.popleft()
+        self._ready_bytes -= event.size
+        self._first += self._step
+        self._changed.notify_all()  # read on now, when the next message is not due yet
+        return event
+
+    def _restart(self, position: int, step: int) -> None:
+        self._ready.clear()
+        self._ready_bytes = 0
+        self._first = self._next = position
+        self._step = step
+        self._run += 1
+        self._changed.notify_all()
+
+    def _make(self, position: int, step: int) -> PlaybackEvent:
+        make = self._events.forward if step == FORWARD else self._events.backward
+        return make(position)
+
+    def _has_room(self) -> bool:
+        within = 0 <= self._next < self._count
+        return self._closed or (within and self._ready_bytes < self._limit_bytes)
+
+    def _read(self) -> None:
+        try:
+            self._read_until_closed()
+        except Exception as error:  # whatever it is: ``take`` raises it
+            self._failure = error
+
+    def _read_until_closed(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(self._has_room)
+                if self._closed:
+                    return
+                position, step, run = self._next, self._step, self._run
+            event = self._make(position, step)
+            with self._changed:
+                if run == self._run:
+                    self._ready.append(event)
+                    self._ready_bytes += event.size
+                    self._next += step

@@ -1,0 +1,468 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The newest message of every topic at a time: the scene that a seek restores."""
+from __future__ import annotations
+
+import threading
+from bisect import bisect_left
+from functools import lru_cache
+from typing import (
+    Dict,
+    FrozenSet,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+)
+
+import numpy as np
+
+from process_visualizer.bagio.bag_index import BagIndex
+from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.message_parts import (
+    CLEARS,
+    Parts,
+    PartsReader,
+    expires,
+    joined,
+    lasts,
+    parts_reader,
+    split,
+)
+from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader, first_stamp_ns
+from process_visualizer.ros_names import SENSOR_TYPES, STATIC_TF_TOPIC, TF_TYPES
+
+
+class Scene:
+    """The scene after any number of messages of a recording.
+
+    It has the last message of each topic. Where each publisher of a topic has a state of its own,
+    it has the last message of each (its source): latched topics, and transforms, which several
+    nodes publish on /tf. Whoever keeps one message only has that of the newest source. Of
+    /tf_static it has every message, since they add to each other.
+
+    A count of messages stands for a time. With ``moment`` (also a count), a topic that has
+    nothing yet has its first message if that is among the first ``moment`` ones.
+    """
+
+    def __init__(self, index: BagIndex) -> None:
+        """Take an index."""
+        self._index = index
+        self._sources = sources(index.connections)
+        self._numbers: Dict[int, List[int]] = {}  # connections by their source
+        self._topics: Dict[str, List[int]] = {}  # sources by their topic
+        self._static: Dict[str, List[int]] = {}
+        for number, connection in enumerate(index.connections):
+            if len(index.positions(number)):
+                self._add(number, connection)
+
+    @property
+    def topics(self) -> Tuple[str, ...]:
+        """The topics with messages, without static transforms."""
+        return tuple(self._topics)
+
+    @property
+    def static_topics(self) -> Dict[str, np.ndarray]:
+        """The topics of static transforms, with the positions (rising) of all their messages."""
+        return {topic: self._index.positions_of(numbers)
+                for topic, numbers in self._static.items()}
+
+    def positions(self, count: int, moment: int = 0) -> List[int]:
+        """Return the positions (rising) of the messages that are the scene after ``count`` ones.
+
+        Static transforms are not among them.
+        """
+        return sorted(position for topic in self._topics
+                      for position in self.positions_of(topic, count, moment))
+
+    def positions_of(self, topic: str, count: int, moment: int = 0) -> List[int]:
+        """Return those positions of one topic."""
+        lasts = {source: self._last(source, count) for source in self._topics[topic]}
+        found = [last for last in lasts.values() if last is not None]
+        absent = [source for source, last in lasts.items() if last is None]
+        firsts = [self.first(source) for source in absent]
+        if not self._has_transforms(topic):
+            firsts = [] if found else [min(firsts)]
+        return sorted([*found, *(first for first in firsts if first < moment)])
+
+    def shown_again(self, position: int) -> List[int]:
+        """Return the positions (rising) of what is to be seen again before a message.
+
+        It is what the source's message had taken the place of, and what was the newest.
+        """
+        topic = self._topic_of(position)
+        replaced, newest = self.replaced(position), self.positions_of(topic, position)[-1:]
+        if replaced is None:
+            return [] if self._has_transforms(topic) else newest
+        return [replaced] if self._has_transforms(topic) else sorted({replaced, *newest})
+
+    def replaced(self, position: int) -> Optional[int]:
+        """Return the position of the message that the one at a position takes the place of."""
+        return self._last(self.source_of(position), position)
+
+    def latched_sources(self, without: Iterable[int] = ()) -> List[int]:
+        """Return the latched sources, but for those of the messages at some positions."""
+        others = {self.source_of(position) for position in without}
+        return [source for group in self._topics.values() for source in group
+                if source not in others and self._index.connections[source].latching]
+
+    def absent_topics(self, count: int, moment: int = 0) -> List[str]:
+        """Return the topics that have nothing in the scene."""
+        return [topic for topic in self._topics if not self.positions_of(topic, count, moment)]
+
+    def first_of(self, topic: str) -> int:
+        """Return the position of a topic's first message."""
+        return min(map(self.first, self._topics[topic]))
+
+    def first(self, source: int) -> int:
+        """Return the position of a source's first message."""
+        return min(int(self._index.positions(number)[0]) for number in self._numbers[source])
+
+    def messages_of(self, source: int) -> np.ndarray:
+        """Return the positions (rising) of a source's messages."""
+        return self._index.positions_of(self._numbers[source])
+
+    def source_of(self, position: int) -> int:
+        """Return the source of the message at a position."""
+        return self._sources[int(self._index.connection[position])]
+
+    def _add(self, number: int, connection: Connection) -> None:
+        if is_static(connection):
+            self._static.setdefault(connection.topic, []).append(number)
+            return
+        source = self._sources[number]
+        self._numbers.setdefault(source, []).append(number)
+        topic = self._topics.setdefault(connection.topic, [])
+        if source not in topic:
+            topic.append(source)
+
+    def _topic_of(self, position: int) -> str:
+        return self._index.connections[int(self._index.connection[position])].topic
+
+    def _has_transforms(self, topic: str) -> bool:
+        return self._index.connections[self._topics[topic][0]].type in TF_TYPES
+
+    def _last(self, source: int, count: int) -> Optional[int]:
+        lasts = [self._index.last_before(count, number) for number in self._numbers[source]]
+        return max((last for last in lasts if last is not None), default=None)
+
+
+def is_static(connection: Connection) -> bool:
+    """Return whether it has static transforms, which hold for ever, whoever publishes others."""
+    is_named = f'/{connection.topic}'.endswith(STATIC_TF_TOPIC)  # whatever its namespace
+    return is_named and connection.type in TF_TYPES
+
+
+def sources(connections: Sequence[Connection]) -> List[int]:
+    """Return for each connection the first of those that replace each other's messages.
+
+    A node that was restarted under its name replaces what it had said before.
+    """
+    firsts: Dict[Tuple[str, ...], int] = {}
+    return [firsts.setdefault(_group(connection), number)
+            for number, connection in enumerate(connections)]
+
+
+def _group(connection: Connection) -> Tuple[str, ...]:
+    of_its_own = connection.latching or connection.type in TF_TYPES
+    if of_its_own and not is_static(connection):
+        return connection.topic, connection.caller_id
+    return connection.topic,
+
+
+MAX_AGE_NS = 3_000_000_000
+"""How much older than the newest message transforms may be that hold beside it."""
+MOST = 200  # messages that are looked at
+ALWAYS = 20  # that are looked at even where all that is known of the source has been found
+SAMPLES = 60
+"""Messages of a source, half of them the first, that show whether it tells of joints by groups."""
+
+Groups = Dict[FrozenSet[bytes], np.ndarray]
+"""The positions (rising) of a source's messages, by the keys of which they tell."""
+
+
+class PartialMessages:
+    """The messages that together say what one message of a source does not say alone.
+
+    Most publishers put all in one message; of these only a few messages are read. What such a
+    source was seen to tell of is looked for among its last messages. The position
+    of a joint holds however long ago it was told: a source that tells of its joints by groups is
+    read whole, once.
+    """
+
+    def __init__(self, index: BagIndex, loader: MessageLoader, scene: Scene) -> None:
+        """Take the index and the loader of a recording, and what the newest messages are."""
+        self._index = index
+        self._loader = loader
+        self._scene = scene
+        self._readers: List[Optional[PartsReader]] = [
+            parts_reader(connection) for connection in index.connections]
+        self._known: Dict[int, Set[bytes]] = {}  # keys, by source
+        self._groups: Dict[int, Groups] = {}  # of sources whose parts last
+
+    def beside(self, positions: Iterable[int], time_ns: int) -> List[int]:
+        """Return the positions of what holds at a bag time [ns] beside some newest messages."""
+        return [earlier for position in positions if self._reader(position) is not None
+                for earlier in self._beside(position, time_ns)]
+
+    def replaced(self, position: int) -> List[int]:
+        """Return the positions (rising) of the messages that restore what this one replaced."""
+        if self._reader(position) is None:
+            return []
+        missing = self._keys(self._parts(position))
+        walked: List[Tuple[int, Set[bytes]]] = []
+        wanted: Set[int] = set()
+        for earlier in self._earlier(position):
+            walked.append((earlier, self._keys(self._parts(earlier))))
+            if missing & walked[-1][1]:
+                wanted.add(earlier)
+            missing -= walked[-1][1]
+            if not missing:
+                break
+        return self._with_later(walked[::-1], wanted)
+
+    @staticmethod
+    def _with_later(messages: Iterable[Tuple[int, Set[bytes]]], wanted: Set[int]) -> List[int]:
+        """The wanted ones of some messages (rising), and those by which their parts are newer."""
+        chosen: List[int] = []
+        covered: Set[bytes] = set()
+        for position, keys in messages:
+            if position in wanted or covered & keys:
+                chosen.append(position)
+                covered |= keys
+        return chosen
+
+    def _beside(self, position: int, time_ns: int) -> Iterator[int]:
+        parts = self._parts(position)
+        found = self._keys(parts)
+        known = self._known.setdefault(self._scene.source_of(position), set())
+        looks_for_all = not known
+        for count, earlier in enumerate(self._earlier(position)):
+            if CLEARS in parts or (count >= ALWAYS and not looks_for_all and known <= found):
+                break
+            parts = self._parts(earlier)
+            age_ns = time_ns - int(self._index.time_ns[earlier])
+            if any(part.key not in found and part != CLEARS
+                   and not 0 < part.lifetime_ns < age_ns for part in parts):
+                yield earlier
+            found |= self._keys(parts)
+        known |= found
+
+    def _earlier(self, position: int) -> Iterator[int]:
+        """The positions of the messages of a source before one, the nearest first.
+
+        Of a source that tells of lasting parts by groups, only the last one of each group.
+        """
+        groups = self._groups_of(position)
+        if len(groups) > 1:
+            counts = {keys: int(it.searchsorted(position)) for keys, it in groups.items()}
+            yield from sorted((int(groups[keys][count - 1]) for keys, count in counts.items()
+                               if count), reverse=True)
+            return
+        connection = self._index.connections[int(self._index.connection[position])]
+        farthest_ns = int(self._index.time_ns[position]) - MAX_AGE_NS if expires(connection) else 0
+        for _ in range(MOST):
+            replaced = self._scene.replaced(position)
+            if replaced is None or self._index.time_ns[replaced] < farthest_ns:
+                return
+            position = replaced
+            yield position
+
+    def _groups_of(self, position: int) -> Groups:
+        """The groups in which the source of a message tells of lasting parts; none of others."""
+        source = self._scene.source_of(position)
+        if source not in self._groups:
+            self._groups[source] = {}
+            if lasts(self._index.connections[int(self._index.connection[position])]):
+                positions = self._scene.messages_of(source)
+                spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
+                samples = np.union1d(positions[:SAMPLES // 2], positions[spread])
+                if len(self._grouped(samples)) > 1:
+                    self._groups[source] = self._grouped(positions)
+        return self._groups[source]
+
+    def _grouped(self, positions: np.ndarray) -> Groups:
+        groups: Dict[FrozenSet[bytes], List[int]] = {}
+        for position in positions.tolist():
+            groups.setdefault(frozenset(self._keys(self._parts(position))), []).append(position)
+        return {keys: np.array(it) for keys, it in groups.items()}
+
+    def _parts(self, position: int) -> Parts:
+        """The parts of a message; none of one that cannot be read: its receivers cannot either."""
+        reader, message = self._reader(position), self._loader.load(position)
+        if reader is None or message is None:
+            return ()
+        try:
+            return reader(bytes(message.data))
+        except MessageDamaged:
+            return ()
+
+    def _reader(self, position: int) -> Optional[PartsReader]:
+        return self._readers[int(self._index.connection[position])]
+
+    @staticmethod
+    def _keys(parts: Parts) -> Set[bytes]:
+        return {part.key for part in parts if part != CLEARS}
+
+
+class _Versions(NamedTuple):
+    """Versions of one frame: positions of messages (rising), and the bytes in them."""
+
+    positions: List[int]
+    transforms: List[bytes]
+
+
+class StaticScene:
+    """The static transforms after any number of messages; each message is read once.
+
+    Who subscribes gets the last message of a latched topic only. So every message is published
+    with all transforms that hold at its time, as messages of one source (that of ``connection``).
+    May be used by several threads.
+    """
+
+    def __init__(self, loader: MessageLoader, positions: np.ndarray) -> None:
+        """Take the loader and the positions (rising) of the topic's messages."""
+        self._loader = loader
+        self._positions = positions.tolist()
+        self.connection = loader.connection(self._positions[0])
+        self._lock = threading.Lock()
+        self._read = 0  # how many of the messages
+        self._frames: Dict[bytes, _Versions] = {}
+
+    def messages(self, count: int) -> List[LoadedMessage]:
+        """Return the message after ``count`` messages of the recording, if there is any."""
+        known = bisect_left(self._positions, count)
+        if not known:
+            return []
+        with self._lock:
+            self._read_until(known)
+            data = joined(self._transforms(count))
+        last = self._positions[known - 1]
+        return [self._loader.located(last, data)]
+
+    def _transforms(self, count: int) -> List[bytes]:
+        counts = ((bisect_left(it.positions, count), it.transforms) for it in self._frames.values())
+        return [transforms[number - 1] for number, transforms in counts if number]
+
+    def _read_until(self, known: int) -> None:
+        while self._read < known:
+            position = self._positions[self._read]
+            message = self._loader.load(position)
+            self._read += 1
+            if message is not None:
+                self._add(position, message)
+
+    def _add(self, position: int, message: LoadedMessage) -> None:
+        try:
+            transforms = dict(split(bytes(message.data)))
+        except MessageDamaged as error:
+            self._loader.note_damaged(position, error)
+            return
+        for child, transform in transforms.items():
+            versions = self._frames.setdefault(child, _Versions([], []))
+            if versions.transforms[-1:] != [transform]:
+                versions.positions.append(position)
+                versions.transforms.append(transform)
+
+
+MAX_DELAY_NS = 200_000_000
+"""How much later [bag ns] a message is passed at most; stamps that are older count for nothing."""
+_NEAR_NS = 25_000_000  # so soon after a moment a message will do for it, else the one before
+_BLOCK = 128  # messages for which it is found together
+_STAMPS_KEPT = 4096
+
+
+class SensorTimes:
+    """Times at which messages of sensors are passed backwards.
+
+    When a message is passed backwards, the picture before it becomes visible again. That was taken
+    a while before, and the robot is where the picture has it only when the position comes to its
+    stamp; until then that moment is in the future, and nothing may be stamped so. So the message
+    is passed only then. May be used by several threads.
+    """
+
+    def __init__(self, index: BagIndex, loader: MessageLoader) -> None:
+        """Take the index and the loader of a recording."""
+        self._index = index
+        self._loader = loader
+        self._sensors: List[np.ndarray] = []
+        self._of_connection: Dict[int, np.ndarray] = {}
+        for numbers in _sensors(index).values():
+            self._sensors.append(index.positions_of(numbers))
+            self._of_connection.update(dict.fromkeys(numbers, self._sensors[-1]))
+        self._stamp_ns = lru_cache(maxsize=_STAMPS_KEPT)(self._read_stamp_ns)
+        self._block = lru_cache(maxsize=4)(self._read_block)
+
+    def passed_with(self, position: int) -> List[int]:
+        """Return the positions (falling) of what is passed with the message at a position.
+
+        One of a sensor is passed with itself or with an earlier one, any other with itself.
+        """
+        found = self._block(position // _BLOCK).get(position, [])
+        is_sensors = int(self._index.connection[position]) in self._of_connection
+        return found if is_sensors else [*found, position]
+
+    def _read_block(self, number: int) -> Dict[int, List[int]]:
+        begin, end = number * _BLOCK, min((number + 1) * _BLOCK, len(self._index))
+        found: Dict[int, List[int]] = {}
+        for position, place in self._places(begin, int(self._index.time_ns[end - 1])):
+            if begin <= place < end:
+                found.setdefault(place, []).append(position)
+        return found
+
+    def _places(self, begin: int, until_ns: int) -> Iterator[Tuple[int, int]]:
+        """With which message each of sensors is passed, from the position ``begin`` on, falling.
+
+        Nothing is missing that is passed with a message up to a bag time [ns].
+        """
+        end = self._index.count_until(until_ns + MAX_DELAY_NS + _NEAR_NS)
+        for positions in self._sensors:
+            place, found = end, _between(positions, begin, end)
+            visible = [_before(positions, begin), *found]
+            for position, before in zip(found[::-1], visible[-2::-1]):
+                place = min(place, self._place(position, before))
+                yield position, place
+
+    def _place(self, position: int, visible: int) -> int:
+        """With which message one is passed, so that another one becomes visible again."""
+        stamp_ns, time_ns = self._stamp_ns(visible), self._index.time_ns
+        latest_ns = int(time_ns[position]) - 1
+        if stamp_ns is None or stamp_ns >= latest_ns:
+            return position
+        moment_ns = max(stamp_ns, latest_ns - MAX_DELAY_NS)
+        after = self._index.count_until(moment_ns)  # passed just before the moment
+        is_near = after > 0 and moment_ns - int(time_ns[after - 1]) <= _NEAR_NS
+        return after - 1 if is_near else after
+
+    def _read_stamp_ns(self, position: int) -> Optional[int]:
+        """The stamp of a message; None if it says nothing about when it was measured."""
+        message = self._loader.load(position)
+        stamp_ns = None if message is None else first_stamp_ns(message)
+        too_old_ns = int(self._index.time_ns[position]) - MAX_DELAY_NS
+        return None if stamp_ns is None or stamp_ns < too_old_ns else stamp_ns
+
+
+def _between(positions: np.ndarray, begin: int, end: int) -> List[int]:
+    """Those of some rising positions from one on that are before another one."""
+    # numbers of another type would make numpy convert all positions first
+    first, behind = positions.searchsorted(np.array([begin, end], positions.dtype))
+    return [int(position) for position in positions[first:behind]]
+
+
+def _before(positions: np.ndarray, position: int) -> int:
+    """The last of some rising positions before one; the first of them where there is none."""
+    return int(positions[max(int(positions.searchsorted(positions.dtype.type(position))) - 1, 0)])
+
+
+def _sensors(index: BagIndex) -> Dict[str, List[int]]:
+    """The connections of each topic on which sensors send."""
+    found: Dict[str, List[int]] = {}
+    for number, connection in enumerate(index.connections):
+        is_sensors = connection.type in SENSOR_TYPES and not connection.latching
+        if is_sensors and len(index.positions(number)):
+            found.setdefault(connection.topic, []).append(number)
+    return found

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Steps: where one leads, and their way to the thread that publishes, and back."""
+from __future__ import annotations
+
+import queue
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
+from dataclasses import dataclass, replace
+from typing import Callable, NoReturn, Optional, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_index import BagIndex
+from process_visualizer.playback.timeline import Basis, Clock, CommandRefused, within
+
+# Steps, and where one leads: how many messages are passed afterwards, and at what time.
+
+@dataclass(frozen=True)
+class Step:
+    """By how many messages, of which topic ('': all), or (count 0) by what time [ns]."""
+
+    count: int
+    topic: str
+    duration_ns: int
+
+
+@dataclass(frozen=True)
+class StepTarget:
+    """A number of messages that have been passed, and a position [bag ns] with just these.
+
+    ``changed`` says what is not as it was asked for; it is empty if all is.
+    """
+
+    count: int
+    bag_ns: int
+    changed: str = ''
+
+
+def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
+                     topic: str = '') -> StepTarget:
+    """Return the target of a step by messages, of one topic or ('') of all; below 0 backwards.
+
+    Forward it ends at a message, at or before ``end_ns`` [bag ns], backwards just before one: the
+    scene is as it was then. Where fewer messages are left, it ends with the last of them.
+
+    Raises:
+        CommandRefused: the topic is not in the recording, or no message is left that way.
+    """
+    positions = _positions(index, topic)
+    done = passed if positions is None else int(np.searchsorted(positions, passed))
+    total = index.count_until(end_ns)
+    total = total if positions is None else int(np.searchsorted(positions, total))
+    reached = min(max(done + count, 0), total)
+    of_topic = f' on {topic}' if topic else ''
+    if reached == done:
+        raise CommandRefused(f'there is no message {"after" if count > 0 else "before"} this '
+                             f'position{of_topic}')
+    before = reached
+    if positions is not None:
+        before = int(positions[reached - 1]) + 1 if count > 0 else int(positions[reached])
+    target, stepped = _target(index, before), abs(reached - done)
+    if stepped == abs(count):
+        return target
+    return replace(target, changed=f'only {stepped} of {abs(count)} messages are left{of_topic}')
+
+
+def step_by_time(index: BagIndex, basis: Basis, bag_ns: int) -> StepTarget:
+    """Return the target of a step to a bag time [ns], at most to the nearer end."""
+    target_ns, changed = within(basis, bag_ns)
+    return StepTarget(index.count_until(target_ns), target_ns, changed)
+
+
+def _positions(index: BagIndex, topic: str) -> Optional[np.ndarray]:
+    if not topic:
+        return None
+    connections = index.connections_of(topic)
+    if not connections:
+        raise CommandRefused(f'the topic {topic} is not in the recording, or not chosen')
+    return index.positions_of(connections)
+
+
+def _target(index: BagIndex, count: int) -> StepTarget:
+    return StepTarget(count, int(index.time_ns[count - 1]) if count else index.begin_ns)
+
+
+# Steps on their way from those who ask for them to the thread that publishes, and back.
+
+class StepRequests:
+    """Steps that any threads ask for and one thread does, in their order."""
+
+    def __init__(self) -> None:
+        self._waiting: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
+
+    @property
+    def is_empty(self) -> bool:
+        """Return whether no step waits."""
+        return self._waiting.empty()
+
+    def add(self, step: Step) -> Future[StepTarget]:
+        """Ask for a step; the answer will be its target, or CommandRefused."""
+        answer: Future[StepTarget] = Future()
+        self._waiting.put((step, answer))
+        return answer
+
+    def answer(self, do: Callable[[Step], StepTarget]) -> None:
+        """Let a function do the step that has waited longest, unless nobody waits for it any more.
+
+        It may raise CommandRefused, which is an answer; what else it raises is raised here too.
+        """
+        step, answer = self._waiting.get()
+        if not answer.set_running_or_notify_cancel():
+            return
+        try:
+            answer.set_result(do(step))
+        except CommandRefused as error:
+            answer.set_exception(error)
+        except Exception as error:
+            answer.set_exception(CommandRefused(f'playback has failed: {error!r}'))
+            raise
+
+    def refuse(self, reason: str) -> None:
+        """Do none of the steps that wait."""
+        def refused(_step: Step) -> NoReturn:
+            raise CommandRefused(reason)
+
+        while not self.is_empty:
+            self.answer(refused)
+
+
+def target_in_time(answer: Future[StepTarget], timeout_s: float, clock: Clock) -> StepTarget:
+    """Wait for the target of a step; give the step up if it is not begun within a time [s].
+
+    Raises:
+        CommandRefused: the step was refused, or given up.
+    """
+    try:
+        return clock.result(answer, timeout_s)
+    except FutureTimeout:
+        if answer.cancel():
+            raise CommandRefused('the player is busy: nothing was changed; try again') from None
+        return answer.result()

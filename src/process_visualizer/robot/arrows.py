@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometry and wording of arrows: lengths, numbers, process variables, and the ghost's style."""
+from __future__ import annotations
+
+import math
+from typing import List, Sequence, Tuple, Union
+
+import numpy as np
+
+from process_visualizer.robot.rotations import Triple, Vector
+
+# Geometry of arrows: their length, and the place and wording of their number.
+
+VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
+FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
+"""The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""
+
+
+_MOST_READ = 1e9
+
+
+def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
+    """Return the length [m] of an arrow: linear, within two limits (thesis section 5.3.2).
+
+    Args:
+        magnitude: what the arrow shows, at least 0, in its own unit (m/s, N).
+        scale: metres of arrow per unit.
+        min_m, max_m: the limits of the length [m].
+    """
+    return min(max(magnitude * scale, min_m), max_m)
+
+
+def format_value(label: str, value: float, unit: str, decimals: int) -> str:
+    """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign.
+
+    Of one with more digits than anybody reads only the first ones are written.
+    """
+    number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
+    text = f'{number:.{decimals}f}' if abs(number) < _MOST_READ else f'{number:.3g}'
+    return ' '.join(part for part in (label, text, unit) if part)
+
+
+def format_age(label: str, age_s: float) -> str:
+    """Return, for instance, 'v no data for 3.2 s'."""
+    return f'{label} no data for {age_s:.1f} s'.lstrip()
+
+
+def line_of_block(text: str, line: int, line_count: int) -> str:
+    """Return a block of line_count lines that is blank but for the text in one of them.
+
+    RViz turns a text to the viewer and centres it on its position. Blocks of as many lines at
+    one position show one under the other from every side, each with its own colour.
+    """
+    lines = [' '] * line_count
+    lines[line] = text
+    return '\n'.join(lines)
+
+
+def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple:
+    """Return where a robot's numbers stand, (3,) [m] from the tool along the base frame's axes.
+
+    They stand beyond the tool as seen from the robot's foot, and along the foot's z axis: a
+    hanging robot has them below its tool, where they do not meet those of a standing one.
+
+    Args:
+        tool_position: of the tool in the base frame, (3,) [m].
+        outward_m, up_m: distances from the tool along the two directions.
+    """
+    x, y = tool_position[0], tool_position[1]
+    distance = math.hypot(x, y)
+    outward = (x / distance, y / distance) if distance > 1e-6 else (1.0, 0.0)
+    return outward_m * outward[0], outward_m * outward[1], up_m
+
+
+# Display of a process variable: its text, the length of its arrow, the place of the text.
+
+Number = Union[int, float]
+
+SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
+VARIABLE_DIAMETER_M = 0.016
+FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
+MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
+_LARGEST_WRITTEN_OUT = 1e12
+_MOST_DECIMALS = 6
+_TEXT_GAP_M = 0.04  # between arrows and texts
+_HIGHEST_TEXT_M = 1.0
+
+
+def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
+                    max_m: float = MAX_LENGTH_M) -> np.ndarray:
+    """Return the arrow (3,) [m]: scale (value - offset) along the axis, at most max_m long.
+
+    Args:
+        value: of the variable; finite.
+        offset: value at which the arrow has no length.
+        scale_m: metres of arrow per unit of the value.
+        axis: unit vector (3,).
+        max_m: longest length, at most MAX_LENGTH_M.
+    """
+    limit_m = min(max_m, MAX_LENGTH_M)
+    length_m = (float(value) - offset) * scale_m if scale_m else 0.0
+    return np.asarray(axis, dtype=float) * min(max(length_m, -limit_m), limit_m)
+
+
+def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: float) -> str:
+    """Return, for instance, 'upper edge 263, 8 above 255' or 'oven 351.2 K, 1.2 above 350'.
+
+    Where the offset is 0 the value says everything.
+    """
+    parts = [label, _written(value, _decimals(value, scale_m)), unit]
+    text = ' '.join(part for part in parts if part)
+    if not offset:
+        return text
+    difference = value - int(offset) if offset.is_integer() else value - offset
+    decimals = _decimals(difference if isinstance(value, int) else value, scale_m)
+    return f'{text}, {offset_words(difference, offset, decimals)}'
+
+
+def offset_words(difference: Number, offset: float, decimals: int) -> str:
+    """Return how far a value is from its offset: '8 above 255', '6 below 255', 'at 255'."""
+    distance = _written(abs(difference), decimals)
+    if float(distance) == 0.0:
+        return f'at {offset:.10g}'
+    return f'{distance} {"above" if difference > 0 else "below"} {offset:.10g}'
+
+
+def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[Triple]:
+    """Return where arrows begin, (3,) [m] each in its frame, so that none hides another.
+
+    Arrows along one line in one frame stand side by side, around the frame's origin; others begin
+    in it.
+
+    Args:
+        arrows: frame, and axis as a unit vector (3,), of each.
+        distance_m: between neighbours.
+    """
+    lines = [(frame, _line(axis)) for frame, axis in arrows]
+    feet: List[Triple] = []
+    for index, line in enumerate(lines):
+        members = [other for other, same in enumerate(lines) if same == line]
+        shift = (members.index(index) - 0.5 * (len(members) - 1)) * distance_m
+        x, y, z = sideways(line[1])
+        feet.append((shift * x, shift * y, shift * z))
+    return feet
+
+
+def _line(axis: Vector) -> Triple:
+    """Return an axis without its sign, rounded."""
+    x, y, z = (round(float(part), 3) for part in axis)
+    first = next(part for part in (x, y, z) if part)
+    return (x, y, z) if first > 0.0 else (-x + 0.0, -y + 0.0, -z + 0.0)
+
+
+def sideways(axis: Vector) -> Triple:
+    """Return a horizontal unit vector across an axis, a unit vector (3,); y for a vertical one."""
+    length = math.hypot(axis[0], axis[1])
+    if length < 1e-3:
+        return 0.0, 1.0, 0.0
+    return -axis[1] / length, axis[0] / length, 0.0
+
+
+def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[float, float, float]:
+    """Return where the middle of a block of texts stands, (3,) [m] in the arrows' common frame.
+
+    It is on the frame's z axis, above the arrows' feet and tips, where none of them crosses it;
+    but not so high that a long arrow takes it out of sight.
+
+    Args:
+        vectors: the arrows, each (3,) [m], from the frame's origin.
+        block_height_m: height of all lines.
+    """
+    highest_tip_m = max(float(vector[2]) for vector in vectors)
+    foot_m = min(max(highest_tip_m, 0.0), _HIGHEST_TEXT_M)
+    return 0.0, 0.0, foot_m + _TEXT_GAP_M + 0.5 * block_height_m
+
+
+def _decimals(value: Number, scale_m: float) -> int:
+    """Return how many decimals show a millimetre of the arrow, or three digits without one.
+
+    So the number is calm beside its arrow. It has two digits at least, which matters where a
+    small scale belongs to small values.
+    """
+    if isinstance(value, int):
+        return 0
+    # Below 1 the number of decimals stays, or noise around zero would change it at random.
+    to_first_digit = -math.floor(math.log10(max(abs(value), 0.1)))
+    if not scale_m:
+        return max(to_first_digit + 2, 0)
+    finest = math.floor(math.log10(abs(scale_m) / 1e-3) + 1e-9)
+    return min(max(to_first_digit + 1, finest, 0), _MOST_DECIMALS)
+
+
+def _written(value: Number, decimals: int) -> str:
+    if isinstance(value, int):
+        return f'{value:d}'
+    if abs(value) >= _LARGEST_WRITTEN_OUT:
+        return f'{value:.4g}'
+    return f'{round(value, decimals) + 0.0:.{decimals}f}'  # -0.0 + 0.0 is 0.0
+
+
+# The style of the reference beside a run: the same in RViz and on a page.
+
+_Color = Tuple[float, float, float, float]
+
+GHOST_COLOR: _Color = (0.35, 0.65, 1.0, 0.35)
+GHOST_ARROW_COLOR: _Color = (0.35, 0.65, 1.0, 1.0)
+GHOST_ARROW_DIAMETER_M = 0.007
+BESIDE_M = 0.022
+"""So far beside its foot: in one line with the thicker arrow of this run, it would be hidden."""
+DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
+EXAGGERATION = 20.0
+"""An arrow is so many times as long as the deviation: a millimetre could not be seen in a cell."""
+LEAST_DEVIATION_M = 0.0002
+LONGEST_DEVIATION_M = 0.4
+DEVIATION_DIAMETER_M = 0.02

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Positions of a robot's joints: out of messages, over the last seconds, over a recording."""
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Deque, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+
+class JointMatching:
+    """The names that a driver may have for a robot's joints, and what is added to its values."""
+
+    def __init__(self, robot: str, joints: Sequence[str],
+                 offsets: Mapping[str, float] = {}, prefix: str = '') -> None:
+        """Take the names.
+
+        Args:
+            robot: a driver's ``elbow`` also stands for the joint ``robot/elbow``.
+            joints: those that have a measurement, in the order of a message without names.
+            offsets: [rad or m] by the joints' names; those of other joints do not count.
+            prefix: a driver's ``left_elbow`` also stands for the joint ``elbow`` with ``left_``.
+        """
+        self.joints = tuple(joints)
+        self._meant: Dict[str, str] = {}
+        behind = f'{robot}/'
+        for name in joints:
+            self._meant.setdefault(prefix + name, name)
+            if name.startswith(behind):
+                self._meant.setdefault(name[len(behind):], name)
+        self._meant.update(zip(joints, joints))
+        self._offsets = {self._meant.get(name, name): offset for name, offset in offsets.items()}
+
+    def match(self, names: Sequence[str], positions: Sequence[float]) -> Dict[str, float]:
+        """Return the positions [rad or m] of the robot's joints; other robots' are left out.
+
+        A joint whose position is NaN or infinite is left out, too. A message with names and
+        without positions, such as velocities of wheels, says nothing.
+
+        Raises:
+            ValueError: there are more or fewer names than positions.
+        """
+        if names and not positions:
+            return {}
+        names = names or self.joints
+        if len(names) != len(positions):
+            raise ValueError(f'{len(names)} joints and the positions {list(positions)}')
+        return dict(self._measured(name, position) for name, position in zip(names, positions)
+                    if name in self._meant and math.isfinite(position))
+
+    def names(self, joint: str) -> Tuple[str, ...]:
+        """Return what a driver may call one of the robot's joints; nothing for another one."""
+        return tuple(name for name, meant in self._meant.items() if meant == joint)
+
+    def offset(self, joint: str) -> float:
+        """Return what is added to the measured positions of a joint [rad or m]."""
+        return self._offsets.get(joint, 0.0)
+
+    def _measured(self, name: str, position: float) -> Tuple[str, float]:
+        joint = self._meant[name]
+        return joint, position + self.offset(joint)
+
+
+_STATES = 128
+
+
+class _State(NamedTuple):
+    time_s: float
+    positions: Dict[str, float]
+
+
+class JointHistory:
+    """The last joint states, between which the positions are taken to change evenly."""
+
+    def __init__(self) -> None:
+        """Begin without positions."""
+        self._states: Deque[_State] = deque(maxlen=_STATES)
+        self._last: Dict[str, float] = {}
+
+    def add(self, time_s: float, positions: Mapping[str, float]) -> None:
+        """Take the positions [rad or m] of some joints by name; after a step back begin anew."""
+        if self._states and time_s < self._states[-1].time_s:
+            self._states.clear()
+        self._last = {**self._last, **positions}
+        self._states.append(_State(time_s, self._last))
+
+    def at(self, time_s: float) -> Dict[str, float]:
+        """Return the positions at a time; the last ones at 0, and the first or last beyond them."""
+        later: Optional[_State] = None
+        for state in reversed(self._states):
+            if not time_s or time_s >= state.time_s:
+                return state.positions if later is None else _between(state, later, time_s)
+            later = state
+        return {} if later is None else later.positions
+
+
+def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
+    part = (time_s - before.time_s) / (after.time_s - before.time_s)
+    return {name: position + part * (after.positions[name] - position)
+            for name, position in before.positions.items()}
+
+
+# Joints of a robot over a time that can be gone through in any order.
+
+class JointTrack(NamedTuple):
+    """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN: there are none."""
+
+    joints: Tuple[str, ...]
+    times_s: np.ndarray
+    positions: np.ndarray
+
+    def at(self, time_s: float) -> Optional[Dict[str, float]]:
+        """Return the positions by joint at a time, between two known ones; None elsewhere."""
+        row = int(np.searchsorted(self.times_s, time_s, side='right'))
+        first, last = max(row - 1, 0), min(row, len(self.times_s) - 1)
+        if last < 0 or not self.times_s[0] <= time_s <= self.times_s[-1]:
+            return None
+        span_s = self.times_s[last] - self.times_s[first]
+        share = (time_s - self.times_s[first]) / span_s if span_s > 0.0 else 0.0
+        if share == 0.0:
+            found = self.positions[first]
+        else:
+            found = (1.0 - share) * self.positions[first] + share * self.positions[last]
+        return dict(zip(self.joints, found.tolist())) if np.isfinite(found).all() else None
+
+
+def joint_track(joints: Tuple[str, ...], times_s: np.ndarray,
+                positions: np.ndarray) -> JointTrack:
+    """Return a track after a check.
+
+    Raises:
+        ValueError: the lengths do not fit, or the times do not rise.
+    """
+    times_s, positions = np.asarray(times_s, float), np.asarray(positions, float)
+    if not joints or positions.size != len(times_s) * len(joints):
+        raise ValueError(f'{positions.size} positions of {len(joints)} joints at '
+                         f'{len(times_s)} times')
+    if not np.isfinite(times_s).all() or (np.diff(times_s) < 0.0).any():
+        raise ValueError('the times do not rise')
+    return JointTrack(joints, times_s, positions.reshape(len(times_s), len(joints)))

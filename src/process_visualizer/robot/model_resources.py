@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The meshes and textures that a model names, and where they are.
+
+RViz opens URIs, with the packages that ROS finds. A model may also have paths, or packages that are
+not installed but lie beside it, as programs for CAD export them.
+"""
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from typing import Dict, Iterator, List, Optional
+from urllib.parse import quote, unquote
+from xml.etree import ElementTree
+from xml.sax.saxutils import escape, unescape
+
+import rospkg
+
+from process_visualizer.cell.errors import missing_file
+from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.trust import is_below
+
+_NAMED = re.compile(r'(<(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*)(["\'])(.*?)\2', re.DOTALL)
+_PACKAGE_NAME = re.compile(r'<name\b[^>]*>\s*([^<\s]+)\s*</name>')
+_SIGNS = {'&quot;': '"', '&apos;': "'"}
+_ENTITIES = {sign: it for it, sign in _SIGNS.items()}
+_LEVELS = 4  # of folders above a model
+_MOST_TOLD = 3
+_ON_THE_WEB = ('http', 'https')
+
+
+def with_resources(text: str, model_file: str) -> str:
+    """Return a URDF in which what lies beside its model is named so that RViz opens it.
+
+    Paths become URIs, and so do packages that are not installed but are a folder above the model's
+    file, or in one. What is nowhere keeps its name.
+    """
+    packages = rospkg.RosPack()
+
+    def renamed(named: 're.Match[str]') -> str:
+        found = _beside(unescape(named[3], _SIGNS), model_file, packages)
+        name = named[3] if found is None else escape(f'file://{quote(found)}', _ENTITIES)
+        return f'{named[1]}{named[2]}{name}{named[2]}'
+    return _NAMED.sub(renamed, text)
+
+
+def without_foreign_resources(root: ElementTree.Element) -> List[str]:
+    """Take meshes and textures that are in no installed package out of a URDF; return their names.
+
+    RViz would open any file and ask any computer for them.
+    """
+    packages = rospkg.RosPack()
+    foreign: List[str] = []
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if any(_is_foreign(it.get('filename', ''), packages) for it in _named_in(child)):
+                foreign += [it.get('filename', '') for it in _named_in(child)]
+                parent.remove(child)
+    return list(dict.fromkeys(foreign))
+
+
+def _named_in(element: ElementTree.Element) -> List[ElementTree.Element]:
+    """The mesh or texture that an element is, or in whose place it stands as a whole."""
+    if element.tag in ('visual', 'collision'):
+        return list(element.iter('mesh'))
+    return [element] if element.tag in ('mesh', 'texture') else []
+
+
+def _is_foreign(uri: str, packages: rospkg.RosPack) -> bool:
+    if not uri:
+        return False
+    path = resource_path(uri, packages) if uri.startswith('package://') else ''
+    if not path:
+        return True
+    return not is_below(path, packages.get_path(uri[len('package://'):].partition('/')[0]))
+
+
+def resource_path(uri: str, packages: rospkg.RosPack) -> str:
+    """Return the file that RViz opens for a URI; '' if it has none, or its package is missing."""
+    scheme, _, rest = uri.partition('://')
+    if scheme == 'file':
+        return unquote(rest)
+    package, _, path = rest.partition('/')
+    try:
+        return os.path.join(packages.get_path(package), unquote(path)) \
+            if scheme == 'package' else ''
+    except rospkg.ResourceNotFound:
+        return ''
+
+
+def missing_resources(text: str) -> List[str]:
+    """Return in words what RViz does not find of a URDF; the web is not asked."""
+    packages = rospkg.RosPack()
+    lacking: 'Counter[str]' = Counter()
+    others: List[str] = []
+    for uri in _uris(text):
+        scheme, _, rest = uri.partition('://')
+        path = resource_path(uri, packages)
+        if scheme == 'package' and not path:
+            lacking[rest.partition('/')[0]] += 1
+        elif scheme not in _ON_THE_WEB and not os.path.isfile(path):
+            others.append(f'"{uri}": ' + (missing_file(path) if path else
+                                          'RViz opens package:// and file:// only'))
+    found = [f'{count} mesh{"" if count == 1 else "es"} of the model cannot be shown: '
+             f'{package_advice(name, packages)}, or put its folder beside the model'
+             for name, count in lacking.items()]
+    found += [f'a mesh of the model cannot be shown: {it}' for it in others[:_MOST_TOLD]]
+    more = len(others) - _MOST_TOLD
+    return found + ([f'{more} more meshes of the model cannot be shown'] if more > 0 else [])
+
+
+def packages_beside(model_file: str) -> Dict[str, str]:
+    """Return by name the folders of packages above a file, or in a folder above it."""
+    found: Dict[str, str] = {}
+    for above in _above(model_file):
+        for folder in (above, *_folders_in(above)):
+            name = _package_name(folder)
+            if name:
+                found.setdefault(name, folder)
+    return found
+
+
+def _uris(text: str) -> List[str]:
+    """The meshes and textures of a URDF, each once."""
+    root = ElementTree.fromstring(text)
+    names = (it.get('filename', '') for tag in ('mesh', 'texture') for it in root.iter(tag))
+    return list(dict.fromkeys(it for it in names if it))
+
+
+def _beside(uri: str, model_file: str, packages: rospkg.RosPack) -> Optional[str]:
+    """The file beside a model that a URI or a path stands for; None if RViz finds it by itself."""
+    scheme, separator, rest = uri.partition('://')
+    if separator and scheme == 'package':
+        package, _, path = rest.partition('/')
+        if resource_path(uri, packages):
+            return None
+        return _first_file(os.path.join(folder, unquote(path))
+                           for folder in _folders_of(package, model_file))
+    if separator and (scheme != 'file' or rest.startswith('/')):
+        return None
+    path = unquote(rest) if separator else uri
+    places = [os.path.normpath(os.path.join(folder, path)) for folder in _above(model_file)]
+    return _first_file(places) or places[0]
+
+
+def _folders_of(package: str, model_file: str) -> Iterator[str]:
+    """Return folders of a package that is not installed; they need not have a package.xml."""
+    for above in _above(model_file):
+        if package in (os.path.basename(above), _package_name(above)):
+            yield above
+        yield os.path.join(above, package)
+    yield from (folder for name, folder in packages_beside(model_file).items() if name == package)
+
+
+def _first_file(paths: 'Iterator[str] | List[str]') -> Optional[str]:
+    return next((it for it in paths if os.path.isfile(it)), None)
+
+
+def _above(file: str) -> List[str]:
+    """The folder of a file, and those above it."""
+    found = [os.path.dirname(os.path.abspath(file))]
+    while len(found) < _LEVELS and os.path.dirname(found[-1]) != found[-1]:
+        found.append(os.path.dirname(found[-1]))
+    return found
+
+
+def _folders_in(folder: str) -> List[str]:
+    try:
+        with os.scandir(folder) as entries:
+            return sorted(it.path for it in entries if it.is_dir())
+    except OSError:
+        return []
+
+
+def _package_name(folder: str) -> str:
+    """The name of the package that a folder is; '' if it is none."""
+    try:
+        with open(os.path.join(folder, 'package.xml'), encoding='utf-8', errors='replace') as file:
+            named = _PACKAGE_NAME.search(file.read())
+    except OSError:
+        return ''
+    return named[1] if named else ''

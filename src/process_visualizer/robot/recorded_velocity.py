@@ -1,0 +1,391 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The velocity of a tool at any time of a recording, and over the whole of it."""
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.robot.rotations import Quaternion, Triple
+from process_visualizer.robot.velocity import GAP_S, slope_of_rotations
+
+# Least-squares slopes over the windows of a whole series, as VelocityEstimator takes them.
+
+_BLOCK = 4096  # windows: short enough for the precision of running sums
+
+
+class SlopeWindows(NamedTuple):
+    """Windows of a series, in the order of their times; one row per window.
+
+    ``rows`` (k,) are the samples that were not set aside. A window holds those from ``first`` (m,)
+    up to ``behind`` (m,), which count in ``rows``. It is of the ``segment`` (m,) of the series.
+    ``middle_s`` (m,) is the mean of its times, ``slope`` (m, d) that of its values.
+    """
+
+    rows: np.ndarray
+    first: np.ndarray
+    behind: np.ndarray
+    segment: np.ndarray
+    middle_s: np.ndarray
+    slope: np.ndarray
+
+
+def segments(times_s: np.ndarray, gap_s: float = GAP_S) -> np.ndarray:
+    """Return the number (n,) of the segment that each time is in: a greater gap ends one."""
+    return np.concatenate(([0], np.cumsum(np.diff(times_s) > gap_s)))[:len(times_s)]
+
+
+def slope_windows(times_s: np.ndarray, values: np.ndarray, window_s: float,
+                  gap_s: float = GAP_S) -> SlopeWindows:
+    """Return the windows that end with each sample, and where a segment ends, shorter ones.
+
+    They are as long as those of VelocityEstimator, at least half of ``window_s``. A value that is
+    repeated is set aside for up to half a window; no window goes over a gap of more than gap_s.
+
+    Args:
+        times_s: (n,), rising.
+        values: (n, d).
+        window_s, gap_s: [s].
+    """
+    rows = np.flatnonzero(_without_repetitions(times_s, values, 0.5 * window_s))
+    segment = segments(times_s, gap_s)[rows]
+    times_s, values = times_s[rows], values[rows]
+    first, behind = _window_bounds(times_s, segment, window_s)
+    parts = [_slopes(times_s, values, first[block], behind[block]) for block in _blocks(len(first))]
+    middle_s, slope = (np.concatenate(column) for column in zip(*parts))
+    return SlopeWindows(rows, first, behind, segment[first], middle_s, slope)
+
+
+def _without_repetitions(times_s: np.ndarray, values: np.ndarray, hold_s: float) -> np.ndarray:
+    """Return which samples (bool) are kept; see VelocityEstimator."""
+    kept = np.ones(len(times_s), bool)
+    repeated = np.flatnonzero((values[1:] == values[:-1]).all(axis=1)) + 1
+    times = times_s[repeated].tolist()
+    last_s, last_row = 0.0, -1
+    for row, time_s in zip(repeated.tolist(), times):
+        if row - 1 != last_row:  # a new run of repetitions, begun by the one before
+            last_s = float(times_s[row - 1])
+        if time_s - last_s < hold_s:
+            kept[row] = False
+        else:
+            last_s = time_s
+        last_row = row
+    return kept
+
+
+def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
+            window_s: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the first sample (m,) of each window that is long enough, and the one behind it."""
+    first = np.searchsorted(times_s, times_s - window_s, side='right') - 1
+    first = np.maximum(first, np.searchsorted(segment, segment, side='left'))
+    behind = np.searchsorted(segment, segment, side='right')
+    # Behind the windows that end with each sample, those that begin later than the last of them.
+    begin_late = np.flatnonzero(np.arange(len(times_s)) > first[behind - 1])
+    order = np.argsort(np.concatenate((np.arange(len(times_s)), behind[begin_late] - 1)),
+                       kind='stable')
+    first = np.concatenate((first, begin_late))[order]
+    behind = np.concatenate((np.arange(len(times_s)) + 1, behind[begin_late]))[order]
+    known = times_s[behind - 1] - times_s[first] >= 0.5 * window_s
+    return first[known], behind[known]
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    """Yield the rows of all windows in parts, at least one."""
+    for start in range(0, max(count, 1), _BLOCK):
+        yield slice(start, min(start + _BLOCK, count))
+
+
+def _slopes(times_s: np.ndarray, values: np.ndarray, first: np.ndarray,
+            behind: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the mean times (m,) and slopes (m, d) of some windows."""
+    if not len(first):
+        return np.empty(0), np.empty((0, values.shape[1]))
+    origin, end = int(first[0]), int(behind[-1])
+    lever = times_s[origin:end] - times_s[origin]
+    moved = values[origin:end] - values[origin]
+    count = (behind - first).astype(float)
+    sums = _window_sums(np.column_stack((lever, lever * lever, moved,
+                                         lever[:, np.newaxis] * moved)),
+                        first - origin, behind - origin)
+    width = values.shape[1]
+    inertia = sums[:, 1] - sums[:, 0] ** 2 / count
+    leaning = sums[:, 2 + width:] - sums[:, 2:2 + width] * (sums[:, 0] / count)[:, np.newaxis]
+    return times_s[origin] + sums[:, 0] / count, leaning / inertia[:, np.newaxis]
+
+
+def _window_sums(columns: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    total = np.concatenate((np.zeros((1, columns.shape[1])), np.cumsum(columns, axis=0)))
+    result: np.ndarray = total[high] - total[low]
+    return result
+
+
+# The speed of a tool over a whole recording, as the robot processor would show it.
+
+WINDOW_S = 0.2
+_MOST_BUNCHED = 50  # messages
+_SHORTEST = 0.99  # of the period, as in ToolVelocity
+_SPAN = 20  # messages: the intervals over so many are even, although some came late
+_USABLE_STAMP_S = 1.0
+
+
+def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return times [s] (m,) and speeds [m/s] (m,), those of RecordedVelocity.
+
+    A speed is the least-squares slope of the positions of a window of WINDOW_S, at the mean of its
+    times.
+
+    Args:
+        times_s: (n,), rising.
+        positions: (n, 3) [m].
+    """
+    windows = slope_windows(times_s, positions, WINDOW_S)
+    return windows.middle_s, np.sqrt((windows.slope * windows.slope).sum(axis=1))
+
+
+def sending_period_s(arrival_s: np.ndarray) -> float:
+    """Return the period [s] of a driver by the arrivals (n,) of its messages; 0 for too few."""
+    if len(arrival_s) <= _SPAN:
+        return 0.0
+    return float(np.median(arrival_s[_SPAN:] - arrival_s[:-_SPAN])) / _SPAN
+
+
+def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
+                    period_s: Optional[float] = None) -> np.ndarray:
+    """Return when poses were measured [s] (n,), rising.
+
+    That is their stamp, where it can be used. Of a driver without stamps, each was measured at
+    least a period before the one that follows it: see ToolVelocity.
+
+    Args:
+        arrival_s: when they were recorded (n,), rising.
+        stamp_s: their stamps (n,) on the same clock, NaN where there are none.
+        period_s: of a whole recording, if these are a part of it.
+    """
+    usable = np.abs(stamp_s - arrival_s) <= _USABLE_STAMP_S  # not for NaN
+    usable[1:] &= ~(stamp_s[1:] <= stamp_s[:-1])
+    measured = stamp_s if usable.any() else _unbunched(arrival_s, period_s)
+    return np.maximum.accumulate(np.where(usable, measured, arrival_s)
+                                 if usable.any() else measured)
+
+
+def _unbunched(arrival_s: np.ndarray, period_s: Optional[float]) -> np.ndarray:
+    count = len(arrival_s)
+    if period_s is None:
+        period_s = sending_period_s(arrival_s)
+    ideal_s = np.arange(count) * (_SHORTEST * period_s)
+    late_s = arrival_s - ideal_s
+    least_s = late_s.copy()
+    for follower in range(1, min(_MOST_BUNCHED, count - 1) + 1):
+        np.minimum(least_s[:-follower], late_s[follower:], out=least_s[:-follower])
+    return least_s + ideal_s
+
+
+class _Place(NamedTuple):
+    """A time between the middles of two windows, or at one of them (then it stands twice)."""
+
+    before: int
+    after: int
+    share: float  # of the latter
+
+
+class RecordedVelocity:
+    """The velocity at a time of a recording, from the poses before and after it.
+
+    It is the slope over a window of which the time is the middle: those of speed_series.speeds,
+    so a timeline's curve says the same, and between their middles on the straight line. Where
+    poses begin or end (at an end of the recording, or at a gap) it is the part of the window that
+    is there; further than half a window away from them there is no velocity.
+    """
+
+    def __init__(self, times_s: np.ndarray, positions: np.ndarray,
+                 quaternions: Optional[np.ndarray] = None, window_s: float = WINDOW_S) -> None:
+        """Take poses.
+
+        Args:
+            times_s: when they were measured (n,), rising, see speed_series.measuring_times.
+            positions: (n, 3) [m].
+            quaternions: (n, 4) x y z w, of any length but zero; without them there is no angular
+                velocity.
+            window_s: [s].
+        """
+        self._window_s = window_s
+        self._times_s = times_s
+        gap_s = max(GAP_S, 2.0 * window_s)
+        segment = segments(times_s, gap_s)
+        self._begins_s, self._ends_s = _segment_bounds(times_s, segment)
+        self._moving = slope_windows(times_s, positions, window_s, gap_s)
+        self._turning: Optional[SlopeWindows] = None
+        if quaternions is not None:
+            self._quaternions = quaternions
+            self._turning = slope_windows(times_s, np.hstack((positions, quaternions)), window_s,
+                                          gap_s)
+
+    def velocity(self, time_s: float) -> Optional[Triple]:
+        """Return the velocity (3,) [m/s] in the frame of the poses; None where there is none."""
+        windows = self._moving
+        return self._between(windows, time_s, lambda window: windows.slope[window])
+
+    def angular_velocity(self, time_s: float) -> Optional[Triple]:
+        """Return the angular velocity (3,) [rad/s] in the frame of the poses; None as above."""
+        windows = self._turning
+        if windows is None:
+            return None
+        return self._between(windows, time_s,
+                             lambda window: np.array(self._slope_of_rotations(windows, window)))
+
+    def age_s(self, time_s: float) -> Optional[float]:
+        """Return how long before a time [s] the last pose was measured; None before the first."""
+        count = bisect_right(self._times_s, time_s)
+        return time_s - float(self._times_s[count - 1]) if count else None
+
+    def _between(self, windows: SlopeWindows, time_s: float,
+                 slope: Callable[[int], np.ndarray]) -> Optional[Triple]:
+        place = self._place(windows, time_s)
+        if place is None:
+            return None
+        value = slope(place.before)
+        if place.share:
+            value = value + place.share * (slope(place.after) - value)
+        x, y, z = value.tolist()
+        return x, y, z
+
+    def _place(self, windows: SlopeWindows, time_s: float) -> Optional[_Place]:
+        after = bisect_right(windows.middle_s, time_s)
+        near = [window for window in (after - 1, after) if 0 <= window < len(windows.middle_s)]
+        if len(near) == 2 and windows.segment[near[0]] == windows.segment[near[1]]:
+            begin_s, end_s = windows.middle_s[near]
+            return _Place(near[0], near[1], float((time_s - begin_s) / (end_s - begin_s)))
+        return next((_Place(window, window, 0.0) for window in near
+                     if self._is_near(int(windows.segment[window]), time_s)), None)
+
+    def _is_near(self, segment: int, time_s: float) -> bool:
+        half_s = 0.5 * self._window_s
+        return self._begins_s[segment] - half_s <= time_s <= self._ends_s[segment] + half_s
+
+    def _slope_of_rotations(self, windows: SlopeWindows, window: int) -> Triple:
+        rows = windows.rows[windows.first[window]:windows.behind[window]]
+        return slope_of_rotations(self._times_s[rows].tolist(), self._quaternions[rows].tolist())
+
+
+def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[float], List[float]]:
+    """Return the first and the last time of each segment."""
+    ends = np.flatnonzero(np.diff(segment))
+    begins = np.concatenate(([0], ends + 1)) if len(segment) else ends
+    ends = np.append(ends, len(segment) - 1) if len(segment) else ends
+    return times_s[begins].tolist(), times_s[ends].tolist()
+
+
+# The poses of a part of a recording, and which part is needed next.
+
+MARGIN_S = 1.2
+"""What lies further from a position has no part in its velocity: the greatest gap, and a window."""
+AHEAD_S = 2.0  # real time by which poses are there before they are needed
+BESIDE_S = 1.0  # of the recording, on either side of a position: for steps, and for turning round
+LONGEST_S = 4.0  # that is read at once
+_SLACK_S = 0.1  # of real time and of the recording: where playback is when that has been read
+
+
+class Part(NamedTuple):
+    """A part of a recording [s from its beginning]."""
+
+    begin_s: float
+    end_s: float
+
+    def holds(self, part: 'Part') -> bool:
+        """Return whether another part lies within this one."""
+        return self.begin_s <= part.begin_s and part.end_s <= self.end_s
+
+    def around(self, margin_s: float) -> 'Part':
+        """Return the part that goes further by a margin on either side."""
+        return Part(self.begin_s - margin_s, self.end_s + margin_s)
+
+    def within(self, part: 'Part') -> 'Part':
+        """Return what of this part lies within another one."""
+        return Part(min(max(self.begin_s, part.begin_s), part.end_s),
+                    max(min(self.end_s, part.end_s), part.begin_s))
+
+
+class RecordedPose(NamedTuple):
+    """A pose: when it was recorded and its stamp (NaN: none) [s from the beginning]."""
+
+    recorded_s: float
+    stamp_s: float
+    position: Sequence[float]  # (3,) [m]
+    quaternion: Quaternion
+
+
+class RecordedPoses(NamedTuple):
+    """All poses of a part of a recording, in the order of recording."""
+
+    part: Part
+    poses: List[RecordedPose]
+
+    def joined(self, more: 'RecordedPoses') -> 'RecordedPoses':
+        """Return them with those of a part that begins where this one ends, or ends there."""
+        if more.part.begin_s < self.part.begin_s:
+            return more.joined(self)
+        new = [pose for pose in more.poses if pose.recorded_s > self.part.end_s]
+        return RecordedPoses(Part(self.part.begin_s, more.part.end_s), self.poses + new)
+
+    def only(self, part: Part) -> 'RecordedPoses':
+        """Return those that lie within a part; all where that is another part altogether."""
+        if part.begin_s >= self.part.end_s or part.end_s <= self.part.begin_s:
+            return self
+        part = self.part.within(part)
+        return RecordedPoses(part, [pose for pose in self.poses
+                                    if part.begin_s <= pose.recorded_s <= part.end_s])
+
+    def velocity(self, window_s: float, period_s: Optional[float] = None) -> RecordedVelocity:
+        """Return the velocity at each time of the part but at its margins.
+
+        Given the period of a driver without stamps [s], it is that of the whole recording.
+        """
+        recorded_s, stamps_s = (np.array([pose[column] for pose in self.poses], float)
+                                for column in (0, 1))
+        positions = np.array([pose.position for pose in self.poses], float).reshape(-1, 3)
+        quaternions = np.array([pose.quaternion for pose in self.poses], float).reshape(-1, 4)
+        return RecordedVelocity(measuring_times(recorded_s, stamps_s, period_s), positions,
+                                quaternions, window_s)
+
+
+def needed_part(position_s: float, duration_s: float) -> Part:
+    """Return what has to be known of a recording for the velocity at a position."""
+    return Part(position_s, position_s).around(MARGIN_S).within(Part(0.0, duration_s))
+
+
+def next_part(known: Optional[Part], position_s: float, speed: float,
+              duration_s: float) -> Optional[Part]:
+    """Return what is to be read next: what is needed first, then what will be soon.
+
+    Args:
+        known: what has been read; the answer lies beside it, or has to take its place.
+        position_s: in the recording, which is as long as duration_s.
+        speed: bag seconds per second; below 0 backwards, 0 while paused.
+    """
+    whole, needed = Part(0.0, duration_s), needed_part(position_s, duration_s)
+    if known is None or known.begin_s > needed.end_s or known.end_s < needed.begin_s:
+        return needed.around(_SLACK_S * (1.0 + abs(speed))).within(whole)
+    for wanted in (needed, _wanted_part(needed, speed)):
+        part = _beside(known, wanted.within(whole), speed)
+        if part is not None:
+            return part.within(whole)
+    return None
+
+
+def kept_part(position_s: float, speed: float) -> Part:
+    """Return the part whose poses are worth keeping."""
+    return _wanted_part(Part(position_s, position_s).around(MARGIN_S), speed).around(LONGEST_S)
+
+
+def _wanted_part(needed: Part, speed: float) -> Part:
+    ahead_s = AHEAD_S * speed
+    return Part(needed.begin_s + min(ahead_s, -BESIDE_S), needed.end_s + max(ahead_s, BESIDE_S))
+
+
+def _beside(known: Part, wanted: Part, speed: float) -> Optional[Part]:
+    """Return what is beside the known part where that is too short; the side of play is first."""
+    before = wanted.begin_s < known.begin_s
+    if wanted.end_s > known.end_s and (speed >= 0.0 or not before):
+        return Part(known.end_s, known.end_s + LONGEST_S)
+    return Part(known.begin_s - LONGEST_S, known.begin_s) if before else None

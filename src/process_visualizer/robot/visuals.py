@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The visual shapes of a model's links, and their meshes as triangles with colours."""
+from __future__ import annotations
+
+import ctypes
+import os
+from enum import Enum
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.rotations import quaternion_from_ypr
+
+# Visual shapes of a model's links.
+
+Size = Tuple[float, float, float]
+Color = Tuple[float, float, float, float]
+
+
+class ShapeKind(Enum):
+    """URDF's shapes."""
+
+    MESH = 'mesh'
+    BOX = 'box'
+    CYLINDER = 'cylinder'
+    SPHERE = 'sphere'
+
+
+class LinkVisual(NamedTuple):
+    """A shape in its link; the size is in m along its axes, of a mesh the scale.
+
+    ``color`` is the model's, red green blue alpha from 0 to 1; None: it gives none.
+    """
+
+    link: str
+    place: Placement
+    kind: ShapeKind
+    size: Size
+    mesh: str = ''  # URI
+    color: Optional[Color] = None
+
+
+def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
+    """Return the visual shapes of a URDF, in its order; unknown ones are left out.
+
+    Raises:
+        ValueError: it is not XML, or a number in it is none.
+    """
+    try:
+        root = ElementTree.fromstring(urdf)
+    except ElementTree.ParseError as error:
+        raise ValueError(f'not well-formed XML: {error}') from None
+    materials = {it.get('name', ''): _rgba(it) for it in root.findall('material')}
+    found: List[LinkVisual] = []
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            shape = _shape(link.get('name', ''), visual, materials)
+            if shape is not None:
+                found.append(shape)
+    return tuple(found)
+
+
+def _shape(link: str, visual: ElementTree.Element,
+           materials: Dict[str, Optional[Color]]) -> Optional[LinkVisual]:
+    geometry = visual.find('geometry')
+    shape = geometry[0] if geometry is not None and len(geometry) else None
+    if shape is None or shape.tag not in {kind.value for kind in ShapeKind}:
+        return None
+    return LinkVisual(link, _place(visual.find('origin')), ShapeKind(shape.tag), _size(shape),
+                      shape.get('filename', ''), _color(visual.find('material'), materials))
+
+
+def _color(material: Optional[ElementTree.Element],
+           materials: Dict[str, Optional[Color]]) -> Optional[Color]:
+    """The colour of a visual: a material without one is named elsewhere in the model."""
+    if material is None:
+        return None
+    return _rgba(material) or materials.get(material.get('name', ''))
+
+
+def _rgba(material: ElementTree.Element) -> Optional[Color]:
+    color = material.find('color')
+    if color is None:
+        return None
+    red, green, blue, alpha = map(float, color.get('rgba', '0.7 0.7 0.7 1').split())
+    return red, green, blue, alpha
+
+
+def _size(shape: ElementTree.Element) -> Size:
+    if shape.tag == 'mesh':
+        return _triple(shape.get('scale', '1 1 1'))
+    if shape.tag == 'box':
+        return _triple(shape.get('size', '0 0 0'))
+    width = 2.0 * float(shape.get('radius', '0'))
+    return width, width, width if shape.tag == 'sphere' else float(shape.get('length', '0'))
+
+
+def _place(origin: Optional[ElementTree.Element]) -> Placement:
+    if origin is None:
+        return Placement()
+    roll, pitch, yaw = _triple(origin.get('rpy', '0 0 0'))
+    x, y, z, w = (float(it) for it in quaternion_from_ypr((yaw, pitch, roll)))
+    return Placement(_triple(origin.get('xyz', '0 0 0')), (x, y, z, w))
+
+
+def _triple(text: str) -> Size:
+    x, y, z = map(float, text.split())
+    return x, y, z
+
+
+# The mesh in a file as triangles with normals and colours, as RViz reads it.
+
+LIBRARY = 'libprocess_visualizer_mesh.so'
+LARGEST_FILE_BYTES = 400_000_000
+"""assimp takes several times as much memory."""
+
+
+class MeshError(Exception):
+    """A mesh cannot be used; says which file and why."""
+
+
+class ColoredMesh(NamedTuple):
+    """Triangles (m, 3) of corners (n, 3) [m] with ``normals`` (n, 3) and ``colors`` (n, 3) 0..255.
+
+    ``has_colors`` says whether the file has any; otherwise they are grey.
+    """
+
+    positions: np.ndarray
+    normals: np.ndarray
+    colors: np.ndarray
+    triangles: np.ndarray
+    has_colors: bool = True
+
+
+def read_colored_mesh(path: str) -> ColoredMesh:
+    """Return the mesh in a file (STL, Collada, OBJ and what else assimp reads).
+
+    Raises:
+        MeshError: it cannot be read, or has no triangles.
+    """
+    try:
+        size = os.path.getsize(path)
+    except OSError as error:
+        raise MeshError(f'the mesh {path} cannot be read: {error.strerror}') from None
+    if size > LARGEST_FILE_BYTES:
+        raise MeshError(f'the mesh {path} has {size / 1e6:.0f} MB; it is left out')
+    library = _library()
+    mesh = library.colored_mesh_read(os.fsencode(path))
+    try:
+        reason = library.colored_mesh_error(mesh).decode('utf-8', 'replace')
+        if reason:
+            raise MeshError(f'the mesh {path} cannot be read: {reason}')
+        return _checked(path, _copied(library, mesh))
+    finally:
+        library.colored_mesh_delete(mesh)
+
+
+def _copied(library: Any, mesh: int) -> ColoredMesh:
+    corners, triangles = (int(getattr(library, f'colored_mesh_{name}')(mesh))
+                          for name in ('corners', 'triangles'))
+    columns = [np.ctypeslib.as_array(getattr(library, f'colored_mesh_{name}')(mesh),
+                                     (rows, 3)).copy()
+               for name, rows in (('positions', corners), ('normals', corners),
+                                  ('colors', corners), ('indices', triangles))]
+    return ColoredMesh(columns[0], columns[1], columns[2], columns[3],
+                       bool(library.colored_mesh_has_colors(mesh)))
+
+
+def _checked(path: str, mesh: ColoredMesh) -> ColoredMesh:
+    """The mesh without triangles that are nowhere."""
+    is_finite = np.isfinite(mesh.positions).all(axis=1)
+    triangles = mesh.triangles[is_finite[mesh.triangles].all(axis=1)]
+    if not len(triangles):
+        raise MeshError(f'the mesh {path} cannot be read: it has no triangles')
+    return mesh._replace(positions=np.where(is_finite[:, np.newaxis], mesh.positions, 0.0),
+                         normals=np.nan_to_num(mesh.normals), triangles=triangles)
+
+
+def _library() -> Any:
+    library = ctypes.CDLL(LIBRARY)
+    library.colored_mesh_read.argtypes = [ctypes.c_char_p]
+    library.colored_mesh_read.restype = ctypes.c_void_p
+    results = {'error': ctypes.c_char_p, 'has_colors': ctypes.c_int, 'delete': None,
+               'corners': ctypes.c_size_t, 'triangles': ctypes.c_size_t,
+               'positions': ctypes.POINTER(ctypes.c_float),
+               'normals': ctypes.POINTER(ctypes.c_float),
+               'colors': ctypes.POINTER(ctypes.c_uint8),
+               'indices': ctypes.POINTER(ctypes.c_uint32)}
+    for name, result in results.items():
+        function = getattr(library, f'colored_mesh_{name}')
+        function.argtypes, function.restype = [ctypes.c_void_p], result
+    return library

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The program behind expand_xacro: expands one file and prints the result as JSON.
+
+usage: python3 -m process_visualizer.robot.xacro_child FILE FOLDER [NAME:=VALUE …]
+
+With a FOLDER the file is data: see xacro_limits.
+
+It is a separate process because xacro keeps its state in its module.
+"""
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import os
+import re
+import resource
+import sys
+from contextlib import redirect_stdout, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Dict, FrozenSet, List, Mapping, NamedTuple, Optional, Sequence, Set
+from xml.dom import minidom
+from xml.parsers import expat
+from xml.parsers.expat import ExpatError
+
+import rospkg
+
+from process_visualizer.cell.errors import shortened
+from process_visualizer.robot.xacro_command import import_xacro, xacro_version
+
+# Limits of a model that is data: what it may read while xacro expands it.
+#
+# xacro evaluates expressions as Python. Its own limits leave ways out (``vars``, a generator's
+# frame), and it includes and loads any file. So the process that expands such a model refuses, by
+# an audit hook, which nothing can take away again, whatever is not needed: other files, processes,
+# connections, and expressions that reach into Python.
+
+_MEMORY_BYTES, _TIME_S = 2_000_000_000, 30
+_REFUSED = frozenset((
+    'code', 'ctypes', 'fcntl', 'ftplib', 'function', 'gc', 'http', 'imaplib', 'mmap', 'nntplib',
+    'os', 'pickle', 'poplib', 'pty', 'resource', 'setopencodehook', 'shutil', 'signal', 'smtplib',
+    'socket', 'sqlite3', 'subprocess', 'syslog', 'telnetlib', 'tempfile', 'urllib',
+    'webbrowser'))
+"""First words of audit events."""
+_HARMLESS = frozenset(('os.listdir', 'os.scandir', 'os.walk'))
+_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+_EXPRESSIONS = ('<expression>', b'<expression>', '<string>', b'<string>')
+"""What xacro calls ${…} and Python the text of $(eval …)."""
+_REACHING = re.compile(r'_|(gi|cr|ag|tb|co|f|func)_')
+"""Attributes of Python's own objects: of generators, frames, code, functions."""
+_REACHING_NAMES = frozenset(('vars', 'mro', 'format', 'format_map', 'getattr', 'eval', 'exec'))
+"""Without these nothing leads from a value to what Python knows of it, such as all classes."""
+_NEEDED_LATER = ('yaml', 'xacro.substitution_args', 'roslaunch.substitution_args')
+"""Modules that xacro, as its version may be, imports only when a file needs them."""
+_VARIABLES = ('ROS_PACKAGE_PATH', 'ROS_ROOT')
+
+
+class LimitError(Exception):
+    """A model does what one of a recording may not; says what."""
+
+
+def limit_this_process(folder: str) -> None:
+    """From now on, let this process only read a folder and packages, and calculate.
+
+    Environment variables that ROS does not need are gone.
+    """
+    for name in _NEEDED_LATER:
+        with suppress(ImportError):
+            importlib.import_module(name)
+    packages = rospkg.RosPack()
+    readable = frozenset(os.path.realpath(it) for it in (
+        folder, *(packages.get_path(name) for name in packages.list())))
+    for name in list(os.environ):
+        if name not in _VARIABLES:
+            del os.environ[name]
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CPU, (_TIME_S, _TIME_S))
+    sys.addaudithook(lambda event, values: _check(event, values, readable))
+
+
+def _check(event: str, values: Sequence[Any], readable: FrozenSet[str]) -> None:
+    """Raise LimitError if an audit event may not happen."""
+    if event == 'open':
+        _check_open(values[0], int(values[2] or 0), readable)
+    elif event == 'compile' and values[1] in _EXPRESSIONS:
+        _check_expression(values[0])
+    elif event.partition('.')[0] in _REFUSED and event not in _HARMLESS:
+        raise LimitError(f'a model in a recording may not use {event}')
+
+
+def _check_open(path: Any, flags: int, readable: FrozenSet[str]) -> None:
+    if isinstance(path, int):
+        return
+    name = os.path.realpath(os.fsdecode(path))
+    if flags & _WRITING:
+        raise LimitError(f'a model in a recording may not write "{name}"')
+    if os.path.basename(name) in ('package.xml', 'manifest.xml') or name.endswith(('.py', '.pyc')):
+        return
+    above = name
+    while above not in readable:
+        if os.path.dirname(above) == above:
+            raise LimitError(f'a model in a recording may not read "{name}", which is in no '
+                             'package')
+        above = os.path.dirname(above)
+
+
+def _check_expression(source: Any) -> None:
+    """Raise LimitError for an expression that is more than a calculation."""
+    if not isinstance(source, (str, bytes)):
+        return
+    try:
+        tree = ast.parse(source.strip(), mode='eval')
+    except SyntaxError:
+        return  # xacro says so
+    for node in ast.walk(tree):
+        name = node.attr if isinstance(node, ast.Attribute) else \
+            node.id if isinstance(node, ast.Name) else ''
+        if name in _REACHING_NAMES or name.startswith('_') \
+                or isinstance(node, ast.Attribute) and _REACHING.match(name) \
+                or isinstance(node, (ast.GeneratorExp, ast.Lambda, ast.JoinedStr)):
+            raise LimitError('a model in a recording may only calculate, which '
+                             f'${{{shortened(_text(source))}}} is not')
+
+
+def _text(source: 'str | bytes') -> str:
+    return source if isinstance(source, str) else source.decode('utf-8', 'replace')
+
+
+# Finds the place of an element of xacro in the files, which xacro itself does not know.
+
+class XacroPlace(NamedTuple):
+    """A file, and the line in it if known, otherwise 0."""
+
+    file: str
+    line: int
+
+
+class _StartTag(NamedTuple):
+    name: str
+    attributes: Dict[str, str]
+    line: int
+
+
+def place_in_files(element: Optional[minidom.Element], files: Sequence[str],
+                   default: str) -> XacroPlace:
+    """Return the place of an element, in the first of some files that has just one like it.
+
+    xacro replaces expressions by values; so an attribute matches any expression in a file.
+    If there is no such place, return the ``default`` file.
+    """
+    if element is not None:
+        for file in files:
+            lines = [tag.line for tag in _start_tags(file) if _is_like(element, tag)]
+            if len(lines) == 1:
+                return XacroPlace(file, lines[0])
+    return XacroPlace(default, 0)
+
+
+def _is_like(element: minidom.Element, tag: _StartTag) -> bool:
+    attributes: Any = element.attributes  # has no types
+    here = dict(attributes.items())
+    there = {name: value for name, value in tag.attributes.items()
+             if not name.startswith(('xmlns', 'xacro:'))}
+    return element.tagName == tag.name and all(
+        name in there and (there[name] == value or '$' in there[name])
+        for name, value in here.items() if not name.startswith(('xmlns', 'xacro:')))
+
+
+def _start_tags(file: str) -> List[_StartTag]:
+    """Return the start tags of a file; if it cannot be read, those up to the error."""
+    tags: List[_StartTag] = []
+    parser = expat.ParserCreate()
+
+    def note(name: str, attributes: Dict[str, str]) -> None:
+        tags.append(_StartTag(name, attributes, parser.CurrentLineNumber))
+
+    parser.StartElementHandler = note
+    try:
+        with open(file, 'rb') as stream:
+            parser.ParseFile(stream)
+    except (OSError, expat.ExpatError):
+        return tags
+    return tags
+
+
+_ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
+                       r'''\$\(arg\s+([^)\s]+)|\barg\(\s*["']([^"']+)''')
+"""An argument in the place where a file declares or uses it."""
+
+
+def main(arguments: List[str]) -> int:
+    """Print the text of an expanded file, or the reason for the failure."""
+    path, folder, given = arguments[0], arguments[1], arguments[2:]
+    mappings = dict(argument.split(':=', 1) for argument in given)
+    with redirect_stdout(sys.stderr):  # what a file prints is not the result
+        result = _result(path, folder, mappings)
+    json.dump(result, sys.stdout)
+    return 0
+
+
+def _result(path: str, folder: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
+    try:
+        xacro = import_xacro()
+    except ImportError:
+        return {'missing': True}
+    result: Dict[str, Any] = {'xacro': xacro_version(xacro)}
+    try:
+        files = _files_read()
+        if folder:
+            limit_this_process(folder)
+        document = xacro.process_file(path, mappings=dict(mappings))
+        result.update(files=sorted(files), text=document.toprettyxml(indent='  '),
+                      unused=_unused(mappings, [path, *xacro.all_includes]))
+    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
+        place = _place(xacro, path, error)
+        result.update(message=' '.join((str(error) or repr(error)).split()),
+                      package=_missing_package(error), argument=_missing_argument(error),
+                      file=place.file, line=place.line)
+    return result
+
+
+def _files_read() -> Set[str]:
+    """Return the set of the files that are opened from now on, other than Python's modules.
+
+    They are those that are included, YAML files, and what says where packages are.
+    """
+    files: Set[str] = set()
+
+    def take(event: str, values: Sequence[Any]) -> None:
+        if event == 'open' and isinstance(values[0], str) \
+                and not (values[0].endswith('.py') or '__pycache__' in values[0]):
+            files.add(os.path.abspath(values[0]))
+
+    sys.addaudithook(take)
+    return files
+
+
+def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:
+    """Return arguments that no file mentions, each with those that the files have."""
+    texts = [Path(file).read_text(encoding='utf-8', errors='replace') for file in files]
+    known = {name for text in texts for names in _ARGUMENT.findall(text) for name in names if name}
+    return {name: sorted(known) for name in mappings if name not in known}
+
+
+def _missing_package(error: Exception) -> str:
+    """Return the name of the package that was not found; '' if that is not the problem."""
+    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
+    return str(cause.args[0]) if isinstance(cause, rospkg.ResourceNotFound) else ''
+
+
+def _missing_argument(error: Exception) -> str:
+    """Return the name of the argument without a value; '' if that is not the problem."""
+    cause: Any = getattr(error, 'exc', None)
+    return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
+
+
+def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
+    """Return where xacro stopped: in the innermost macro's file, or the last included file."""
+    files = [file for file in (xacro.filestack or [path]) if file is not None] or [path]
+    if isinstance(error, ExpatError):
+        return XacroPlace(files[-1], error.lineno)
+    macros = [macro.history[-1][-1] for macro in (xacro.macrostack or []) if macro.history]
+    try:
+        return place_in_files(_innermost_element(error.__traceback__),
+                              [*reversed(macros), *reversed(files)], files[-1])
+    except LimitError:  # the file that may not be read
+        return XacroPlace(path, 0)
+
+
+def _innermost_element(traceback: Optional[TracebackType]) -> Optional[minidom.Element]:
+    """Return the element that was being expanded: xacro's functions call it ``node``."""
+    found = None
+    while traceback is not None:
+        node = traceback.tb_frame.f_locals.get('node')
+        if isinstance(node, minidom.Element):
+            found = node
+        traceback = traceback.tb_next
+    return found
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

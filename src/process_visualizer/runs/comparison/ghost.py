@@ -1,0 +1,393 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The reference as a ghost: its robots and arrows, in step with the runs held against it."""
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    Pose,
+    ProcessEvent,
+    RunSpan,
+    TopicFunction,
+    Variable,
+)
+from process_visualizer.curves.source_locators import joint_matching
+from process_visualizer.parameters.arrow_style import ArrowStyle, configured_arrow
+from process_visualizer.robot.arrows import (
+    FOOT_DISTANCE_M,
+    MAX_LENGTH_M,
+    SHORTEST_ARROW_M,
+    arrow_feet,
+)
+from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.frames import meant_frame
+from process_visualizer.robot.joints import JointTrack
+from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.recorded_velocity import WINDOW_S, slope_windows
+from process_visualizer.robot.rotations import Triple, matrix_from_quaternion, quaternion_from_ypr
+from process_visualizer.robot.tool_frame import base_frame, tool_frame
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.run import Channel, Run, ToolForce, ToolMotion
+
+Models = Mapping[str, RobotDescription]
+"""By the names of their devices."""
+
+
+def robot_models(cell: Cell) -> Models:
+    """Return the models that can be used; the cell itself tells of the others."""
+    robots = [it for it in cell.devices if it.type is DeviceType.ROBOT]
+    with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
+        found: Dict[str, Optional[RobotDescription]] = dict(
+            zip((it.name for it in robots), pool.map(_model, robots)))
+    return {name: model for name, model in found.items() if model is not None}
+
+
+def _model(device: Device) -> Optional[RobotDescription]:
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
+# The robots of the reference, in step with the runs of a recording that were held against it.
+
+_MAX_TRACK_ROWS = 60_000
+"""Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
+
+
+class GhostTrack(NamedTuple):
+    """A robot in the reference and in the runs themselves, over the time of the recording.
+
+    ``tool`` is the link whose deviation counts.
+    """
+
+    device: str
+    tool: str
+    there: JointTrack
+    here: np.ndarray  # (n, k), as ``there.positions``
+
+
+def ghost_tracks(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
+                 models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
+    """Return a track of each robot whose joints are in the reference; without models loads them.
+
+    Between two runs there is a row without positions.
+    """
+    if not comparisons:
+        return ()
+    return tuple(_track(it, comparisons) for it in _robots(cell, reference, models))
+
+
+def reference_tracks(cell: Cell, reference: Run,
+                     models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
+    """Return the same over the time of the reference itself, without any other run."""
+    return tuple(it.track(times_s, it.positions(times_s), np.empty((0, len(it.joints))))
+                 for it in _robots(cell, reference, models)
+                 for times_s in [_times_s(it.channels, 1)])
+
+
+class _Robot(NamedTuple):
+    """A robot's joints in the reference; ``offsets`` [rad or m] lead to those of its model."""
+
+    device: str
+    tool: str
+    joints: Tuple[str, ...]
+    channels: Tuple[Channel, ...]
+    offsets: np.ndarray
+
+    def positions(self, times_s: np.ndarray) -> np.ndarray:
+        """The joints (n, k) as recorded, at times [s] of the reference (n,)."""
+        return np.stack([_at(channel, times_s) for channel in self.channels], axis=1)
+
+    def track(self, times_s: np.ndarray, there: np.ndarray, here: np.ndarray) -> GhostTrack:
+        """Return a track out of joints as recorded."""
+        return GhostTrack(self.device, self.tool,
+                          JointTrack(self.joints, times_s, there + self.offsets),
+                          here + self.offsets)
+
+
+def _robots(cell: Cell, reference: Run, models: Optional[Models]) -> Tuple[_Robot, ...]:
+    known = robot_models(cell) if models is None else models
+    found = [_robot(device, reference, known[device.name]) for device in cell.devices
+             if device.name in known]
+    return tuple(it for it in found if it is not None)
+
+
+def _robot(device: Device, reference: Run, description: RobotDescription) -> Optional[_Robot]:
+    matching = joint_matching(device, description)
+    channels = {joint: reference.by_key.get((device.name, f'joint {joint.rpartition("/")[2]}'))
+                for joint in matching.joints}
+    known = {joint: channel for joint, channel in channels.items()
+             if channel is not None and len(channel.times_s)}
+    if not known:
+        return None
+    offsets = np.array([matching.offset(joint) for joint in known])
+    return _Robot(device.name, _tool(device, description), tuple(known), tuple(known.values()),
+                  offsets)
+
+
+def _track(robot: _Robot, comparisons: Sequence[Comparison]) -> GhostTrack:
+    times_s = _times_s(robot.channels, len(comparisons))
+    parts = [_part(robot, times_s, it) for it in _in_order(comparisons)]
+    columns = [np.concatenate(column) for column in zip(*parts)]
+    rising = columns[0] >= np.maximum.accumulate(columns[0])  # where runs overlap, the first one
+    times_s, there, here = (column[rising] for column in columns)
+    return robot.track(times_s, there, here)
+
+
+def _in_order(comparisons: Sequence[Comparison]) -> List[Comparison]:
+    return sorted(comparisons, key=lambda it: it.run.begin_s)
+
+
+def _times_s(channels: Sequence[Channel], runs: int) -> np.ndarray:
+    """The times of the reference's messages, all of them if there are not too many."""
+    times_s = max((it.times_s for it in channels), key=len)
+    return times_s[::max(1, math.ceil(len(times_s) * runs / _MAX_TRACK_ROWS))]
+
+
+def _part(robot: _Robot, reference_s: np.ndarray, comparison: Comparison
+          ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
+
+    The last row ends the run.
+    """
+    run = comparison.run
+    run_s = comparison.alignment.time_map.to_run(reference_s)
+    inside = (run_s >= 0.0) & (run_s <= run.duration_s)
+    reference_s, run_s = reference_s[inside], run_s[inside]
+    there = robot.positions(reference_s)
+    here = np.stack([_at(run.by_key.get(channel.key), run_s) for channel in robot.channels], axis=1)
+    gap = np.full((1, len(robot.channels)), np.nan)
+    end_s = np.append(run_s, run_s[-1] if len(run_s) else 0.0)
+    return run.begin_s + end_s, np.concatenate((there, gap)), np.concatenate((here, gap))
+
+
+def _at(channel: Optional[Channel], times_s: np.ndarray) -> np.ndarray:
+    if channel is None or not len(channel.times_s):
+        return np.full(len(times_s), np.nan)
+    found: np.ndarray = np.interp(times_s, channel.times_s, channel.values)
+    return found
+
+
+def _tool(device: Device, description: RobotDescription) -> str:
+    """The link of the model that carries the tool."""
+    tool = tool_frame(device, description)
+    return next((it for it in (tool.frame, tool.parent) if it in description.links), '')
+
+
+# The robots of a cell with the frames that the configuration fixes to their links.
+
+class Arm(NamedTuple):
+    """A robot, its links and frames, the one that carries all, and its tool frame."""
+
+    device: Device
+    kinematics: Kinematics
+    root: str
+    tool: str
+
+    def fixed(self, frame: str) -> Optional[Tuple[str, Placement]]:
+        """Return a link of the model, and where a frame is in it; None for other frames."""
+        if not self.kinematics.connects(frame, self.root):
+            return None
+        link = self.kinematics.fixed_to(frame, self.root)
+        place = self.kinematics.connection(frame, link, {})
+        return None if place is None else (link, place)
+
+
+def arms(cell: Cell, models: Models) -> Tuple[Arm, ...]:
+    """Return the robots that have a model."""
+    return tuple(_arm(it, models[it.name]) for it in cell.devices if it.name in models)
+
+
+def _arm(device: Device, description: RobotDescription) -> Arm:
+    kinematics = Kinematics(description.text)
+    roots: List[str] = [it for it in kinematics.links if kinematics.joint(it) is None]
+    tool = tool_frame(device, description)
+    if tool.frame != tool.parent:
+        kinematics.fix(tool.parent, tool.frame, _placement(tool.pose))
+    if device.force is not None:
+        kinematics.fix(device.force.parent_frame, device.force.frame, _placement(device.force.pose))
+    return Arm(device, kinematics, roots[0] if roots else '', tool.frame)
+
+
+def _placement(pose: Pose) -> Placement:
+    x, y, z, w = (float(it) for it in quaternion_from_ypr(pose.ypr))
+    return Placement(pose.xyz, (x, y, z, w))
+
+
+# The arrows of the reference, in step with the runs of a recording that were held against it.
+
+_MAX_ARROW_ROWS = 20_000
+"""Of an arrow: of more, every second or third, ..."""
+
+
+class GhostArrow(NamedTuple):
+    """A quantity of the reference as an arrow over the time of the recording.
+
+    ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn; NaN: there is
+    none. The arrow begins at ``foot`` (3,) [m] in ``foot_frame``. Both frames are links of one
+    robot's model, which the ghost moves, or one and the same other frame.
+    """
+
+    name: str
+    frame: str
+    foot_frame: str
+    foot: Triple
+    times_s: np.ndarray
+    vectors: np.ndarray
+
+
+def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
+                 models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+    """Return tool velocity, force and variables of the reference; without models loads them.
+
+    Only what RViz shows of the run itself has an arrow. Between two runs there is a row without
+    one.
+    """
+    if not comparisons:
+        return ()
+    found = run_arrows(cell, reference, models)
+    return tuple(_over_recording(it, comparisons) for it in found)
+
+
+def run_arrows(cell: Cell, run: Run, models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+    """Return the same of any run over its own time."""
+    known = arms(cell, robot_models(cell) if models is None else models)
+    return tuple(it for device in cell.devices for it in (
+        *_robot_arrows(device, known, run), *_variable_arrows(device, known, run)))
+
+
+def _robot_arrows(device: Device, known: Sequence[Arm], reference: Run) -> Iterator[GhostArrow]:
+    arm = next((it for it in known if it.device is device), None)
+    if arm is None or device.type is not DeviceType.ROBOT:
+        return
+    for motion in reference.motions:
+        if motion.device == device.name and len(motion.times_s) > 1:
+            yield _velocity_arrow(arm, motion)
+    for force in reference.forces:
+        if force.device == device.name:
+            yield _force_arrow(arm, force)
+
+
+def _velocity_arrow(arm: Arm, motion: ToolMotion) -> GhostArrow:
+    """It is in the base frame, as the robot processor has it."""
+    windows = slope_windows(motion.times_s, motion.positions, WINDOW_S)
+    base = arm.device.base
+    turn = np.eye(3) if base is None else matrix_from_quaternion(quaternion_from_ypr(base.pose.ypr))
+    return _tool_arrow(arm, 'velocity', base_frame(arm.device), windows.middle_s,
+                       windows.slope @ turn)
+
+
+def _force_arrow(arm: Arm, force: ToolForce) -> GhostArrow:
+    device = arm.device
+    topic = device.topic_for(TopicFunction.FORCE_SENSOR)
+    given = force.frame or (topic.parent_frame if topic is not None else None)
+    prefix = '' if device.model is None else device.model.prefix or ''
+    if given:
+        frame = meant_frame(given, arm.kinematics.links, device.name, prefix)
+    else:
+        frame = arm.tool if device.force is None else device.force.frame
+    return _tool_arrow(arm, 'force', frame, force.times_s, force.vectors)
+
+
+def _tool_arrow(arm: Arm, quantity: str, frame: str, times_s: np.ndarray,
+                vectors: np.ndarray) -> GhostArrow:
+    """Return the arrow: at the tool for a frame that the arm does not move, else in its frame."""
+    link, place = arm.fixed(frame) or (frame, Placement())
+    is_carried = not arm.kinematics.connects(frame, arm.root) or arm.kinematics.moves(
+        frame, arm.root)
+    foot_link, foot = (link, place) if is_carried else arm.fixed(arm.tool) or (link, place)
+    turned = vectors @ matrix_from_quaternion(place.quaternion).T
+    return GhostArrow(f'{arm.device.name}/{quantity}', link, foot_link, foot.position, times_s,
+                      _drawn(turned, configured_arrow(arm.device, quantity)))
+
+
+def _drawn(vectors: np.ndarray, style: ArrowStyle) -> np.ndarray:
+    """Vectors (n, 3) as long as motion.arrows.arrow_length makes them; NaN below the threshold."""
+    size = np.linalg.norm(vectors, axis=1)
+    is_shown = size > style.threshold  # not for NaN
+    length_m = np.clip(size * style.scale_m, style.min_m, style.max_m)
+    factor = np.divide(length_m, size, out=np.full(len(size), np.nan), where=is_shown)
+    result: np.ndarray = vectors * factor[:, np.newaxis]
+    return result
+
+
+def _variable_arrows(device: Device, known: Sequence[Arm],
+                     reference: Run) -> Iterator[GhostArrow]:
+    shown = [it for it in device.variables if it.is_shown]
+    feet = arrow_feet([(it.frame, _unit(it)) for it in shown], FOOT_DISTANCE_M)
+    for variable, (x, y, z) in zip(shown, feet):
+        label = variable.label or variable.topic.strip('/')
+        channel = reference.by_key.get((device.name, label))
+        if channel is None or not variable.scale:
+            continue
+        link, place = next((found for arm in known for found in [arm.fixed(variable.frame)]
+                            if found is not None), (variable.frame, Placement()))
+        limit_m = MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m
+        length_m = np.clip((channel.values - variable.offset) * variable.scale, -limit_m, limit_m)
+        length_m = np.where(np.abs(length_m) > SHORTEST_ARROW_M, length_m, np.nan)
+        axis = matrix_from_quaternion(place.quaternion) @ _unit(variable)
+        foot = place.then(Placement((x, y, z))).position
+        yield GhostArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,
+                         length_m[:, np.newaxis] * axis)
+
+
+def _unit(variable: Variable) -> np.ndarray:
+    axis = np.asarray(variable.axis, float)
+    result: np.ndarray = axis / np.linalg.norm(axis)
+    return result
+
+
+def _over_recording(arrow: GhostArrow, comparisons: Sequence[Comparison]) -> GhostArrow:
+    """The arrow, so far over the time of the reference, over that of the recording."""
+    step = max(1, math.ceil(len(arrow.times_s) * len(comparisons) / _MAX_ARROW_ROWS))
+    times_s, vectors = arrow.times_s[::step], arrow.vectors[::step]
+    parts: List[Tuple[np.ndarray, np.ndarray]] = []
+    for it in sorted(comparisons, key=lambda it: it.run.begin_s):
+        run_s = it.alignment.time_map.to_run(times_s)
+        inside = (run_s >= 0.0) & (run_s <= it.run.duration_s)
+        end_s: Optional[float] = run_s[inside][-1] if inside.any() else 0.0
+        parts.append((it.run.begin_s + np.append(run_s[inside], end_s),
+                      np.vstack((vectors[inside], np.full(3, np.nan)))))
+    recorded_s, drawn = (np.concatenate(column) for column in zip(*parts))
+    rising = recorded_s >= np.maximum.accumulate(recorded_s)  # where runs overlap, the first one
+    return arrow._replace(times_s=recorded_s[rising], vectors=drawn[rising])
+
+
+# A good run beside which a live one can be followed: its robots, and when its events come.
+
+class ReferenceEvent(NamedTuple):
+    """An event that can be seen live, and when [s] the reference has it."""
+
+    event: ProcessEvent
+    times_s: Tuple[float, ...]
+
+
+class LiveReference(NamedTuple):
+    """``tracks`` count from the reference's begin; without any there is nothing to follow."""
+
+    tracks: Tuple[GhostTrack, ...]
+    events: Tuple[ReferenceEvent, ...] = ()
+    span: Optional[RunSpan] = None
+
+
+def live_reference(cell: Cell, run: Run) -> LiveReference:
+    """Return what is needed to follow live robots beside a run; loads the robots' models.
+
+    Marks are no events here: nobody has set them yet. A span between them is left out.
+    """
+    events = tuple(ReferenceEvent(event, tuple(it.time_s for it in run.events
+                                               if it.name == event.name))
+                   for event in cell.events)
+    names = {event.name for event in cell.events}
+    span = cell.run
+    if span is not None and not {span.begin, span.end} <= names:
+        span = None
+    return LiveReference(reference_tracks(cell, run), events, span)

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faults of one channel that no band shows: a sensor that is stuck, and what vibrates."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, Iterator, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.deviation.departures import Departure
+from process_visualizer.runs.deviation.signals import RATE_HZ, Signal, SignalKind
+from process_visualizer.runs.run import Channel, ChannelKind, Key, Run
+from process_visualizer.runs.series import held_at, is_sequence, moving_maximum, period_s
+
+_KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE}
+_SLOWEST_S = 0.1
+"""What comes more seldom may well have the same value a few times."""
+_TIMES_AS_LONG, _SHORTEST_S = 3.0, 0.4
+_NEAR_ROWS = int(0.5 * RATE_HZ)
+_KNOWN_S = 0.02
+
+
+class StuckSensors:
+    """Detector of stuck sensors, by how long values stay the same in good runs."""
+
+    def __init__(self, times_s: np.ndarray, good: Iterable[Tuple[Run, TimeMap]]) -> None:
+        """Take the times (t,) [s] of the reference, and the good runs with their maps."""
+        self._times_s = times_s
+        self._longest_s: Dict[Key, np.ndarray] = {}
+        for run, time_map in good:
+            run_s = time_map.to_run(times_s)
+            for channel in _measured(run.channels):
+                found = _unchanged_s(channel, run_s)
+                known = self._longest_s.get(channel.key)
+                self._longest_s[channel.key] = found if known is None else np.fmax(known, found)
+        self._longest_s = {key: moving_maximum(np.nan_to_num(it), _NEAR_ROWS)
+                           for key, it in self._longest_s.items()}
+
+    def departures(self, run: Run, time_map: TimeMap) -> Iterator[Departure]:
+        """Yield a departure for each channel that is stuck, since its value was last another."""
+        run_s = time_map.to_run(self._times_s)
+        inside = (run_s >= 0.0) & (run_s <= run.duration_s)
+        for channel in _measured(run.channels):
+            usual_s = self._longest_s.get(channel.key)
+            if usual_s is not None:
+                found = _departure(channel, np.where(inside, _unchanged_s(channel, run_s), 0.0),
+                                   usual_s, self._times_s, time_map, run_s)
+                if found is not None:
+                    yield found
+
+
+def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_s: np.ndarray,
+               time_map: TimeMap, run_s: np.ndarray) -> Optional[Departure]:
+    limit_s = np.maximum(_TIMES_AS_LONG * usual_s, _SHORTEST_S)
+    rows = np.flatnonzero(np.nan_to_num(held_s) > limit_s)
+    if not len(rows):
+        return None
+    first = int(rows[0])
+    ends = np.flatnonzero(held_s[first:] < held_s[first])
+    end = first + int(ends[0]) if len(ends) else len(held_s)
+    worst = first + int(held_s[first:end].argmax())
+    since_s = float(time_map.to_reference(np.array([run_s[first] - held_s[first]]))[0])
+    signal = Signal(channel.device, channel.label, channel.unit, _KINDS[channel.kind],
+                    channel.tolerance)
+    return Departure(signal, float(times_s[first]), float(times_s[end]) if end < len(times_s)
+                     else None, max(since_s, 0.0), _KNOWN_S, float(times_s[worst]),
+                     float(held_s[worst]), float(limit_s[worst]),
+                     f'stays exactly the same for {held_s[worst]:.2g} s '
+                     f'(in good runs up to {usual_s[worst]:.2g} s)')
+
+
+def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
+    """Those that are measured often: not states, and nothing that only follows from the motion."""
+    for channel in channels:
+        if channel.kind in _KINDS and len(channel.times_s) > 1 and not is_sequence(channel) \
+                and period_s(channel.times_s) <= _SLOWEST_S:
+            yield channel
+
+
+def _unchanged_s(channel: Channel, run_s: np.ndarray) -> np.ndarray:
+    """Return how long (t,) [s] messages have had the same value at times of the run (t,)."""
+    finite = np.isfinite(channel.values)
+    times_s, values = channel.times_s[finite], channel.values[finite]
+    if not len(values):
+        return np.full(len(run_s), np.nan)
+    is_new = np.concatenate(([True], np.diff(values) != 0.0))
+    changed = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
+    return held_at(run_s, times_s, times_s - times_s[changed])
+
+
+_BEFORE_S, _FEWEST = 0.5, 32
+_LEAST_HZ, _PERIODS = 2.0, 4.0
+_PEAK = 12.0
+"""Of white noise, one of some hundred frequencies has seldom so many times the usual power."""
+
+
+def vibration_hz(channel: Channel, begin_s: float, end_s: float) -> Optional[float]:
+    """Return the frequency [Hz] of a vibration between two times of a run [s]; None without one.
+
+    It is that of the highest peak of the power over frequencies, if that is clearly one.
+    """
+    usual_s = period_s(channel.times_s)
+    inside = np.isfinite(channel.values) & (channel.times_s >= begin_s - _BEFORE_S) \
+        & (channel.times_s <= end_s)
+    if usual_s <= 0.0 or np.count_nonzero(inside) < _FEWEST:
+        return None
+    known_s, values = channel.times_s[inside], channel.values[inside].astype(float)
+    times_s = np.arange(known_s[0], known_s[-1], usual_s)
+    even = np.interp(times_s, known_s, values)
+    rows = np.arange(len(even))
+    even -= np.polyval(np.polyfit(rows, even, 1), rows)
+    power = np.square(np.abs(np.fft.rfft(even * np.hanning(len(even)))))
+    hz = np.fft.rfftfreq(len(even), usual_s)
+    tells = hz >= max(_LEAST_HZ, _PERIODS / (len(even) * usual_s))
+    if np.count_nonzero(tells) < 8:
+        return None
+    peak = int(np.where(tells, power, 0.0).argmax())
+    if power[peak] < _PEAK * float(np.median(power[tells])) / np.log(2.0):
+        return None
+    return float(hz[peak])

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Series of numbers over time: where data are missing, moving windows, and values that hold."""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Tuple
+
+import numpy as np
+
+from process_visualizer.robot.placements import interpolated
+from process_visualizer.runs.run import Channel, ChannelKind
+
+# Parts of a series in which nothing is known: data are missing there, or came late.
+
+_MISSED, _MIN_GAP_S, _MAX_GAP_S = 5.0, 0.1, 0.5
+"""Data are missing where so many periods have nothing, if that is neither so short nor so long."""
+_HELD_UP, _MIN_HELD_UP_S = 4.0, 0.025
+"""Data were held up where so many periods have nothing, and what follows comes at once."""
+_AT_ONCE = 0.4
+"""Of a period; what comes so closely together was held up."""
+_MAX_PERIOD_S = 0.1
+"""Of a series of slower ones it is not told whether they were held up."""
+_BUNCH = 200
+_NONE = np.empty((0, 2))
+
+
+def period_s(times_s: np.ndarray) -> float:
+    """Return the usual time between two values [s]; 0 of fewer than two values."""
+    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
+
+
+def data_gaps(times_s: np.ndarray) -> np.ndarray:
+    """Return the gaps of a series, (k, 2) [s]: begin and end of each.
+
+    A driver, network or disk that was held up for a moment delivers afterwards what it owes,
+    all at once. Where messages carry no stamp, nobody knows when these values were measured: they
+    belong to the gap.
+
+    Args:
+        times_s: (n,), rising.
+    """
+    usual_s = period_s(times_s)
+    if usual_s <= 0.0:
+        return _NONE
+    steps = np.diff(times_s)
+    long = min(max(_MISSED * usual_s, _MIN_GAP_S), _MAX_GAP_S)
+    held_up = max(_HELD_UP * usual_s, _MIN_HELD_UP_S)
+    found: List[Tuple[float, float]] = []
+    for row in np.flatnonzero(steps > min(held_up, long)).tolist():
+        behind = row + 1
+        if usual_s <= _MAX_PERIOD_S:
+            slow = np.flatnonzero(steps[behind:behind + _BUNCH] >= _AT_ONCE * usual_s)
+            behind += int(slow[0]) if len(slow) else min(_BUNCH, len(steps) - behind)
+        if steps[row] > long or (behind > row + 1 and steps[row] > held_up):
+            found.append((float(times_s[row]), float(times_s[behind])))
+    return np.array(found) if found else _NONE
+
+
+def inside(times_s: np.ndarray, gaps: np.ndarray, margin_s: float = 0.0) -> np.ndarray:
+    """Return which times (m,) lie in a gap (bool), or so near to one; those that are NaN do not."""
+    result = np.zeros(len(times_s), bool)
+    with np.errstate(invalid='ignore'):
+        for begin_s, end_s in gaps:
+            result |= (times_s > begin_s - margin_s) & (times_s < end_s + margin_s)
+    return result
+
+
+def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values (m, k) at times (m,), NaN in gaps and where the time is.
+
+    Args:
+        times_s: (m,), NaN where there is no such time.
+        known_s, values: the series, (n,) and (n, k).
+    """
+    gaps = data_gaps(known_s)
+    found = np.full((len(times_s), values.shape[1]), np.nan)
+    asked = np.isfinite(times_s) & ~inside(times_s, gaps)
+    late = inside(known_s, gaps)
+    found[asked] = interpolated(times_s[asked], known_s[~late], values[~late], np.inf)
+    return found
+
+
+def slow_values(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values (m,) at times (m,) of a series (n,) that comes seldom, NaN where it has none.
+
+    Between two values there is a straight line; the first and the last hold as long as the series
+    usually has none.
+    """
+    if not len(known_s):
+        return np.full(len(times_s), np.nan)
+    found = np.interp(times_s, known_s, values)
+    usual_s = period_s(known_s)
+    if usual_s <= 0.0:
+        return np.where(np.isfinite(times_s), found, np.nan)
+    longest_s = _MISSED * usual_s
+    behind = np.searchsorted(known_s, np.nan_to_num(times_s, nan=-np.inf))
+    before_s = known_s[np.maximum(behind - 1, 0)]
+    after_s = known_s[np.minimum(behind, len(known_s) - 1)]
+    with np.errstate(invalid='ignore'):
+        is_near = np.minimum(np.abs(times_s - before_s), np.abs(after_s - times_s)) <= longest_s
+        is_near &= (after_s - before_s) <= longest_s
+    result: np.ndarray = np.where(is_near, found, np.nan)
+    return result
+
+
+# Means, maxima and roughness of a series over a moving window.
+
+ROUGH_S = 0.5
+_MEAN_S = 0.2
+_LEAST_SHARE = 3e-3
+
+
+def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
+    """Return the means (..., n) over so many rows around each of the last axis, without NaN.
+
+    At the ends the window is cut off; where a value is NaN, so is its mean.
+    """
+    known = np.isfinite(values)
+    total, count = (_running(np.where(known, it, 0.0)) for it in (values, known.astype(float)))
+    here = np.arange(values.shape[-1])
+    begin = np.maximum(here - rows // 2, 0)
+    end = np.minimum(here + (rows - 1) // 2 + 1, len(here))
+    number = count[..., end] - count[..., begin]
+    mean = (total[..., end] - total[..., begin]) / np.maximum(number, 1.0)
+    result: np.ndarray = np.where(known, mean, np.nan)
+    return result
+
+
+def moving_maximum(values: np.ndarray, reach: int) -> np.ndarray:
+    """Return the greatest of so many values (..., n) before and behind each, and of itself."""
+    result = values
+    left = min(reach, values.shape[-1] - 1)
+    step = 1
+    while left > 0:  # the greatest of what reaches so far already, moved by as much again
+        step = min(step, left)
+        wider = result.copy()
+        np.maximum(wider[..., step:], result[..., :-step], out=wider[..., step:])
+        np.maximum(wider[..., :-step], result[..., step:], out=wider[..., :-step])
+        np.maximum(wider[..., :step], result[..., :1], out=wider[..., :step])
+        np.maximum(wider[..., -step:], result[..., -1:], out=wider[..., -step:])
+        result, left, step = wider, left - step, 2 * step + 1
+    return result if result is not values else values.copy()
+
+
+def mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
+    """Return the means (n,) of what is known of so many values up to each.
+
+    NaN where the value is, and before half of a window.
+    """
+    known = np.isfinite(values)
+    total, count = (_running(np.where(known, it, 0.0)) for it in (values, known.astype(float)))
+    end = np.arange(len(values)) + 1
+    begin = np.maximum(end - rows, 0)
+    number = count[end] - count[begin]
+    result: np.ndarray = np.where(known & (number >= 0.5 * rows),
+                                  (total[end] - total[begin]) / np.maximum(number, 1.0), np.nan)
+    return result
+
+
+def _running(values: np.ndarray) -> np.ndarray:
+    zero = np.zeros(values.shape[:-1] + (1,))
+    return np.concatenate((zero, np.cumsum(values, axis=-1, dtype=float)), axis=-1)
+
+
+def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np.ndarray:
+    """Return the logarithm (n,) of the RMS distance from the moving mean in the last 0.5 s.
+
+    Args:
+        times_s: (n,), rising, about even.
+        values: (n,), finite.
+        value_range: what is much finer than this range counts as equally smooth.
+    """
+    if len(values) < 2 or times_s[-1] <= times_s[0]:
+        return np.zeros(len(values))
+    rate_hz = (len(values) - 1) / (times_s[-1] - times_s[0])
+    fine = values - moving_mean(values, max(int(_MEAN_S * rate_hz), 3))
+    square = _mean_of_last(fine * fine, max(int(ROUGH_S * rate_hz), 3))
+    least = max(_LEAST_SHARE * value_range, 1e-12)
+    result: np.ndarray = 0.5 * np.log(square + least * least)
+    return result
+
+
+def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
+    """The means of so many values up to each; the first have that of the first whole window."""
+    total = _running(values)
+    end = np.maximum(np.arange(len(values)) + 1, min(rows, len(values)))
+    begin = np.maximum(end - rows, 0)
+    result: np.ndarray = np.maximum(total[end] - total[begin], 0.0) / (end - begin)
+    return result
+
+
+# Channels of whole numbers and bits: which value holds when.
+
+_MOST_CHANGES, _FEW_CHANGES = 0.2, 3
+"""Whole numbers that change more often, as a share of their messages, are measurements."""
+_CYCLIC_S, _MISSED_PERIODS = 0.5, 10.0
+"""What comes at least so often is there no more when so many periods have nothing."""
+
+
+class States(NamedTuple):
+    """The values (k,) that hold one after the other, each from ``since_s`` (k,) [s] on.
+
+    Of what is sent all the time, nothing is known from ``until_s`` on.
+    """
+
+    values: Tuple[float, ...]
+    since_s: Tuple[float, ...]
+    until_s: float = np.inf
+
+
+def is_sequence(channel: Channel) -> bool:
+    """Return whether a channel is one of states or bits: whole numbers that hold for a while."""
+    values = channel.values[np.isfinite(channel.values)]
+    if channel.kind is not ChannelKind.VARIABLE or channel.unit or not len(values):
+        return False
+    if (values != np.rint(values)).any():
+        return False
+    changes = int(np.count_nonzero(np.diff(values)))
+    return changes <= max(_MOST_CHANGES * len(values), _FEW_CHANGES) or \
+        period_s(channel.times_s) > _CYCLIC_S
+
+
+def states(channel: Channel) -> States:
+    """Return which values a channel has one after the other."""
+    finite = np.isfinite(channel.values)
+    times_s, values = channel.times_s[finite], channel.values[finite]
+    if not len(values):
+        return States((), ())
+    first = np.concatenate(([True], np.diff(values) != 0.0))
+    usual_s = period_s(times_s)
+    is_cyclic = len(values) > _MISSED_PERIODS and 0.0 < usual_s <= _CYCLIC_S
+    until_s = float(times_s[-1]) + _MISSED_PERIODS * usual_s if is_cyclic else np.inf
+    return States(tuple(values[first].tolist()), tuple(times_s[first].tolist()), until_s)
+
+
+def held_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the value (m,) that holds at times (m,): the newest one, before the first the first.
+
+    NaN where a time is, or where there is no value at all.
+    """
+    if not len(known_s):
+        return np.full(len(times_s), np.nan)
+    row = np.searchsorted(known_s, np.nan_to_num(times_s, nan=-np.inf), 'right') - 1
+    result: np.ndarray = np.where(np.isfinite(times_s), values[np.maximum(row, 0)], np.nan)
+    return result

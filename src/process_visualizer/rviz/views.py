@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Views of RViz: the operator's own by name, merged, checked, and for who only looks on."""
+from __future__ import annotations
+
+import copy
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple
+from urllib.parse import quote, unquote
+
+import numpy as np
+import rospkg
+import yaml
+
+from process_visualizer.cell.elements import DISPLAY_TYPES
+from process_visualizer.cell.errors import Problem
+from process_visualizer.cell.model import Cell
+from process_visualizer.cell.values import plain_yaml
+from process_visualizer.rviz.camera import seen_points
+from process_visualizer.rviz.window_geometry import scene_aspect
+
+
+def read_view(path: str) -> Dict[str, Any]:
+    """The content of an RViz file.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is not a file of RViz.
+    """
+    try:
+        content = plain_yaml(Path(path).read_text(encoding='utf-8'))
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
+        raise ValueError(f'{path}: not an RViz configuration: it has no "Visualization Manager"')
+    return content
+
+
+# The operator's own views of a choice of devices, by name.
+
+_ENDING = '.rviz'
+_CHOSEN_FILE = 'chosen.txt'
+
+
+class SavedViewError(Exception):
+    """A view cannot be saved or read; says which and why."""
+
+
+class SavedViews:
+    """The views for some devices of a configuration, as copies of RViz's own files.
+
+    They are in ``~/.ros/process_visualizer/views``, in a folder for each set of devices.
+    """
+
+    def __init__(self, configuration: str, devices: Iterable[str]) -> None:
+        """``configuration`` is the path of the file, ``devices`` are the chosen names."""
+        path = os.path.abspath(configuration)
+        key = hashlib.sha256('\0'.join([path, *sorted(devices)]).encode('utf-8', 'surrogateescape'))
+        self.folder = (Path(rospkg.get_ros_home()) / 'process_visualizer' / 'views'
+                       / f'{Path(path).stem}-{key.hexdigest()[:16]}')
+
+    def names(self) -> List[str]:
+        """The names of all views, in alphabetical order."""
+        return sorted(unquote(path.stem) for path in self.folder.glob(f'*{_ENDING}'))
+
+    def save(self, name: str, rviz_file: str) -> None:
+        """Keep a copy of a file written by RViz, and choose it; replaces one of that name.
+
+        Raises:
+            SavedViewError: it cannot be written, or the file is not one of RViz's.
+        """
+        if not name.strip():
+            raise SavedViewError('a view needs a name')
+        try:
+            read_view(rviz_file)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            _write_whole(self._path(name), Path(rviz_file).read_bytes())
+        except (OSError, ValueError) as error:
+            raise SavedViewError(f'the view "{name}" cannot be saved: {_reason(error)}') from None
+        self.choose(name)
+
+    def load(self, name: str) -> Dict[str, Any]:
+        """The content of a view's file.
+
+        Raises:
+            SavedViewError: it cannot be read.
+        """
+        try:
+            return read_view(str(self._path(name)))
+        except (OSError, ValueError) as error:
+            raise SavedViewError(f'the view "{name}" cannot be read: {_reason(error)}; the '
+                                 'generated view is used') from None
+
+    def remove(self, name: str) -> None:
+        """Delete a view.
+
+        Raises:
+            SavedViewError: it cannot be removed.
+        """
+        try:
+            self._path(name).unlink()
+        except OSError as error:
+            raise SavedViewError(f'the view "{name}" cannot be removed: {_reason(error)}') from None
+        if self.chosen() is None:
+            self.choose(None)
+
+    def choose(self, name: Optional[str]) -> None:
+        """Choose the view of the next launch; None is the generated one.
+
+        Raises:
+            SavedViewError: it cannot be written.
+        """
+        try:
+            if name is None:
+                (self.folder / _CHOSEN_FILE).unlink(missing_ok=True)
+            else:
+                _write_whole(self.folder / _CHOSEN_FILE, name.encode('utf-8', 'surrogatepass'))
+        except OSError as error:
+            raise SavedViewError('the choice of a view cannot be saved: '
+                                 f'{_reason(error)}') from None
+
+    def chosen(self) -> Optional[str]:
+        """The chosen name, or None if there is none, or the view no longer exists."""
+        try:
+            name = (self.folder / _CHOSEN_FILE).read_bytes().decode('utf-8', 'surrogatepass')
+        except (OSError, UnicodeDecodeError):
+            return None
+        return name if self._path(name).is_file() else None
+
+    def _path(self, name: str) -> Path:
+        """Its file; characters not allowed in file names, and dots, are encoded."""
+        return self.folder / (quote(name, safe=' ', errors='surrogatepass').replace('.', '%2E')
+                              + _ENDING)
+
+
+def _write_whole(path: Path, content: bytes) -> None:
+    """Write to another file first, so that a full disk keeps the old one."""
+    handle, new = tempfile.mkstemp(dir=path.parent)
+    try:
+        with os.fdopen(handle, 'wb') as file:
+            file.write(content)
+        os.replace(new, path)
+    except OSError:
+        os.unlink(new)
+        raise
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, 'strerror', None) or str(error)
+
+
+ViewConfig = Dict[str, Any]
+_MANAGER = 'Visualization Manager'
+_GENERATED_KEYS = ('Class', 'Name', 'Displays')
+
+
+def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewConfig:
+    """The saved view with the displays, topics and global frame of the generated one.
+
+    The operator's settings in RViz are kept: camera, colours, what is switched off, added
+    displays, panels. The configuration decides which displays its devices have, and what they
+    show. Both are contents of ``.rviz`` files.
+    """
+    result: ViewConfig = copy.deepcopy({**generated, **saved})
+    ours, his = _mapping(generated, _MANAGER), _mapping(saved, _MANAGER)
+    result[_MANAGER] = copy.deepcopy({
+        **ours, **his, 'Displays': _merged_displays(_displays(ours), _displays(his)),
+        'Global Options': {**_mapping(ours, 'Global Options'), **_mapping(his, 'Global Options'),
+                           'Fixed Frame': _mapping(ours, 'Global Options').get('Fixed Frame')}})
+    result['Preferences'] = {**_mapping(saved, 'Preferences'), **_mapping(generated, 'Preferences')}
+    return result
+
+
+def _merged_displays(generated: List[ViewConfig], saved: List[ViewConfig]) -> List[ViewConfig]:
+    by_identity = {_identity(display): display for display in saved}
+    merged = [_merged_display(display, by_identity.pop(_identity(display), {}))
+              for display in generated]
+    return merged + list(by_identity.values())
+
+
+def _merged_display(generated: ViewConfig, saved: ViewConfig) -> ViewConfig:
+    result = {**generated, **saved}
+    for key in (*_GENERATED_KEYS, _topic_key(generated)):
+        if key in generated:
+            result[key] = generated[key]
+    if 'Displays' in generated:
+        result['Displays'] = _merged_displays(_displays(generated), _displays(saved))
+    return result
+
+
+def _identity(display: ViewConfig) -> Tuple[str, str]:
+    return _type(display), str(display.get('Name'))
+
+
+def _type(display: ViewConfig) -> str:
+    """The type without its library: views saved earlier show our markers with RViz's display."""
+    return str(display.get('Class')).split('/')[-1]
+
+
+def _topic_key(display: ViewConfig) -> str:
+    display_type = DISPLAY_TYPES.get(_type(display))
+    return (display_type.topic_key or '') if display_type else ''
+
+
+def _mapping(config: Mapping[str, Any], key: str) -> Dict[str, Any]:
+    """The mapping below a key; empty if a file edited by hand has something else there."""
+    value = config.get(key)
+    return value if isinstance(value, dict) else {}
+
+
+def _displays(config: Mapping[str, Any]) -> List[ViewConfig]:
+    value = config.get('Displays')
+    return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
+
+
+_ORBITS = ('rviz/Orbit', 'rviz/XYOrbit')
+
+
+def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
+                  extent: Mapping[str, np.ndarray]) -> List[Problem]:
+    """Warnings about devices that are not visible in a saved view.
+
+    ``content`` is that of its file, ``extent`` has points (n, 3) around each device. Only orbiting
+    cameras in the global frame are checked: the view of others is unknown before RViz runs.
+    """
+    view = _orbit(cell, content)
+    if view is None:
+        return []
+    window = content.get('Window Geometry') or {}
+    aspect = scene_aspect(window.get('Width', 1), window.get('Height', 1))
+    return [Problem(device.location, 'device',
+                    f'"{device.name}" is not visible in the chosen view "{name}"; '
+                    'move the camera in RViz and save it again, or choose the generated view')
+            for device in cell.devices
+            if len(extent.get(device.name, ()))
+            and not seen_points(extent[device.name], view, aspect).any()]
+
+
+def _orbit(cell: Cell, content: Mapping[str, Any]) -> Optional[Mapping[str, Any]]:
+    """The camera, if it is one that orbits a point of the global frame."""
+    view: Any = content
+    for key in ('Visualization Manager', 'Views', 'Current'):
+        view = view.get(key) if isinstance(view, Mapping) else None
+    if not isinstance(view, Mapping) or view.get('Class') not in _ORBITS:
+        return None
+    return view if view.get('Target Frame') in ('<Fixed Frame>', cell.frame) else None
+
+
+_CHANGING_DISPLAYS = ('process_visualizer/DisplayStatus', 'process_visualizer/ReplayBand',
+                      'rviz/InteractiveMarkers')
+"""They publish, or are commanded by the launcher of the cell."""
+_CHANGING_TOOLS = ('rviz/Interact', 'rviz/SetInitialPose', 'rviz/SetGoal', 'rviz/PublishPoint')
+
+
+def onlooker_view(config: Dict[str, Any]) -> Dict[str, Any]:
+    """Return the content of an .rviz file without what publishes anything."""
+    manager = dict(config['Visualization Manager'])
+    manager['Displays'] = _without(manager.get('Displays') or [], _CHANGING_DISPLAYS)
+    manager['Tools'] = _without(manager.get('Tools') or [], _CHANGING_TOOLS)
+    return {**config, 'Visualization Manager': manager}
+
+
+def _without(items: List[Any], classes: 'tuple[str, ...]') -> List[Any]:
+    """The items of other classes, and of groups those inside."""
+    return [{**it, 'Displays': _without(it['Displays'], classes)} if it.get('Displays') else it
+            for it in items if it.get('Class') not in classes]
