@@ -11,7 +11,7 @@ BALL, LOCKED, UNLOCKED = 'ball', 'locked', 'unlocked'
 _LIT, _DARK = 110, 70  # what a channel has at least where it is on, and at most where it is off
 _ON = {BALL: (True, False, True), LOCKED: (True, False, False), UNLOCKED: (False, False, True)}
 _SIGN = {LOCKED: 1, UNLOCKED: -1}  # to which side of the picture it points
-_LEAST_PIXELS = 50
+_MIN_PIXELS = 50
 _TIP_PIXELS = 3
 
 
@@ -48,7 +48,7 @@ def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
     for channel, on in enumerate(_ON[name]):
         mask &= picture[..., channel] > _LIT if on else picture[..., channel] < _DARK
     rows, columns = np.nonzero(mask)
-    if len(rows) < _LEAST_PIXELS:
+    if len(rows) < _MIN_PIXELS:
         raise ValueError(f'{name}: only {len(rows)} pixels are in the picture')
     return np.column_stack((columns, rows)).astype(float)
 

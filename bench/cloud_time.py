@@ -41,7 +41,7 @@ SHIFTS_S = np.arange(-0.08, 0.0801, 0.01)
 SLOWEST_M_PER_S = 0.1
 EVERY = 3
 """Of so many clouds one is compared."""
-FARTHEST_M = 0.03
+MAX_M = 0.03
 RATES = (1.0, -1.0, -0.5, -2.0)
 _RUN_UP_S = 0.5
 _TIMEOUT_S = 60.0
@@ -135,7 +135,7 @@ def _difference(expected: np.ndarray, measured: np.ndarray) -> float:
     in_box = np.where(expected < lowest, expected, np.inf)
     with np.errstate(invalid='ignore'):
         apart = np.abs(in_box - measured)
-    return float(np.nan_to_num(apart, nan=0.0, posinf=FARTHEST_M).clip(0, FARTHEST_M).sum())
+    return float(np.nan_to_num(apart, nan=0.0, posinf=MAX_M).clip(0, MAX_M).sum())
 
 
 def _minimum(places: np.ndarray, costs: np.ndarray) -> Optional[float]:

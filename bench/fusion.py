@@ -22,7 +22,7 @@ import rospy
 from depth import Manager, Way, run_programs, running_camera
 from sensor_msgs.msg import PointCloud2
 
-MOST_SENSORS = 4
+MAX_SENSORS = 4
 VOXEL_M = 0.005
 SETTLING_S = 2.0
 START_TIMEOUT_S = 60.0
@@ -91,7 +91,7 @@ def measure(sensors: int, is_shared: bool, name: str, seconds: float) -> Figures
 
 def measure_all(seconds: float, rounds: int) -> Dict['tuple[int, bool]', Figures]:
     """The medians of all ways, which take turns."""
-    ways = [(sensors, is_shared) for sensors in range(1, MOST_SENSORS + 1)
+    ways = [(sensors, is_shared) for sensors in range(1, MAX_SENSORS + 1)
             for is_shared in (True, False)]
     found: Dict['tuple[int, bool]', List[Figures]] = {way: [] for way in ways}
     for number in range(rounds):

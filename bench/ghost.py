@@ -31,7 +31,7 @@ from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS = 100
-_MOST_TRIES = 100 * POSITIONS  # those outside of the reference do not count
+_MAX_TRIES = 100 * POSITIONS  # those outside of the reference do not count
 
 
 def recorded(bag: str, topic: str) -> Tuple[np.ndarray, np.ndarray]:
@@ -54,7 +54,7 @@ def errors(robot: GhostRobot, urdf: str, tool: str, joints: Tuple[str, ...],
     """In mm and degrees."""
     chance, arm = random.Random(16), Kinematics(urdf)
     far, turned = [], []
-    for _ in range(_MOST_TRIES):
+    for _ in range(_MAX_TRIES):
         if len(far) == POSITIONS:
             break
         it = chance.choice(found)

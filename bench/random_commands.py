@@ -34,7 +34,7 @@ from std_srvs.srv import Trigger
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
 
 _QUIET_S = 0.12  # the player publishes the scene once more after 0.1 s
-_LONGEST_S = 60.0  # a subscriber in Python may have 64 MB of images to take first
+_MAX_S = 60.0  # a subscriber in Python may have 64 MB of images to take first
 _RATES = (0.1, 0.5, 1.0, 2.0, 4.0)
 _STEPS_S = (0.001, 0.01, 0.1, 1.0)
 _PLAYED_S = 0.3  # the longest time for which it plays before the next command
@@ -57,7 +57,7 @@ class Services:
 
     def __init__(self) -> None:
         """Wait for the player."""
-        rospy.wait_for_service('/bag_player/step', _LONGEST_S)
+        rospy.wait_for_service('/bag_player/step', _MAX_S)
 
     def call(self, name: str, service: Any = Trigger, *values: Any) -> None:
         """Call a service; it may refuse a command that is not possible.
@@ -173,15 +173,15 @@ class Session:
         for call in self._beside:
             call.result()
         self._beside.clear()
-        if not self._watch.state_since(rospy.Time.now(), _LONGEST_S).paused:
+        if not self._watch.state_since(rospy.Time.now(), _MAX_S).paused:
             time.sleep(self._commands.share() * _PLAYED_S)  # nothing to wait for: it plays
             for name, give in self._commands.ending():
                 self._give(name, give)
         self._compare(time.monotonic())
 
     def _compare(self, answered_s: float) -> None:
-        position_s = self._watch.state_since(rospy.Time.now(), _LONGEST_S).position
-        since_s = self._watch.scene_since(position_s, _LONGEST_S)
+        position_s = self._watch.state_since(rospy.Time.now(), _MAX_S).position
+        since_s = self._watch.scene_since(position_s, _MAX_S)
         if since_s is not None:
             self._result.latencies_ms.append(max(since_s - answered_s, 0.0) * 1e3)
         wrong = self._watch.differences(position_s, _QUIET_S)

@@ -32,7 +32,7 @@ from process_visualizer.clients.remote_follower import RemoteFollower
 from process_visualizer.gui.live.replay_model import ReplayPhase
 
 ROBOT = 'ur_rt_upper'
-LEAST_S, MOST_S, WAYS = 2.0, 20.0, 5
+MIN_S, MAX_S, WAYS = 2.0, 20.0, 5
 SAME, TIMEOUT_S, Y_PX = 1e-5, 20.0, 60
 
 
@@ -76,10 +76,10 @@ class ReplayBench:
 
     def drag(self, count: int) -> List[float]:
         """Drag to random moments; return how long each takes [s] until the robot is there."""
-        QTest.mousePress(self._timeline, Qt.LeftButton, Qt.NoModifier, self._place(MOST_S))
+        QTest.mousePress(self._timeline, Qt.LeftButton, Qt.NoModifier, self._place(MAX_S))
         taken, rng = [], random.Random(1)
         while len(taken) < count:
-            place = self._place(rng.uniform(LEAST_S, MOST_S))
+            place = self._place(rng.uniform(MIN_S, MAX_S))
             target = self._recorded[np.searchsorted(self._times_s, self._time_s(place)) - 1]
             if not self._is_at(target):  # while the robot rests, nothing can be seen
                 taken.append(self._move(place, target))
@@ -128,14 +128,14 @@ def main() -> None:
         live = window.launcher.live
         until(lambda: live.window is not None and live.window.begin_s > 0.0, 60.0)
         recording = window.begin_recording()
-        print(f'first replay, with its launch: {bench.go_back(MOST_S):.1f} s', flush=True)
+        print(f'first replay, with its launch: {bench.go_back(MAX_S):.1f} s', flush=True)
         bench.follow()
         pause(1.0)
         show('drag to the robot in the second cell', bench.drag(drags))
         there, back = [], []
         for _ in range(WAYS):
             back.append(bench.return_to_live())
-            there.append(bench.go_back(LEAST_S + 1.0))
+            there.append(bench.go_back(MIN_S + 1.0))
         show('live to replay', there)
         show('back to live', back)
         bench.return_to_live()

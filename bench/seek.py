@@ -37,7 +37,7 @@ from players import OURS, playing, ros_master
 from robots_bag import robots_bag
 
 _STATE = '/bag_player/state'
-_PERIOD_S, _LONGEST_PERIOD_S = 0.3, 0.4
+_PERIOD_S, _MAX_PERIOD_S = 0.3, 0.4
 _SETTLED_NS = 100_000_000
 """After a change of rate; the line of the new rate is taken from what arrives later."""
 _RATES = (0.25, 1.0)
@@ -162,7 +162,7 @@ def _session(bag: MadeBag, commands: List[str]) -> Session:
 
 def _at_random_time(recorder: ArrivalRecorder, command: str) -> Answer:
     """Let the effects of the last command arrive; the delay is random relative to the images."""
-    time.sleep(random.uniform(_PERIOD_S, _LONGEST_PERIOD_S))
+    time.sleep(random.uniform(_PERIOD_S, _MAX_PERIOD_S))
     answer = recorder.call(command)
     if not answer.success:
         raise RuntimeError(f'bag_player refuses "{command}": {answer.message}')

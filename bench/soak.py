@@ -37,7 +37,7 @@ from process_visualizer.launching.run_record import names_of, processes_of_run
 PERIOD_S, BAG_S, START_S = 1.0, 60.0, 120.0
 SETTLE_S = 20.0
 """RViz makes what it draws, and rospy its threads."""
-MOST_MORE = {'MB': 8.0, 'threads': 2.0, 'files': 5.0}
+MAX_MORE = {'MB': 8.0, 'threads': 2.0, 'files': 5.0}
 
 
 class Sample(NamedTuple):
@@ -85,7 +85,7 @@ class Watch:
                 early, late = (statistics.median(getattr(it, what) for it in part) for part in (
                     samples[quarter:2 * quarter] or samples, samples[-quarter:]))
                 cells.append(f'{early:.1f} -> {late:.1f}')
-                if late - early > MOST_MORE[what]:
+                if late - early > MAX_MORE[what]:
                     found.append(f'{name}: {what} {early:.1f} -> {late:.1f}')
             print(f'| {name} | {" | ".join(cells)} |')
         return found

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Callable, NamedTuple, Tuple, TypeVar
 
 Result = TypeVar('Result')
-MOST_STOLEN = 0.003
+MAX_STOLEN = 0.003
 _TRIES = 8
 
 
@@ -41,6 +41,6 @@ def undisturbed(run: Callable[[], Result]) -> Tuple[Result, float]:
     tries = []
     for _ in range(_TRIES):
         tries.append(with_share_stolen(run))
-        if tries[-1][1] <= MOST_STOLEN:
+        if tries[-1][1] <= MAX_STOLEN:
             break
     return min(tries, key=lambda it: it[1])

@@ -15,9 +15,9 @@ from thesis_run import Stream, ThesisRun
 from thesis_values import FORCE, PLAYED_STEPS_S, TABLE_6_2, TOOL_FRAME
 
 _TOOL_TOPIC, _FORCE_TOPIC = '/ur_rt_lower/tcf', '/ft_lower/ft'
-_MOST_SHIFT = 3  # messages
+_MAX_SHIFT = 3  # messages
 _AXES = (('x', '#1864ab'), ('y', '#2b8a3e'), ('z', '#e67700'))
-_MOST_STEPS = 4
+_MAX_STEPS = 4
 _STEP_TICKS_MS = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
@@ -53,7 +53,7 @@ def _difference(live: Stream, played: Stream) -> str:
     Live, the first and last recorded messages are known only by their time, so that there may be
     one message more or less at the ends.
     """
-    for shift in sorted(range(-_MOST_SHIFT, _MOST_SHIFT + 1), key=abs):
+    for shift in sorted(range(-_MAX_SHIFT, _MAX_SHIFT + 1), key=abs):
         ones, others = live.values[max(shift, 0):], played.values[max(-shift, 0):]
         count = min(len(ones), len(others))
         if count and np.array_equal(ones[:count], others[:count]):
@@ -105,7 +105,7 @@ def _write_without_kinect(path: str, run: ThesisRun) -> None:
 def round_ticks(values: np.ndarray) -> Sequence[float]:
     """Round values (m,), three to six of them, whose ends hold all values (n,)."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
-    least = max(high - low, 1e-3) / _MOST_STEPS
+    least = max(high - low, 1e-3) / _MAX_STEPS
     unit = 10.0 ** np.floor(np.log10(least))
     step = unit * next(it for it in (1.0, 2.0, 5.0, 10.0) if it * unit >= least)
     first, last = np.floor(low / step), max(np.ceil(high / step), np.floor(low / step) + 2)

@@ -12,7 +12,7 @@ from sewing_cell.cycle import SewingCycle
 ROBOT = 'ur_rt_lower'
 PERIOD_S = 1 / 125
 SEED = 1
-_LEAST_DELAY_PERCENTILE = 1
+_MIN_DELAY_PERCENTILE = 1
 _NODES = 41  # of a mean over a window
 
 
@@ -48,7 +48,7 @@ class Truth:
         """The time [s] at which the simulation began, from the fastest poses (n, 3)."""
         offsets = [time_s - self._times[key] for time_s, key in zip(arrival_s, _keys(positions))
                    if key in self._times]
-        return float(np.percentile(offsets, _LEAST_DELAY_PERCENTILE))
+        return float(np.percentile(offsets, _MIN_DELAY_PERCENTILE))
 
 
 def _keys(positions: np.ndarray) -> 'list[bytes]':

@@ -19,8 +19,8 @@ from typing import List, NamedTuple
 
 from targets import TARGETS, Target, temporary_folder
 
-_LONGEST_S, _MOST_KB = 2.0, 300 << 10
-_MOST_FINDS = 20
+_MAX_S, _MAX_KB = 2.0, 300 << 10
+_MAX_FINDS = 20
 
 
 class Result(NamedTuple):
@@ -39,7 +39,7 @@ def feed(target: Target, first: int, inputs: int, seconds: float) -> Result:
         begin_s, count, refused = time.monotonic(), 0, 0
         finds: List[str] = []
         before_kb = _peak_kb()
-        while count < inputs and time.monotonic() - begin_s < seconds and len(finds) < _MOST_FINDS:
+        while count < inputs and time.monotonic() - begin_s < seconds and len(finds) < _MAX_FINDS:
             number = first + count
             count += 1
             start_s = time.process_time()
@@ -49,9 +49,9 @@ def feed(target: Target, first: int, inputs: int, seconds: float) -> Result:
                 place = traceback.extract_tb(error.__traceback__)[-1]
                 finds.append(f'{target.name} {number}: {error!r:.200} '
                              f'({Path(place.filename).name}:{place.lineno})')
-            if time.process_time() - start_s > _LONGEST_S:
+            if time.process_time() - start_s > _MAX_S:
                 finds.append(f'{target.name} {number}: {time.process_time() - start_s:.1f} s')
-            if _peak_kb() - before_kb > _MOST_KB:
+            if _peak_kb() - before_kb > _MAX_KB:
                 finds.append(f'{target.name} {number}: {(_peak_kb() - before_kb) >> 10} MB')
                 before_kb = _peak_kb()
         return Result(count, refused, time.monotonic() - begin_s, finds)

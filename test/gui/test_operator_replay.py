@@ -19,7 +19,7 @@ from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
 from process_visualizer.gui.recording.recording_types import Phase
 from process_visualizer.nodes.view_picture import save_picture
 
-AMBER, LEAST_AMBER = '#f5a623', 10000
+AMBER, MIN_AMBER = '#f5a623', 10000
 BACK_S = 6.0
 
 
@@ -167,7 +167,7 @@ def play(operator: Operator, replay: ReplayModel) -> None:
 
 def wait_for_band(operator: Operator, picture: str, is_shown: bool) -> None:
     """Wait until RViz says that this is a replay, or no longer."""
-    operator.beside(lambda: wait_until(lambda: (amber_pixels(picture) > LEAST_AMBER) == is_shown,
+    operator.beside(lambda: wait_until(lambda: (amber_pixels(picture) > MIN_AMBER) == is_shown,
                                        f'band: {is_shown}'))
 
 

@@ -18,7 +18,7 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.cell.launch_model import Phase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
-from process_visualizer.rviz.window_geometry import LEAST_TIMELINE_PX
+from process_visualizer.rviz.window_geometry import MIN_TIMELINE_PX
 
 
 class Desk:
@@ -115,10 +115,10 @@ def test_the_edge_of_the_timeline_is_dragged(desk: Desk, qtbot: Any) -> None:
     assert desk.dock.geometry() == before.adjusted(0, -40, 0, 0)
     qtbot.waitUntil(desk.fits)
     drag(desk, 2000)
-    assert desk.dock.height() == LEAST_TIMELINE_PX
+    assert desk.dock.height() == MIN_TIMELINE_PX
     qtbot.waitUntil(desk.fits)
-    assert desk.window.playback.below.geometry().bottom() < LEAST_TIMELINE_PX
-    assert desk.dock.layout().minimumSize().height() <= LEAST_TIMELINE_PX
+    assert desk.window.playback.below.geometry().bottom() < MIN_TIMELINE_PX
+    assert desk.dock.layout().minimumSize().height() <= MIN_TIMELINE_PX
 
 
 def drag(desk: Desk, dy: int) -> None:

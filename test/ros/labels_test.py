@@ -16,7 +16,7 @@ import rostest
 import yaml
 from cloud_testing import Listener
 from diagnostic_msgs.msg import DiagnosticArray
-from rviz_displays_test import LEAST_PIXELS, WITHIN_S, Reports, rviz
+from rviz_displays_test import MIN_PIXELS, WITHIN_S, Reports, rviz
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.nodes.common.markers import text_marker
@@ -90,13 +90,13 @@ class LabelsTest(unittest.TestCase):
         return False
 
     def test_labels(self) -> None:
-        shown = self.wait(lambda: [label('a', 'value 888 m/s')], lambda count: count > LEAST_PIXELS)
+        shown = self.wait(lambda: [label('a', 'value 888 m/s')], lambda count: count > MIN_PIXELS)
         self.assertTrue(shown, 'a text is drawn')
         self.assertTrue(self.wait(lambda: [], lambda count: count == 0), 'it expires')
         for _ in range(5):
             self.publisher.publish(MarkerArray(odd_labels()))
             self.reports.wait_for_frames()
-        shown = self.wait(lambda: [label('a', 'value 888 m/s')], lambda count: count > LEAST_PIXELS)
+        shown = self.wait(lambda: [label('a', 'value 888 m/s')], lambda count: count > MIN_PIXELS)
         self.assertTrue(shown, 'RViz goes on')
 
 

@@ -25,7 +25,7 @@ from process_visualizer.srv import ShowReplay
 
 RVIZ_STARTS_WITHIN_S = 90.0
 AMBER = '#f5a623'
-LEAST_AMBER_PIXELS = 10000
+MIN_AMBER_PIXELS = 10000
 """The band alone has 30000."""
 STANDS_STILL_S = 1.5
 """While it draws, it reports several times as often."""
@@ -156,11 +156,11 @@ class ReplayBandTest(unittest.TestCase):
     def check_mark(self) -> None:
         """The band says that the player is missing, what is played, and that it is lost."""
         picture = f'{self.folder}/view.png'
-        self.wait(lambda: amber_pixels(picture) > LEAST_AMBER_PIXELS, 'band and frame')
+        self.wait(lambda: amber_pixels(picture) > MIN_AMBER_PIXELS, 'band and frame')
         for _ in range(5):
             self.player.publish(playing(12.3))
             self.reports.wait_for_frames()
-        self.assertGreater(amber_pixels(picture), LEAST_AMBER_PIXELS)
+        self.assertGreater(amber_pixels(picture), MIN_AMBER_PIXELS)
 
     def check_keys(self) -> None:
         """They are passed on as in the live RViz."""

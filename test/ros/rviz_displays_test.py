@@ -29,7 +29,7 @@ from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 
 WITHIN_S = 120.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
-LEAST_PIXELS = 5
+MIN_PIXELS = 5
 """The arrows of Debian 13's RViz have 8 to 10."""
 UNDRAWN_BEFORE_1_14_5 = ('AccelStamped', 'TwistStamped', 'WrenchStamped')
 """RViz 1.14.4 of Debian 11 receives them, says that all is well, and draws nothing."""
@@ -150,7 +150,7 @@ class RvizDisplaysTest(unittest.TestCase):
     def test_nothing_is_drawn_of_what_was_not_received(self) -> None:
         for name in WITH_TOPIC:
             with self.subTest(name):
-                self.assertLess(self.silent_pixels[name], LEAST_PIXELS)
+                self.assertLess(self.silent_pixels[name], MIN_PIXELS)
 
     def test_receives_messages(self) -> None:
         for name in WITH_TOPIC:
@@ -170,7 +170,7 @@ class RvizDisplaysTest(unittest.TestCase):
             with self.subTest(name):
                 if name in undrawn:
                     continue
-                self.assertGreaterEqual(self.shown_pixels[name], LEAST_PIXELS)
+                self.assertGreaterEqual(self.shown_pixels[name], MIN_PIXELS)
 
 
 def received_messages() -> Dict[str, int]:

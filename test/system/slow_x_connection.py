@@ -14,7 +14,7 @@ from typing import Callable, List, Tuple
 _SOCKET = '/tmp/.X11-unix/X{}'
 _FIRST_NUMBER = 500
 """Of displays; X servers that look for a free one begin at 0."""
-_MOST_BYTES = 1 << 20
+_MAX_BYTES = 1 << 20
 _FILES_SPACE = socket.CMSG_SPACE(16 * array.array('i').itemsize)
 
 
@@ -74,7 +74,7 @@ def _forward(source: socket.socket, drain: socket.socket, delay_s: float) -> Non
     """Pass on what one side says, and the files that come with it: shared memory."""
     try:
         while True:
-            data, notes, _flags, _address = source.recvmsg(_MOST_BYTES, _FILES_SPACE)
+            data, notes, _flags, _address = source.recvmsg(_MAX_BYTES, _FILES_SPACE)
             if not data:
                 break
             time.sleep(delay_s)

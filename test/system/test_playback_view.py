@@ -17,7 +17,7 @@ TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/ur_rt_lowe
           '/edge_finder_upper', '/edge_finder_lower', '/feed_rate_est']
 SCENE = '1200x800+200+80'  # the view without RViz's own frame rate and time
 FEW_PIXELS = 1200 * 800 // 1000
-MOST_PICTURES = 8  # until nothing changes
+MAX_PICTURES = 8  # until nothing changes
 
 
 @pytest.fixture(scope='module')
@@ -54,7 +54,7 @@ def picture_at(environment: Dict[str, str], position_s: float, path: Path) -> Pa
     called(environment, 'seek', str(position_s))
     before = path.with_suffix('.before.png')
     take_picture(environment, path)
-    for _ in range(MOST_PICTURES):
+    for _ in range(MAX_PICTURES):
         path.rename(before)
         take_picture(environment, path)
         if different_pixels(before, path, SCENE) < FEW_PIXELS:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.curves.value_scale import (
     EMPTY_SCALE,
-    MOST_TICKS,
+    MAX_TICKS,
     ValueScale,
     tick_texts,
     tidy_scale,
@@ -39,7 +39,7 @@ def test_any_values_are_within_the_bounds(values: Tuple[float, float]) -> None:
     low, high = (min(max(value, -1e300), 1e300) for value in values)
     tolerance = 1e-9 * scale.span
     assert scale.low <= low + tolerance and high - tolerance <= scale.high
-    assert 2 <= len(scale.ticks) <= MOST_TICKS
+    assert 2 <= len(scale.ticks) <= MAX_TICKS
 
 
 @given(ends())

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import RegionOfInterest
-from process_visualizer.gui.ros.rviz_markers import FACES, SHORTEST_M, dragged, handle_places
+from process_visualizer.gui.ros.rviz_markers import FACES, MIN_M, dragged, handle_places
 
 BOX = RegionOfInterest('world', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), Location('cell.xml', 1))
 PLACES = st.tuples(*[st.floats(-10, 10)] * 3)
@@ -40,8 +40,8 @@ def test_a_face_moves_alone(face: str, place: Tuple[float, float, float]) -> Non
     moved, (axis, side) = dragged(BOX, face, place), FACES[face]
     fixed, free = (0, 1) if side > 0 else (1, 0)
     assert ends(moved, axis)[fixed] == pytest.approx(ends(BOX, axis)[fixed])
-    assert moved.size[axis] >= SHORTEST_M
-    if moved.size[axis] > SHORTEST_M:
+    assert moved.size[axis] >= MIN_M
+    if moved.size[axis] > MIN_M:
         assert ends(moved, axis)[free] == pytest.approx(place[axis])
     for other in {0, 1, 2} - {axis}:
         assert ends(moved, other) == ends(BOX, other)

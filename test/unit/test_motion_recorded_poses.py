@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.robot.recorded_velocity import (
     AHEAD_S,
-    LONGEST_S,
+    MAX_S,
     Part,
     RecordedPose,
     RecordedPoses,
@@ -79,7 +79,7 @@ def test_while_it_plays_little_is_read_at_once_and_nothing_twice() -> None:
             assert new.begin_s == part.end_s
             parts.append(new)
             part = Part(part.begin_s, new.end_s)
-    assert len(parts) == pytest.approx(50.0 / LONGEST_S, abs=1)
+    assert len(parts) == pytest.approx(50.0 / MAX_S, abs=1)
 
 
 @pytest.mark.parametrize('speed', [0.0, 1.0, -8.0])
@@ -87,7 +87,7 @@ def test_what_is_kept_is_what_is_wanted(speed: float) -> None:
     kept = kept_part(50.0, speed)
     parts = read(None, 50.0, speed, 100.0)
     assert all(kept.holds(part) for part in parts)
-    assert kept.end_s - kept.begin_s < 2 * (LONGEST_S + 2.0) + 3.0 * abs(speed) + 2.0
+    assert kept.end_s - kept.begin_s < 2 * (MAX_S + 2.0) + 3.0 * abs(speed) + 2.0
 
 
 def test_parts_are_joined_without_doubles() -> None:

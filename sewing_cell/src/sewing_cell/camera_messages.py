@@ -19,7 +19,7 @@ from sewing_cell import pinhole
 
 CAMERA = "camera"
 """The namespace of a single Kinect, and what its frames begin with."""
-_LARGEST_DATA_SKIP = 10
+_MAX_DATA_SKIP = 10
 
 
 def camera_info(camera: str = CAMERA) -> CameraInfo:
@@ -71,7 +71,7 @@ def driver_description() -> ConfigDescription:
     ]
     return ConfigDescription(
         groups=[Group(name="Default", type="", parameters=parameters, parent=0, id=0)],
-        max=driver_config(_LARGEST_DATA_SKIP),
+        max=driver_config(_MAX_DATA_SKIP),
         min=driver_config(),
         dflt=driver_config(),
     )

@@ -8,8 +8,8 @@ from typing import Callable, NamedTuple
 import numpy as np
 
 REFERENCE_PERIOD_S = 20.0
-SHORTEST_PERIOD_S = 12.0
-LONGEST_PERIOD_S = 120.0
+MIN_PERIOD_S = 12.0
+MAX_PERIOD_S = 120.0
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Schedule:
     period_s: float = REFERENCE_PERIOD_S
 
     def __post_init__(self) -> None:
-        if not SHORTEST_PERIOD_S <= self.period_s <= LONGEST_PERIOD_S:
+        if not MIN_PERIOD_S <= self.period_s <= MAX_PERIOD_S:
             raise ValueError(
-                f"period is {self.period_s} s; give one from {SHORTEST_PERIOD_S:.0f} "
-                f"to {LONGEST_PERIOD_S:.0f} s"
+                f"period is {self.period_s} s; give one from {MIN_PERIOD_S:.0f} "
+                f"to {MAX_PERIOD_S:.0f} s"
             )
 
     def _phase(self, begin: float, end: float) -> Phase:

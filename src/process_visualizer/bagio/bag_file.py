@@ -191,7 +191,7 @@ def chunk_info_of(record: Record) -> ChunkInfo:
 
 
 _USUAL_HEAD_BYTES = 256
-_LONGEST_HEADER_BYTES = 1 << 20
+_MAX_HEADER_BYTES = 1 << 20
 # A long read keeps a processor from threads that must send something, where the kernel cannot be
 # interrupted.
 _PIECE_BYTES = 128 << 10
@@ -279,7 +279,7 @@ class BagFile:
         """
         block = self.read(offset, min(_USUAL_HEAD_BYTES, max(0, self.size - offset)))
         length = u32_at(block, 0)
-        if length > _LONGEST_HEADER_BYTES:
+        if length > _MAX_HEADER_BYTES:
             raise RecordError(f'no record begins here (a header of {length} bytes)')
         if length + 8 > len(block):
             block = self.read(offset, length + 8)

@@ -26,14 +26,14 @@ from process_visualizer.bagio.bag_file import (
 from process_visualizer.bagio.bag_index import BagIndex
 
 _FIRST_READ_BYTES = 4096
-_LARGEST_CHUNK_BYTES = 256 << 20
+_MAX_CHUNK_BYTES = 256 << 20
 """Of a compressed chunk, which is in memory as a whole: a thousand times what rosbag writes."""
 _STEP_BYTES = 1 << 20
 _MORE_BYTES = 64 << 20
 """By which what is compressed may be longer, and a wrong length be told as such: a chunk is read
 into memory as a whole."""
 _HEADS_KEPT = 4096
-_MOST_NOTES = 100
+_MAX_NOTES = 100
 
 
 Content = Union[bytes, bytearray]
@@ -73,7 +73,7 @@ class ChunkStore:
     def note(self, position: int, reason: str) -> None:
         """Take note of a message that cannot be understood: of each topic the first by reason."""
         topic = int(self._index.connection[position])
-        if (topic, reason) not in self._noted and len(self._noted) < _MOST_NOTES:
+        if (topic, reason) not in self._noted and len(self._noted) < _MAX_NOTES:
             self._noted[topic, reason] = self._gap_of_message(position, reason)
 
     @property
@@ -238,8 +238,8 @@ def decompressed(data: bytes, chunk: Chunk) -> Content:
     size = chunk.uncompressed_size
     if chunk.compression == 'none':
         return data
-    if size > _LARGEST_CHUNK_BYTES:
-        raise RecordError(f'it would take {size} bytes of memory, and {_LARGEST_CHUNK_BYTES} at '
+    if size > _MAX_CHUNK_BYTES:
+        raise RecordError(f'it would take {size} bytes of memory, and {_MAX_CHUNK_BYTES} at '
                           'most are taken')
     content = bytearray()
     try:

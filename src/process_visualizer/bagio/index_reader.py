@@ -126,7 +126,7 @@ def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
                          any(_holds(index.connections[number]) for number in numbers))
 
 
-_LARGEST_SUMMARY_BYTES = 1 << 30
+_MAX_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
 # so that a batch's arrays are small enough to use the same memory again: a third of the time
 _BATCH_BYTES = INDEX_ENTRY_BYTES << 13
@@ -230,7 +230,7 @@ def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.nda
 def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[ChunkInfo]]:
     """The connections by id, and the chunks in the order of the file, from the end of the bag."""
     size = file.size - header.index_position
-    if size > _LARGEST_SUMMARY_BYTES:
+    if size > _MAX_SUMMARY_BYTES:
         raise BagError(file.path, f'the list of its chunks would be {size} bytes long; '
                                   'the file is damaged')
     connections: Connections = {}

@@ -14,9 +14,9 @@ from process_visualizer.bagio.message_definition import (
 )
 from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
 
-MOST_VALUES = 256
+MAX_VALUES = 256
 """Numbers of an array that are read; of a longer one (an image) only the length is."""
-_MOST_ELEMENTS = 10_000  # messages in an array
+_MAX_ELEMENTS = 10_000  # messages in an array
 _DEEPEST = 40  # messages within messages
 _FORMATS: Dict[str, str] = {
     'bool': '?', 'int8': 'b', 'uint8': 'B', 'byte': 'b', 'char': 'B', 'int16': 'h', 'uint16': 'H',
@@ -80,7 +80,7 @@ class _Reader:
         count = self._length() if field.length is None else field.length
         if field.type_name in PRIMITIVE_SIZES:
             return self._numbers(field.type_name, count)
-        if count > _MOST_ELEMENTS:
+        if count > _MAX_ELEMENTS:
             raise MessageDamaged(f'an array of {count} messages is too long')
         return [self._value(field.type_name, depth) for _ in range(count)]
 
@@ -93,7 +93,7 @@ class _Reader:
 
     def _numbers(self, type_name: str, count: int) -> Any:
         part = self._take(count * PRIMITIVE_SIZES[type_name])
-        if count > MOST_VALUES:
+        if count > MAX_VALUES:
             return LongArray(count)
         found: List[Any] = list(struct.iter_unpack(f'<{_FORMATS[type_name]}', part))
         return [Moment(*it) if len(it) == 2 else it[0] for it in found]

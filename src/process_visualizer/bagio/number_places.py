@@ -111,7 +111,7 @@ def _names(value: Any) -> List[str]:
 
 _LENGTH_BYTES = 4
 _STAMP_OFFSET = 4  # in a std_msgs/Header, behind the sequence number
-_MOST_ELEMENTS = 100_000  # that are walked over one by one
+_MAX_ELEMENTS = 100_000  # that are walked over one by one
 _KINDS: Dict[str, str] = {
     'bool': '?', 'int8': '<i1', 'uint8': '<u1', 'byte': '<i1', 'char': '<u1', 'int16': '<i2',
     'uint16': '<u2', 'int32': '<i4', 'uint32': '<u4', 'int64': '<i8', 'uint64': '<u8',
@@ -189,7 +189,7 @@ class FloatArrayLocator(Locator):
         """See Locator; padding (data_offset) is left out, as in float32_values."""
         try:
             dimensions, position = read_length(data, 0)
-            for _ in range(min(dimensions, _MOST_ELEMENTS)):
+            for _ in range(min(dimensions, _MAX_ELEMENTS)):
                 length, position = read_length(data, position)
                 position = checked_end(data, position, length + 2 * _LENGTH_BYTES)
             padding, position = read_length(data, position)
@@ -238,7 +238,7 @@ def transforms_in(data: Data) -> Iterator[TransformPlaces]:
     """Yield where the transforms of a tf2_msgs/TFMessage are, up to one that is damaged."""
     try:
         count, position = read_length(data, 0)
-        for _ in range(min(count, _MOST_ELEMENTS)):
+        for _ in range(min(count, _MAX_ELEMENTS)):
             names = checked_end(data, position, 12)
             parent, after = _text(data, names)
             child, pose = _text(data, after)
@@ -265,7 +265,7 @@ class JointLocator(Locator):
             _, position = _text(data, begin)
             count, position = read_length(data, position)
             names = []
-            for _ in range(min(count, _MOST_ELEMENTS)):
+            for _ in range(min(count, _MAX_ELEMENTS)):
                 name, position = _text(data, position)
                 names.append(name)
             positions, position = read_length(data, position)
@@ -346,7 +346,7 @@ class _Walk:
         size = PRIMITIVE_SIZES.get(element.type_name)
         if size is not None:
             return checked_end(self._data, position, size * count)
-        if count > _MOST_ELEMENTS:
+        if count > _MAX_ELEMENTS:
             raise KeyError(element.name)
         for _ in range(count):
             position = self._skip(element, position)

@@ -163,7 +163,7 @@ def _joined_places(indexes: Sequence[BagIndex]) -> ChunkPlaces:
 
 
 _PART = re.compile(r'(.*_)(\d+)(\.bag)\Z')
-_LONGEST_PAUSE_NS = 2_000_000_000
+_MAX_PAUSE_NS = 2_000_000_000
 """Between two parts; slow topics have nothing to say for so long."""
 
 
@@ -192,13 +192,13 @@ def _following(path: str) -> str:
 
 def _goes_on(path: str, following: str) -> bool:
     with Recording([path]) as first, Recording([following]) as second:
-        return abs(second.begin_ns - first.end_ns) <= _LONGEST_PAUSE_NS
+        return abs(second.begin_ns - first.end_ns) <= _MAX_PAUSE_NS
 
 
 # Reads many small messages at once: only the parts of the files that hold them.
 
 _CLOSE_BYTES = 16 << 10  # what lies between two records is read with them
-_LARGEST_RECORD_BYTES = 1 << 20  # of the wanted ones; of a larger one, the beginning is read
+_MAX_RECORD_BYTES = 1 << 20  # of the wanted ones; of a larger one, the beginning is read
 _BATCH_BYTES = 8 << 20
 _BATCH_RECORDS = 1 << 15
 
@@ -217,7 +217,7 @@ class RecordBatch(NamedTuple):
 
 
 def record_batches(recording: Recording, positions: np.ndarray,
-                   most_bytes: int = _LARGEST_RECORD_BYTES) -> Iterator[RecordBatch]:
+                   most_bytes: int = _MAX_RECORD_BYTES) -> Iterator[RecordBatch]:
     """Yield the records of messages, given by their positions in the index (int).
 
     They come in the order of the files; of records of more than ``most_bytes`` the beginning.

@@ -26,7 +26,7 @@ from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_
 
 # Frames of the cell at the time of a recording, as the recorder has stored them.
 
-_LEAST_NORM = 1e-3  # of a quaternion
+_MIN_NORM = 1e-3  # of a quaternion
 
 
 class RecordedFrame(NamedTuple):
@@ -73,7 +73,7 @@ def _pose_of_transform(transform: Values) -> Pose:
     x, y, z = (float(place[axis]) for axis in 'xyz')
     quaternion = np.array([float(turned[axis]) for axis in 'xyzw'])
     length = float(np.linalg.norm(quaternion))
-    if not all(map(math.isfinite, (x, y, z, length))) or length < _LEAST_NORM:
+    if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_NORM:
         raise ValueError('a transform is not finite, or no rotation')
     yaw, pitch, roll = ypr_from_matrix(matrix_from_quaternion(quaternion / length)).tolist()
     return Pose((x, y, z), (yaw, pitch, roll))

@@ -23,12 +23,12 @@ from process_visualizer.ros_names import OWN_TOPICS
 # Finds what is missing in the stream of a topic, from the times and numbers of its messages.
 
 GAP_FACTOR = 3.0
-_LEAST_MESSAGES = 10
+_MIN_MESSAGES = 10
 """With fewer messages the usual interval is not known."""
 _CATCH_UP_S = 5.0
 _CATCH_UP_INTERVALS = 20.0
 """How late messages may come, whichever is longer."""
-_LEAST_MISSING = 1.5
+_MIN_MISSING = 1.5
 _SPAN_MESSAGES = 100
 
 
@@ -77,12 +77,12 @@ def _gaps(time_ns: np.ndarray, step: np.ndarray) -> List[StreamGap]:
     """The gaps of one publisher, by how much the number of each message grew (0: unknown)."""
     rows = np.flatnonzero(step > 1)
     found = _as_gaps(time_ns, rows - 1, step[rows] - 1, True)
-    if len(time_ns) >= _LEAST_MESSAGES:
+    if len(time_ns) >= _MIN_MESSAGES:
         intervals_s = np.diff(time_ns) / 1e9
         long = intervals_s > GAP_FACTOR * np.median(intervals_s)
         rows = np.flatnonzero(long & (step[1:] <= 0))
         missing = _missing_behind(time_ns, rows)
-        kept = missing >= _LEAST_MISSING
+        kept = missing >= _MIN_MISSING
         found += _as_gaps(time_ns, rows[kept], np.rint(missing[kept]).astype(np.int64), False)
     return found
 
@@ -195,7 +195,7 @@ def _u32_at(batch: RecordBatch, begin: np.ndarray, end: np.ndarray) -> np.ndarra
     return np.where(fits, values, -1)
 
 
-_LEAST_JUMP_S = 0.1
+_MIN_JUMP_S = 0.1
 _END_OF_TIME_S = 1 << 32  # of ROS
 _RARE = 0.1
 """A publisher that skips numbers more often than this does not number all its messages."""
@@ -361,7 +361,7 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
     timed = np.array([it.topic not in moved for it in index.connections], bool)[index.connection]
     as_written = np.lexsort((index.offset[timed], index.chunk[timed]))
     return tuple(ClockJump(*jump)
-                 for jump in backward_jumps(index.time_ns[timed][as_written], _LEAST_JUMP_S))
+                 for jump in backward_jumps(index.time_ns[timed][as_written], _MIN_JUMP_S))
 
 
 def _clock_jump(value: Any) -> Optional[ClockJump]:

@@ -9,8 +9,8 @@ from typing import List, Optional
 from process_visualizer.bagio.report import Completeness, Report, StreamGap, TopicReport
 from process_visualizer.shown_text import shown_in_line
 
-_MOST_GAPS = 10
-_MOST_LISTED = 5
+_MAX_GAPS = 10
+_MAX_LISTED = 5
 _KNOWN = {
     Completeness.COMPLETE: 'complete',
     Completeness.INCOMPLETE: 'not complete',
@@ -59,8 +59,8 @@ def _jumped(report: Report) -> List[str]:
 
 
 def _listed(names: List[str]) -> str:
-    more = len(names) - _MOST_LISTED
-    return ', '.join(names[:_MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
+    more = len(names) - _MAX_LISTED
+    return ', '.join(names[:_MAX_LISTED]) + (f' and {more} more' if more > 0 else '')
 
 
 def as_text(report: Report) -> str:
@@ -125,9 +125,9 @@ def _row(topic: TopicReport, width: int, begin_ns: int) -> str:
 
 
 def _gap_lines(topic: TopicReport, begin_ns: int) -> List[str]:
-    lines = [_gap_line(topic, gap, begin_ns) for gap in topic.gaps[:_MOST_GAPS]]
-    if len(topic.gaps) > _MOST_GAPS:
-        lines.append(f'{topic.topic}: and {len(topic.gaps) - _MOST_GAPS} more')
+    lines = [_gap_line(topic, gap, begin_ns) for gap in topic.gaps[:_MAX_GAPS]]
+    if len(topic.gaps) > _MAX_GAPS:
+        lines.append(f'{topic.topic}: and {len(topic.gaps) - _MAX_GAPS} more')
     return lines
 
 

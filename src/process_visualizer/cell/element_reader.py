@@ -27,7 +27,7 @@ from process_visualizer.cell.values import CONVERTERS
 # ("billion laughs") is ever touched. Size and depth are limited, far above anything that a cell
 # needs, so that no file can exhaust the program.
 
-_LARGEST_FILE_BYTES = 10_000_000
+_MAX_FILE_BYTES = 10_000_000
 _DEEPEST = 50
 _SCHEMA_ATTRIBUTES = ('xmlns:xsi', 'xsi:noNamespaceSchemaLocation')
 """Editors find the schema with these; they say nothing about the cell."""
@@ -125,7 +125,7 @@ def _read_bytes(path: str) -> bytes:
             raise _error(Location(path, 1), 'is a folder; name a file in it')
         if file.exists() and not file.is_file():
             raise _error(Location(path, 1), 'is not a regular file; name an XML file')
-        if file.exists() and file.stat().st_size > _LARGEST_FILE_BYTES:
+        if file.exists() and file.stat().st_size > _MAX_FILE_BYTES:
             raise _error(Location(path, 1), 'is larger than 10 MB; this is not a configuration')
         return file.read_bytes()
     except FileNotFoundError:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Iterable, List, Optional, Sequence
 
-_LONGEST_QUOTE = 60
+_MAX_QUOTE = 60
 
 
-def shortened(text: str, longest: int = _LONGEST_QUOTE) -> str:
+def shortened(text: str, longest: int = _MAX_QUOTE) -> str:
     """The text on one line, cut if it is too long for a message."""
     line = ' '.join(text[:4 * longest].split())
     return line if len(line) <= longest else line[:longest - 1] + '…'
@@ -18,7 +18,7 @@ def shortened(text: str, longest: int = _LONGEST_QUOTE) -> str:
 
 def quoted(text: str) -> str:
     """The text in quotation marks, as messages show the content of a file."""
-    blanks = ' ' * min(len(text), _LONGEST_QUOTE)
+    blanks = ' ' * min(len(text), _MAX_QUOTE)
     return f'"{shortened(text) or blanks}"'
 
 

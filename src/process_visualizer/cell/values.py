@@ -267,7 +267,7 @@ CONVERTERS: Dict[str, Callable[[str], object]] = {
 # rosparam teaches PyYAML's SafeLoader to evaluate angles as Python, in every program that imports
 # roslaunch. This loader is made of the parts that rosparam does not change, and calculates itself.
 
-_LONGEST_ANGLE = 200
+_MAX_ANGLE = 200
 _OPERATIONS: Dict[type, Callable[[float, float], float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.Div: operator.truediv}
@@ -309,11 +309,11 @@ def _angle(loader: Any, node: Any, opening: str, unit: float) -> float:
     text = str(loader.construct_scalar(node)).strip()
     inner = text[len(opening):-1] if text.startswith(opening) else text
     try:
-        if len(inner) > _LONGEST_ANGLE:
+        if len(inner) > _MAX_ANGLE:
             raise ValueError
         return unit * _number(ast.parse(inner.strip(), mode='eval').body)
     except (ValueError, SyntaxError, ArithmeticError):
-        raise ValueError(f'"{inner[:_LONGEST_ANGLE]}" is no angle; write one such as deg(90) or '
+        raise ValueError(f'"{inner[:_MAX_ANGLE]}" is no angle; write one such as deg(90) or '
                          'rad(pi/2)') from None
 
 

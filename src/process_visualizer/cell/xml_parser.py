@@ -39,7 +39,7 @@ from process_visualizer.cell.rules import (
 )
 from process_visualizer.cell.trust import OPENED, Provenance
 
-_MOST_FILES = 100
+_MAX_FILES = 100
 """Limit of included files; files that include each other twice would multiply for ever."""
 
 
@@ -214,6 +214,6 @@ class _Reading:
         """The reason why the file cannot be included; empty if it can."""
         if os.path.realpath(path) in map(os.path.realpath, chain):
             return 'includes itself: ' + ' -> '.join(chain + (path,))
-        if self._includes > _MOST_FILES:
-            return f'is one of more than {_MOST_FILES} includes; remove those that repeat'
+        if self._includes > _MAX_FILES:
+            return f'is one of more than {_MAX_FILES} includes; remove those that repeat'
         return '' if os.path.isfile(path) else missing_file(path)

@@ -177,14 +177,14 @@ class BagRecorder:
 
 
 _TEXTS = 5  # that describe a connection
-_LARGEST_BYTES = 1 << 16  # of a message that holds a few numbers
+_MAX_BYTES = 1 << 16  # of a message that holds a few numbers
 
 
 class RecorderMemory:
     """Reads each message once; needs no node of its own. Calls block."""
 
     def __init__(self, node: str = f'/{BAG_RECORDER}', timeout_s: float = 3.0,
-                 largest_bytes: int = _LARGEST_BYTES) -> None:
+                 largest_bytes: int = _MAX_BYTES) -> None:
         """Messages of more than ``largest_bytes`` are left out, such as images; 0: none are."""
         self._largest = largest_bytes
         self._service = ServiceConnection(f'{node}/read_recent', ReadRecent, timeout_s)

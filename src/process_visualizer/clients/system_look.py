@@ -38,7 +38,7 @@ from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
 """How long the topics are listened to [s]."""
-_MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
+_MAX_MESSAGES, _LARGE_BYTES = 100, 100_000
 _FRAME_TOPICS = (TF_TOPIC, STATIC_TF_TOPIC)
 _DESCRIPTION = 'robot_description'
 _RECORDER = f'/{BAG_RECORDER}'
@@ -178,7 +178,7 @@ class _Listener:
         with self._changed:
             messages = self._messages[topic, node]
             self._headers[topic, node] = header
-            if len(messages) < _MOST_MESSAGES:
+            if len(messages) < _MAX_MESSAGES:
                 messages.append(bytes(message._buff))
             if len(message._buff) > _LARGE_BYTES:
                 self._enough.add(topic)

@@ -139,7 +139,7 @@ SIZE = (880, 700)
 _SCENE = '846x606+17+63'
 """What of the window is the scene: without bars and the docks' edges."""
 _START_S, _DRAWN_S = 90.0, 30.0
-_ALIKE, _MOST_PICTURES = 3, 20
+_ALIKE, _MAX_PICTURES = 3, 20
 """So many pictures are the same in a scene at rest; so many are taken at most."""
 _NEEDED = (FRAMES_PART, BAG_PART, RVIZ_PART)
 
@@ -216,7 +216,7 @@ class SceneCamera:
     def _still_picture(self) -> bytes:
         """A picture of a scene that has come to rest: messages, models and labels may be late."""
         pictures: List[bytes] = []
-        for _ in range(_MOST_PICTURES):
+        for _ in range(_MAX_PICTURES):
             self._view.begin_again()
             is_drawn = self._view.wait_until_drawn(_DRAWN_S)
             if not self._view.frames:
@@ -274,7 +274,7 @@ class SceneCamera:
                 raise SceneError(self._failure or f'{problem} within {_START_S:.0f} s')
 
 
-MOST_SCENES = 4
+MAX_SCENES = 4
 """So many poor runs at most, as each takes some seconds."""
 _AROUND_M = 0.35
 """So much around each tool is in the picture: the arrows, and the robot's hand."""
@@ -288,7 +288,7 @@ def scene_pictures(cell: Cell, good: GoodRuns,
         SceneError: there is no RViz or no screen, or they do not do what they should; says why.
     """
     poor = [it for it in comparisons
-            if it.departures and good.of(it.run) is good][:MOST_SCENES]
+            if it.departures and good.of(it.run) is good][:MAX_SCENES]
     if not poor:
         return (None,) * len(comparisons)
     _check_rviz()

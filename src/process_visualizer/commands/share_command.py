@@ -46,7 +46,7 @@ def write_whole(path: str, text: str) -> None:
         raise
 
 
-LONGEST_S = 900.0
+MAX_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""
 
 
@@ -82,9 +82,9 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
     runs = _runs(chosen, options.runs, given)
     spans = [_span(it, options.begin, options.end) for it in runs]
     shown_s = sum(it.end_s - it.begin_s for it in spans)
-    if shown_s > LONGEST_S:
+    if shown_s > MAX_S:
         raise ValueError(f'{clock(shown_s)} are more than one page can show; name a part of at '
-                         f'most {clock(LONGEST_S)} with --from and --to, or a run with BAG#NUMBER')
+                         f'most {clock(MAX_S)} with --from and --to, or a run with BAG#NUMBER')
     page = shared_page(given, runs, good, spans)
     write_whole(options.output, page)
     size = os.path.getsize(options.output) / 1e6

@@ -14,9 +14,9 @@ from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
 from process_visualizer.robot.limit_alarms import Limits, limit_alarms
 
-MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
+MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
-_FEWEST_COLUMNS, _MOST_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
+_MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
 
 
 class Curve(NamedTuple):
@@ -40,7 +40,7 @@ class Curve(NamedTuple):
 
 def columns_for(duration_s: float) -> int:
     """Return how many columns show a recording in detail where it is looked at closely."""
-    return min(max(_FEWEST_COLUMNS, int(duration_s / _COLUMN_S)), _MOST_COLUMNS)
+    return min(max(_MIN_COLUMNS, int(duration_s / _COLUMN_S)), _MAX_COLUMNS)
 
 
 def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Optional[int] = None,
@@ -49,7 +49,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     """Return the curves of devices; of what the recording does not have there is none.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
-    Of a topic with more than MOST_MESSAGES (an hour at 125 Hz has 450 000), or MOST_PER_COLUMN for
+    Of a topic with more than MAX_MESSAGES (an hour at 125 Hz has 450 000), or MAX_PER_COLUMN for
     each column, as many are read, evenly spread: a peak between them may be missed.
     Messages that cannot be read or do not fit are left out.
 
@@ -68,7 +68,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
         series = found_series(recording, curve_sources(devices), devices)
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
         samples = read_samples(recording, colored(series),
-                               min(columns * MOST_PER_COLUMN, MOST_MESSAGES), on_progress,
+                               min(columns * MAX_PER_COLUMN, MAX_MESSAGES), on_progress,
                                is_cancelled)
         duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     curves = [curve_of(it, duration_s, columns) for it in samples]

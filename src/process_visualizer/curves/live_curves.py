@@ -168,7 +168,7 @@ def _finite(times_s: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.nda
     return times_s[is_finite], values[is_finite]
 
 
-_MOST_MESSAGES = 100  # of each publisher of frames
+_MAX_MESSAGES = 100  # of each publisher of frames
 
 
 class _Seen(NamedTuple):
@@ -199,8 +199,8 @@ class SeenMessages:
                 self._keep(part, number)
 
     def _keep(self, part: RecentPart, number: int) -> None:
-        kept = self._kept.setdefault(number, deque(maxlen=_MOST_MESSAGES))
-        for row in np.flatnonzero(part.numbers == number)[-_MOST_MESSAGES:].tolist():
+        kept = self._kept.setdefault(number, deque(maxlen=_MAX_MESSAGES))
+        for row in np.flatnonzero(part.numbers == number)[-_MAX_MESSAGES:].tolist():
             kept.append(_Seen(int(part.times_ns[row]), number, part.message(row)))
 
     def look(self) -> None:
@@ -222,9 +222,9 @@ def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagInd
         ChunkPlaces(np.zeros(0, np.int32), np.zeros(0, np.int64)))
 
 
-LONGEST_S = 600.0
+MAX_S = 600.0
 """So much is kept."""
-_MOST_COLUMNS = 1500  # of a curve that is shown: what a screen has pixels for
+_MAX_COLUMNS = 1500  # of a curve that is shown: what a screen has pixels for
 
 
 class LiveCurve(NamedTuple):
@@ -296,7 +296,7 @@ class LiveCurves:
 
     def window(self, duration_s: float) -> LiveWindow:
         """Return the curves of the last seconds, which end now."""
-        joined = max(1, math.ceil(duration_s / (_MOST_COLUMNS * COLUMN_S) - 1e-9))
+        joined = max(1, math.ceil(duration_s / (_MAX_COLUMNS * COLUMN_S) - 1e-9))
         count = int(round(duration_s / (joined * COLUMN_S)))
         now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
         # a whole number of columns, which stay the same while they move
@@ -348,7 +348,7 @@ class LiveCurves:
         if not len(times_s):
             return
         if source not in self._columns:
-            self._columns[source] = RollingColumns(LONGEST_S)
+            self._columns[source] = RollingColumns(MAX_S)
         self._columns[source].add(times_s, values)
         newest = int(times_s.argmax())
         before_s, _ = self._values.get(source, (-math.inf, math.nan))
@@ -360,7 +360,7 @@ class LiveCurves:
         for row in np.flatnonzero(np.isin(part.numbers, of_marks)).tolist():
             self._marks.append(LiveMark((int(part.times_ns[row]) - self._begin_ns) / 1e9,
                                         _label(part.message(row))))
-        oldest_s = (self._now_ns - self._begin_ns) / 1e9 - LONGEST_S
+        oldest_s = (self._now_ns - self._begin_ns) / 1e9 - MAX_S
         self._marks = [it for it in self._marks if it.time_s >= oldest_s]
 
 

@@ -11,7 +11,7 @@ from process_visualizer.bagio.bag_file import OP_MESSAGE, fields_of, operation, 
 from process_visualizer.bagio.number_places import Locator, Place, Places
 from process_visualizer.bagio.recording import RecordBatch
 
-_MOST_PATTERNS = 200
+_MAX_PATTERNS = 200
 """Of the records of one connection; messages that differ from all of these are left out."""
 
 
@@ -39,7 +39,7 @@ class NumberColumns:
         """Take some rows (int) of a batch: records of the connection."""
         for pattern in self._patterns:
             rows = self._take(pattern, batch, rows)
-        while len(rows) and len(self._patterns) < _MOST_PATTERNS:
+        while len(rows) and len(self._patterns) < _MAX_PATTERNS:
             pattern_of_first = self._pattern(batch, int(rows[0]))
             if pattern_of_first is None:
                 rows = rows[1:]

@@ -75,7 +75,7 @@ def positions_between(index: BagIndex, connections: Sequence[int], begin_ns: int
 
 
 _NS_PER_S = 1_000_000_000
-_MOST_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
+_MAX_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
 
 Key = Tuple[str, str, str]
 
@@ -162,7 +162,7 @@ class _Topic:
         if count == 0:  # nothing yet, but perhaps in a moment
             count = min(1, int(np.searchsorted(
                 self._positions, index.count_until(begin_ns + MOMENT_NS))))
-        rows = self._positions[max(count - _MOST_UNUSABLE, 0):count].tolist()
+        rows = self._positions[max(count - _MAX_UNUSABLE, 0):count].tolist()
         found = next((numbers for numbers in (self._numbers(_Row(0, row))
                                               for row in reversed(rows))
                       if numbers is not None), None)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Iterator, NamedTuple, Optional, Sequence, Tuple
 
-MOST_TICKS = 3
+MAX_TICKS = 3
 _FAR_FROM_ZERO = 0.6  # of the value farthest from zero: if all are beyond it, zero is not shown
 _KEPT_SHARE = 0.3  # of the old scale: as long as so much of it is needed, it stays
 _NEAR_SHARE = 0.5  # of the values' span: a limit no farther away is shown, too
 _ROOM = 1.2  # of a constant value: the end of its scale, so that it is not at its edge
 _LARGEST, _SMALLEST = 1e300, 1e-290  # beyond them are no measurements
 _RESOLUTION = 1e-9  # of the largest value: the shortest span that numbers can tell apart
-_LONGEST_NUMBER = 5  # digits before or after the point; beyond that with an exponent
+_MAX_NUMBER = 5  # digits before or after the point; beyond that with an exponent
 
 
 class ValueScale(NamedTuple):
@@ -84,7 +84,7 @@ def tick_texts(scale: ValueScale) -> Tuple[str, ...]:
     largest = max(abs(tick) for tick in scale.ticks)
     exponent = math.floor(math.log10(scale.step) + 1e-9)
     top = math.floor(math.log10(largest) + 1e-9) if largest else 0
-    if max(top, -exponent) >= _LONGEST_NUMBER:
+    if max(top, -exponent) >= _MAX_NUMBER:
         return tuple(_with_exponent(tick, exponent) for tick in scale.ticks)
     return tuple(f'{tick:.{max(-exponent, 0)}f}'.replace('-', '−') for tick in scale.ticks)
 
@@ -125,7 +125,7 @@ def _tidied(low: float, high: float) -> ValueScale:
         if end - begin == 2 and end % 2:
             end += 1  # or it would have a single tick, in its middle
         counts = range(-(-begin // 2), end // 2 + 1)
-        if len(counts) <= MOST_TICKS:
+        if len(counts) <= MAX_TICKS:
             break
     return ValueScale(step.times(begin / 2), step.times(end / 2),
                       tuple(step.times(count) for count in counts), size)

@@ -35,8 +35,8 @@ from process_visualizer.ros_names import JOINT_STATE, STATIC_TF_TOPIC, TF_TYPES
 # Facts from some messages of each topic: frames, joints, numbers, transforms, descriptions.
 
 _STRING = 'std_msgs/String'
-_MOST_NUMBERS = 200
-_LEAST_NORM = 1e-3  # of a quaternion
+_MAX_NUMBERS = 200
+_MIN_NORM = 1e-3  # of a quaternion
 _NO_NUMBERS = ('header', 'layout')
 
 
@@ -134,7 +134,7 @@ def _numbers(messages: Sequence[Values]) -> Tuple[SeenNumber, ...]:
             series[path].append(float(value))
             whole[path] = isinstance(value, int) and whole.get(path, True)
     return tuple(_number(path, found, whole[path]) for path, found in series.items()
-                 if len(found) == len(messages) and all(map(math.isfinite, found)))[:_MOST_NUMBERS]
+                 if len(found) == len(messages) and all(map(math.isfinite, found)))[:_MAX_NUMBERS]
 
 
 def _number(path: str, values: Sequence[float], is_whole: bool) -> SeenNumber:
@@ -173,7 +173,7 @@ def transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
             continue  # a message of another type under the name of one on tf
         norm = math.hypot(*placement.quaternion)
         if parent and child and math.isfinite(sum(placement.position)) \
-                and _LEAST_NORM < norm < 1.0 / _LEAST_NORM:
+                and _MIN_NORM < norm < 1.0 / _MIN_NORM:
             yield SeenTransform(parent, child, placement, topic)
 
 
@@ -184,7 +184,7 @@ def _take(values: Values, names: str) -> Any:
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
 """Of each publisher about so many messages are read, evenly spread over the recording."""
 _STATIC = (STATIC_TF_TOPIC, CALIBRATION)
-_MOST_STATIC = 500
+_MAX_STATIC = 500
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
                     'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',
                     'stereo_msgs/DisparityImage'})
@@ -224,7 +224,7 @@ def _sources(recording: Recording) -> List[Source]:
 def _positions(positions: np.ndarray, total: int, connection: Connection) -> List[int]:
     """Return which messages of a connection are read."""
     if connection.topic in _STATIC:
-        return [int(it) for it in positions[:_MOST_STATIC]]
+        return [int(it) for it in positions[:_MAX_STATIC]]
     kind = short_name(connection.type)
     if not len(positions) or kind in _LARGE:
         return [int(it) for it in positions[:1]]

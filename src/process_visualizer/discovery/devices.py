@@ -243,11 +243,11 @@ def _output(nodelet: str) -> str:
 
 # Numbers of topics that may be process variables, and how to draw them.
 
-MOST_PER_TOPIC = 6
+MAX_PER_TOPIC = 6
 """Arrows for one topic; more would hide each other."""
 _LENGTH_M = 0.3
 """Of the longest arrow for the values that were seen."""
-_MOST_M = 0.6
+_MAX_M = 0.6
 """Of an arrow for whatever comes later."""
 _MOMENT_SHARE = 0.2
 """A number that was seen for a moment will change by this share of it at least."""
@@ -289,13 +289,13 @@ def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> Lis
     return [Candidate(_attributes(topic, number, (known or {}).get(number.path, ''), begin + i,
                                   len(numbers) > 1, is_moment),
                       number.changes or known is not None)
-            for i, number in enumerate(numbers[:MOST_PER_TOPIC])]
+            for i, number in enumerate(numbers[:MAX_PER_TOPIC])]
 
 
 def left_out(topic: SeenTopic) -> int:
     """Return how many more numbers a topic has that may be variables."""
     known = _KNOWN.get(topic.type)
-    return max(0, sum(_is_measured(it, topic, known) for it in topic.numbers) - MOST_PER_TOPIC)
+    return max(0, sum(_is_measured(it, topic, known) for it in topic.numbers) - MAX_PER_TOPIC)
 
 
 def _is_measured(number: SeenNumber, topic: SeenTopic, known: Optional[Dict[str, str]]) -> bool:
@@ -318,7 +318,7 @@ def _attributes(topic: SeenTopic, number: SeenNumber, unit: str, color: int,
         attributes['field'] = number.path
     if unit:
         attributes['unit'] = unit
-    attributes.update(scale=f'{scale:g}', max=f'{_MOST_M:g}')
+    attributes.update(scale=f'{scale:g}', max=f'{_MAX_M:g}')
     if offset:
         attributes['offset'] = f'{offset:g}'
     attributes['color'] = _COLORS[color % len(_COLORS)]

@@ -52,7 +52,7 @@ _JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
 _ARGUMENT = re.compile(r'<xacro:arg\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
 _EXPRESSION = re.compile(r'\$\{[^}]*\}|\$\([^)]*\)')
 _ENDINGS = ('.urdf', '.xacro')
-_DEEPEST, _LARGEST_BYTES = 4, 2 << 20
+_DEEPEST, _MAX_BYTES = 4, 2 << 20
 _NO_MODELS = ('test', 'tests', 'bench', 'build')
 _SAFE_PATH = re.compile(r'[\w. /+-]+\Z')
 
@@ -136,12 +136,12 @@ def _text(file: str) -> str:
     """The text of a file; nothing of one that cannot be read."""
     try:
         with open(file, encoding='utf-8', errors='replace') as stream:
-            return stream.read(_LARGEST_BYTES)
+            return stream.read(_MAX_BYTES)
     except OSError:
         return ''
 
 
-_LEAST_LENGTHS = 3  # a base and a flange alone are those of many
+_MIN_LENGTHS = 3  # a base and a flange alone are those of many
 _KEEP_DISTANCE = ('revolute', 'continuous')
 
 
@@ -163,7 +163,7 @@ class ModelFit:
                 place = self._kinematics.placement(child, parent, zeros)
                 if place is not None:
                     away.append(np.subtract(place.position, it.placement.position))
-        return _rms(np.array(away)) if len(away) >= _LEAST_LENGTHS else None
+        return _rms(np.array(away)) if len(away) >= _MIN_LENGTHS else None
 
     def tool_m(self, motion: Motion) -> Optional[float]:
         """Return how far a moving frame is from the link that is nearest to it all the time."""
@@ -314,9 +314,9 @@ def _millimetres(distance_m: float) -> str:
     return f'{1e3 * distance_m:.1f} mm'
 
 
-_MOST_TRIES = 24
+_MAX_TRIES = 24
 """Files that are expanded for one robot."""
-_FEWEST_JOINTS = 3
+_MIN_JOINTS = 3
 """That a topic and a model have in common, unless the model has fewer; what else is on the topic
 may be a gripper or a track."""
 _DIGITS = 5
@@ -375,7 +375,7 @@ class ModelSearch:
         """
         models: List[FoundModel] = []
         rest = topic
-        while len(rest.joints) >= _FEWEST_JOINTS or not models:
+        while len(rest.joints) >= _MIN_JOINTS or not models:
             model = self._for_joints(rest, evidence, list(self._fitting(rest, frames)))
             if model is None:
                 break
@@ -407,7 +407,7 @@ class ModelSearch:
         others = [it for it in self._files.all() if it.name != name and joints
                   and self._files.count_of(it.package, joints) == len(joints)]
         others.sort(key=lambda it: -len(words(it.stem) & words(name)))
-        return [*named, *others][:_MOST_TRIES]
+        return [*named, *others][:_MAX_TRIES]
 
     @staticmethod
     def _for_joints(topic: SeenTopic, evidence: ModelEvidence,
@@ -433,7 +433,7 @@ class ModelSearch:
         """The models that suit the joints of a topic, from the likeliest files."""
         reason = 'the names of its joints' if topic.joints else \
             'its name and the number of its joints'
-        for file in self._likely(topic)[:_MOST_TRIES]:
+        for file in self._likely(topic)[:_MAX_TRIES]:
             fitting = [it for it in self._variants(file, topic) if _fits(it, topic, frames)]
             if fitting:
                 best = max(fitting, key=lambda it: _rank(it, topic))
@@ -460,7 +460,7 @@ class ModelSearch:
         if not topic.joints:
             return [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
         counts = {it.package: self._files.count_of(it.package, topic.joints) for it in likely}
-        least = min(_FEWEST_JOINTS, (len(topic.joints) + 1) // 2)
+        least = min(_MIN_JOINTS, (len(topic.joints) + 1) // 2)
         return sorted((it for it in likely if counts[it.package] >= least),
                       key=lambda it: -counts[it.package])
 
@@ -507,7 +507,7 @@ def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
     joints = model.joints
     if topic.joints:
         common = len(joints & set(topic.joints))
-        return common >= min(_FEWEST_JOINTS, max(len(joints), 1)) and 2 * common > len(joints)
+        return common >= min(_MIN_JOINTS, max(len(joints), 1)) and 2 * common > len(joints)
     return len(joints) == topic.length or (topic.length is None and bool(
         frames & set(model.description.links)))
 

@@ -19,8 +19,8 @@ from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
 _MOMENTS = 40
 _AROUND = 3  # joint states before a moment and after it, one of which was measured before, after
 _SAME_CLOCK_S = 0.5
-LEAST_MOVED_M = 0.05
-LEAST_SAMPLES = 8
+MIN_MOVED_M = 0.05
+MIN_SAMPLES = 8
 
 
 class Sample(NamedTuple):
@@ -65,7 +65,7 @@ def recorded_motions(recording: Recording) -> List[Motion]:
         for (parent, frame), places in _moving(recording, number).items():
             for joints in numbers['joints']:
                 samples = [it for place in places for it in _samples(recording, joints, place)]
-                if len(samples) >= LEAST_SAMPLES:
+                if len(samples) >= MIN_SAMPLES:
                     found.append(Motion(index.connections[joints].topic,
                                         index.connections[number].topic, parent, frame,
                                         tuple(samples)))
@@ -80,12 +80,12 @@ def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Ti
     for position in positions[chosen] if len(positions) else ():
         for pair, it in _places(recording, number, int(position)):
             places[pair].append(it)
-    return {pair: found for pair, found in places.items() if len(found) >= LEAST_SAMPLES
+    return {pair: found for pair, found in places.items() if len(found) >= MIN_SAMPLES
             and _has_moved(np.array([it.value.position for it in found]))}
 
 
 def _has_moved(positions: np.ndarray) -> bool:
-    return bool(np.isfinite(positions).all() and np.ptp(positions, axis=0).max() >= LEAST_MOVED_M)
+    return bool(np.isfinite(positions).all() and np.ptp(positions, axis=0).max() >= MIN_MOVED_M)
 
 
 def _places(recording: Recording, number: int,

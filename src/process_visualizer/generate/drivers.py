@@ -26,7 +26,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.launch_writer import Tag, write_document
 
 _INCLUDED = re.compile(r'(while processing \S+: )+(?=while processing )')
-_LONGEST_REASON = 300
+_MAX_REASON = 300
 
 
 class LaunchContent(NamedTuple):
@@ -125,7 +125,7 @@ def _package_name(error: rospkg.ResourceNotFound) -> str:
 def _reason(error: Exception) -> str:
     """The error on one line; of a chain of included files, only the one that is wrong."""
     text = ' '.join((str(error) or repr(error)).split())
-    return shortened(_INCLUDED.sub('', text), _LONGEST_REASON)
+    return shortened(_INCLUDED.sub('', text), _MAX_REASON)
 
 
 def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:

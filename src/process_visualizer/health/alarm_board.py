@@ -8,7 +8,7 @@ from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.health.device_state import Level
 
-MOST_EVENTS = 5000
+MAX_EVENTS = 5000
 
 
 class Action(Enum):
@@ -128,7 +128,7 @@ class AlarmBoard(NamedTuple):
         return tuple(event for event in self.events if event.time_s >= time_s)
 
     def _with(self, events: Iterable[Event]) -> AlarmBoard:
-        return self._replace(events=(*self.events, *events)[-MOST_EVENTS:])
+        return self._replace(events=(*self.events, *events)[-MAX_EVENTS:])
 
 
 def _key(condition: Condition) -> Tuple[object, ...]:

@@ -19,14 +19,14 @@ from process_visualizer.launching.part_report import (
 
 # Finds topics that are silent for longer than usual, from the counts of the recorder.
 
-_LEAST_SILENCE_S = 1.0
+_MIN_SILENCE_S = 1.0
 _INTERVALS = 5.0
 """A silence of this many usual intervals is unusual."""
 _PAUSE_FACTOR = 2.0
-_LONGEST_PAUSE_S = 10.0
+_MAX_PAUSE_S = 10.0
 """A longer silence that ended was an outage; a shorter one may belong to the topic."""
 _WEIGHT = 0.05
-_LEAST_MESSAGES = 10
+_MIN_MESSAGES = 10
 
 
 class TopicActivity(NamedTuple):
@@ -64,7 +64,7 @@ class _Usual:
 
     def learn(self, rate_hz: float, silence_s: float, messages: int) -> None:
         self._messages = max(self._messages, messages)
-        if silence_s < self._last_silence_s <= _LONGEST_PAUSE_S:  # a message has ended a silence
+        if silence_s < self._last_silence_s <= _MAX_PAUSE_S:  # a message has ended a silence
             self._pause_s = max(self._pause_s, self._last_silence_s)
         self._last_silence_s = silence_s
         if rate_hz > 0.0:
@@ -74,9 +74,9 @@ class _Usual:
     @property
     def longest_silence_s(self) -> float:
         """Infinite while too little is known (a latched topic sends once)."""
-        if self._rate_hz is None or self._messages < _LEAST_MESSAGES:
+        if self._rate_hz is None or self._messages < _MIN_MESSAGES:
             return float('inf')
-        return max(_LEAST_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
+        return max(_MIN_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
 
 
 class Level(IntEnum):

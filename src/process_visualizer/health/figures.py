@@ -6,7 +6,7 @@ import re
 
 _THIN = '\u2009'
 """A thin space: between thousands, and between a figure and its unit."""
-_MOST_DAYS = 4
+_MAX_DAYS = 4
 _OFTEN_HZ = 2.0  # a latched topic that sends less often tells what has changed
 _UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
 
@@ -60,7 +60,7 @@ def long_time_text(seconds: float) -> str:
     if minutes < 48 * 60:
         return f'{minutes // 60}{_THIN}h {minutes % 60}{_THIN}min'
     days = minutes // (24 * 60)
-    return f'{days}{_THIN}days' if days <= _MOST_DAYS else f'more than {_MOST_DAYS}{_THIN}days'
+    return f'{days}{_THIN}days' if days <= _MAX_DAYS else f'more than {_MAX_DAYS}{_THIN}days'
 
 
 def rate_text(rate_hz: float) -> str:

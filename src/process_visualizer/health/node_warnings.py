@@ -14,7 +14,7 @@ LOG_S = 20.0
 """A log line counts for this time unless it is repeated: most are throttled."""
 STATE_S = 5.0
 """A state on /diagnostics is repeated every second or more often."""
-_MOST_TEXTS = 20
+_MAX_TEXTS = 20
 _HARMLESS = 'terminated before handshake header received. 0 bytes'
 """What rospy logs when a subscriber leaves while it connects, as programs do that start or end."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
@@ -100,7 +100,7 @@ class NodeWarnings:
 
     def _remember(self, node: str, text: str) -> None:
         """A state of a node is also in its log: both are one warning."""
-        stated = self._stated.setdefault(node, deque(maxlen=_MOST_TEXTS))
+        stated = self._stated.setdefault(node, deque(maxlen=_MAX_TEXTS))
         if text not in stated:
             stated.append(text)
         for about in [about for about, it in self._found.items()
@@ -110,7 +110,7 @@ class NodeWarnings:
     def _make_room(self, node: str) -> None:
         """Keep only the newest warnings of a node whose texts always differ."""
         own = [about for about in self._found if about[:2] == (node, 'log')]
-        if len(own) >= _MOST_TEXTS:
+        if len(own) >= _MAX_TEXTS:
             del self._found[min(own, key=lambda about: self._found[about].last_s)]
 
 

@@ -20,7 +20,7 @@ SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', 
 """Topics on which several publishers are normal."""
 LOOK_PERIOD_S = 0.5
 """How often a watch looks [s]."""
-_MOST_NAMED = 2
+_MAX_NAMED = 2
 _PLAYER_SERVICES = ({'pause_playback'}, {'seek', 'set_loop', 'set_rate'})
 """Services in the namespace of a player of recordings: of rosbag play, of bag_player."""
 
@@ -141,6 +141,6 @@ def _living(publishers: Iterable[OtherPublisher]) -> Others:
 
 
 def _sentence(node: str, topics: List[str]) -> str:
-    named, more = ', '.join(topics[:_MOST_NAMED]), len(topics) - _MOST_NAMED
+    named, more = ', '.join(topics[:_MAX_NAMED]), len(topics) - _MAX_NAMED
     text = named + (f' and {more} more' if more > 0 else '')
     return f'{text} {"is" if len(topics) == 1 else "are"} published by {node}'

@@ -26,7 +26,7 @@ ANSWER_WITHIN_S = 0.5
 STARTS_WITHIN_S = 5.0
 """Of a node that should be there, and has not answered yet."""
 ENDED, SILENT = 'stopped', 'is not responding'
-_LONGEST_ANSWER = 1 << 16
+_MAX_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
@@ -110,7 +110,7 @@ class NodePulse:
             self._end(selector, ENDED)
             return
         self._received += part
-        if not part or _is_complete(self._received) or len(self._received) > _LONGEST_ANSWER:
+        if not part or _is_complete(self._received) or len(self._received) > _MAX_ANSWER:
             self._end(selector, '' if self._received else ENDED)
 
     def _ask(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector) -> None:
@@ -213,7 +213,7 @@ def _is_complete(answer: bytes) -> bool:
 
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
-_MOST_FAILURES = 2
+_MAX_FAILURES = 2
 """Most questions in a row without an answer; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '
                  'start it again')
@@ -303,7 +303,7 @@ class CellWatch:
         self._is_other = process_id != self._process_id
 
     def _master_problem(self) -> str:
-        if self._failures >= _MOST_FAILURES:
+        if self._failures >= _MAX_FAILURES:
             return MASTER_SILENT
         return MASTER_OTHER if self._is_other else ''
 

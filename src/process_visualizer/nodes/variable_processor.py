@@ -30,7 +30,7 @@ from process_visualizer.parameters.variable_parameters import (
 from process_visualizer.robot.arrows import (
     FOOT_DISTANCE_M,
     MAX_LENGTH_M,
-    SHORTEST_ARROW_M,
+    MIN_ARROW_M,
     VARIABLE_DIAMETER_M,
     Number,
     arrow_feet,
@@ -91,8 +91,8 @@ class Variable:
         """Return the present style of the arrow, whose vector is already in metres."""
         colors = self._parameters.colors
         color = colors.color if self._value is None else colors.of(self._value)
-        return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
-                          max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M, color=color,
+        return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=MIN_ARROW_M,
+                          max_m=MAX_LENGTH_M, threshold=MIN_ARROW_M, color=color,
                           diameter_m=VARIABLE_DIAMETER_M)
 
     def text(self, age_s: float, stale_after_s: float) -> str:

@@ -34,7 +34,7 @@ from process_visualizer.remote.shown_view import (
 )
 from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIEW_RELAY
 
-_MOST_VIEWERS = 16
+_MAX_VIEWERS = 16
 _TOPICS_PERIOD_S = 1.0
 
 
@@ -95,8 +95,8 @@ class ViewRelay:
                              name=f'welcome {where[0]}', daemon=True).start()
 
     def _welcome(self, connection: socket.socket, name: str) -> None:
-        if len(self._present()) >= _MOST_VIEWERS:
-            _refuse(connection, f'{_MOST_VIEWERS} viewers watch this cell already')
+        if len(self._present()) >= _MAX_VIEWERS:
+            _refuse(connection, f'{_MAX_VIEWERS} viewers watch this cell already')
             return
         try:
             offer, files = self._offer(self._view())
@@ -199,7 +199,7 @@ def _listening(address: str, ports: range) -> socket.socket:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(found[4])
-            listener.listen(_MOST_VIEWERS)
+            listener.listen(_MAX_VIEWERS)
             return listener
         except OSError as error:
             listener.close()

@@ -23,7 +23,7 @@ import rospy
 
 from process_visualizer.remote.frames import (
     GREETING,
-    MOST_BYTES,
+    MAX_BYTES,
     Frame,
     FrameReader,
     FramesBroken,
@@ -172,7 +172,7 @@ class ViewerLink:
 
     def take(self, channel: Channel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
         """See Taker."""
-        if len(data) > MOST_BYTES:
+        if len(data) > MAX_BYTES:
             return
         with self._changed:
             if channel.number not in self._announced:

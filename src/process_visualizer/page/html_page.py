@@ -18,8 +18,8 @@ from process_visualizer.robot.arrows import (
     DEVIATION_DIAMETER_M,
     EXAGGERATION,
     GHOST_COLOR,
-    LEAST_DEVIATION_M,
-    LONGEST_DEVIATION_M,
+    MAX_DEVIATION_M,
+    MIN_DEVIATION_M,
 )
 from process_visualizer.runs.comparison.wording import clock
 
@@ -48,7 +48,7 @@ def page_html(parts: PageParts) -> str:
     script, style = (_web_file(packages, name) for name in ('page.js', 'page.css'))
     data = {'runs': parts.runs, 'meshes': parts.meshes, 'ghost': {
         'color': GHOST_COLOR, 'deviation': DEVIATION_COLOR, 'diameter': DEVIATION_DIAMETER_M,
-        'exaggeration': EXAGGERATION, 'least': LEAST_DEVIATION_M, 'longest': LONGEST_DEVIATION_M}}
+        'exaggeration': EXAGGERATION, 'least': MIN_DEVIATION_M, 'longest': MAX_DEVIATION_M}}
     policy = (f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
               "img-src data:; form-action 'none'; base-uri 'none'")
     return '\n'.join([

@@ -18,7 +18,7 @@ from process_visualizer.runs.run import Key
 
 _COLUMNS = 1500
 """Of the part that is shown."""
-_MOST_COLUMNS = 400_000
+_MAX_COLUMNS = 400_000
 
 
 class Grid(NamedTuple):
@@ -38,7 +38,7 @@ def grid_over(duration_s: float, span: Span) -> Grid:
     """Return columns that show a part of a recording in detail."""
     length_s = max(span.end_s - span.begin_s, 1e-3)
     columns = int(min(max(math.ceil(_COLUMNS * max(duration_s, 1e-3) / length_s), 1),
-                      _MOST_COLUMNS))
+                      _MAX_COLUMNS))
     step_s = max(duration_s, 1e-3) / columns
     first = max(int(span.begin_s / step_s), 0)
     return Grid(max(duration_s, 1e-3), columns,

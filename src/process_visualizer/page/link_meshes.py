@@ -17,7 +17,7 @@ from process_visualizer.robot.visuals import (
     read_colored_mesh,
 )
 
-MOST_TRIANGLES = 36_000
+MAX_TRIANGLES = 36_000
 """Of a page: with the ghost, what a computer without a graphics card draws often enough."""
 _FINEST, _COARSEST = 256, 8
 """Cells along the longest edge of a mesh in which corners become one."""
@@ -66,7 +66,7 @@ class LinkMeshes:
         return self._read[visual.mesh]
 
 
-def thinned(meshes: Sequence[ColoredMesh], most: int = MOST_TRIANGLES) -> List[ColoredMesh]:
+def thinned(meshes: Sequence[ColoredMesh], most: int = MAX_TRIANGLES) -> List[ColoredMesh]:
     """Return meshes that have so many triangles together at most, the larger ones thinned."""
     counts = np.array([len(it.triangles) for it in meshes])
     if counts.sum() <= most:

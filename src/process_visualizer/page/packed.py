@@ -14,7 +14,7 @@ Reference = Dict[str, Union[str, int, float, List[float]]]
 _ALIGNMENT = 8
 _US_PER_S = 1e6
 _STEPS = 65_535
-_LONGEST_S = 2_000.0
+_MAX_S = 2_000.0
 """Between two times; what is farther away is kept as near as this, which is out of sight."""
 
 
@@ -44,7 +44,7 @@ class Packed:
         us = np.rint(np.asarray(times_s, float) * _US_PER_S).astype(np.int64)
         begin = int(us[0]) if len(us) else 0
         steps = np.diff(us, prepend=begin)
-        limit = int(_LONGEST_S * _US_PER_S)
+        limit = int(_MAX_S * _US_PER_S)
         return {**self.plain(np.clip(steps, -limit, limit).astype(np.int32)), 'as': 'times',
                 'begin': begin}
 

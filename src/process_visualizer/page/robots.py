@@ -96,9 +96,9 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
     return units
 
 
-_LARGEST_STEP = 0.02
+_MAX_STEP = 0.02
 """Of a joint between two rows [rad or m]: a straight line in between is within 0.1 mm then."""
-_MOST_BETWEEN = 50
+_MAX_BETWEEN = 50
 
 
 class RowsOfJoints(NamedTuple):
@@ -117,7 +117,7 @@ def fine_rows(track: JointTrack) -> RowsOfJoints:
     times_s, positions = track.times_s[known], track.positions[known]
     if len(times_s) > 1:
         step = np.abs(np.diff(positions, axis=0)).max(axis=1)
-        parts = np.clip(np.ceil(step / _LARGEST_STEP), 1, _MOST_BETWEEN).astype(int)
+        parts = np.clip(np.ceil(step / _MAX_STEP), 1, _MAX_BETWEEN).astype(int)
         first = np.repeat(np.arange(len(parts)), parts)
         number = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
         share = np.append(number / parts[first], 0.0)

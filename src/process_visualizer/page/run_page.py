@@ -54,7 +54,7 @@ from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import amount, moment, unjudged_texts, verdict
 from process_visualizer.runs.run import Run
 
-MOST_ROWS = 12
+MAX_ROWS = 12
 """Departures of a run in its table."""
 
 
@@ -70,8 +70,8 @@ def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
     state = 'plain' if comparison.why_not else 'poor' if found else 'good'
     return {**words, 'state': state, 'verdict': verdict(comparison),
             'notes': [*comparison.notes, *unjudged_texts(comparison), *notes],
-            'departures': [_departure(comparison, row) for row in range(len(found[:MOST_ROWS]))],
-            'more': max(len(found) - MOST_ROWS, 0)}
+            'departures': [_departure(comparison, row) for row in range(len(found[:MAX_ROWS]))],
+            'more': max(len(found) - MAX_ROWS, 0)}
 
 
 def _departure(comparison: Comparison, row: int) -> Dict[str, Any]:

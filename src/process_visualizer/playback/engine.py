@@ -75,7 +75,7 @@ def scene_after_jump(index: BagIndex, basis: Basis) -> ShownScene:
 
 LEAD_BYTES = 32 << 20
 LATENESS_LIMIT_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
-MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
+MAX_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
 
 
@@ -311,7 +311,7 @@ class Playback:
         jumped = before.scene != shown.scene
         if jumped:  # a command came just before, and nothing is published for it alone
             self._output.jump(target.bag_ns)
-        if not jumped and 0 <= target.count - shown.passed <= MOST_STEPPED:
+        if not jumped and 0 <= target.count - shown.passed <= MAX_STEPPED:
             self._show_from(shown.passed, basis)
         else:
             self._restore(basis)

@@ -15,7 +15,7 @@ from process_visualizer.playback.timeline import (
     duration_s,
 )
 
-_LONGEST_S = 1e9
+_MAX_S = 1e9
 """Of a recording; far above, times are no numbers of nanoseconds any more."""
 
 
@@ -153,9 +153,9 @@ class PlayerControl:
 def _nanoseconds(what: str, seconds: float) -> int:
     if not math.isfinite(seconds):
         raise CommandRefused(f'{what} must be a number, not {seconds}')
-    if abs(seconds) > _LONGEST_S:
+    if abs(seconds) > _MAX_S:
         raise CommandRefused(f'{what} is out of range: {seconds:g} s; no recording is longer than '
-                             f'{_LONGEST_S:g} s')
+                             f'{_MAX_S:g} s')
     return round(seconds * NS_PER_S)
 
 

@@ -46,7 +46,7 @@ class AchievedRate:
 
 Result = TypeVar('Result')
 
-LONGEST_WAIT_S = 3600.0  # threading refuses what does not fit its own time type
+MAX_WAIT_S = 3600.0  # threading refuses what does not fit its own time type
 
 
 class Clock:
@@ -62,7 +62,7 @@ class Clock:
 
     def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
         """Wait for a notification, at most for a time [ns]; the condition's lock is held."""
-        condition.wait(min(timeout_ns * 1e-9, LONGEST_WAIT_S))
+        condition.wait(min(timeout_ns * 1e-9, MAX_WAIT_S))
 
     def result(self, answer: Future[Result], timeout_s: float) -> Result:
         """Wait for the answer of another thread, at most for a time [s]; return or raise it.
@@ -76,8 +76,8 @@ class Clock:
 NS_PER_S = 1_000_000_000
 MIN_RATE = 0.01  # of what a user is offered; others may be asked for
 MAX_RATE = 16.0
-LOWEST_RATE = 1e-6
-HIGHEST_RATE = 1e6  # as fast as messages can be sent
+SLOWEST_RATE = 1e-6
+FASTEST_RATE = 1e6  # as fast as messages can be sent
 MIN_LOOP_NS = NS_PER_S // 10
 FOREVER_NS = 1 << 62
 
@@ -450,9 +450,9 @@ def checked_rate(rate: float) -> None:
         raise CommandRefused(f'the rate must be a number, not {rate}')
     if rate == 0.0:
         raise CommandRefused('the rate must not be 0: pause instead')
-    if not LOWEST_RATE <= abs(rate) <= HIGHEST_RATE:
-        raise CommandRefused(f'the rate must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}, or '
-                             f'from -{HIGHEST_RATE:g} to -{LOWEST_RATE:g} backwards, not {rate:g}')
+    if not SLOWEST_RATE <= abs(rate) <= FASTEST_RATE:
+        raise CommandRefused(f'the rate must be from {SLOWEST_RATE:g} to {FASTEST_RATE:g}, or '
+                             f'from -{FASTEST_RATE:g} to -{SLOWEST_RATE:g} backwards, not {rate:g}')
 
 
 # The rates that "faster" and "slower" lead through.

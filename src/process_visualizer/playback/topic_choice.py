@@ -11,7 +11,7 @@ from process_visualizer.cell.errors import nearest, quoted, shortened
 
 _LEGAL = re.compile(r'[/A-Za-z][A-Za-z0-9_/]*\Z')
 _WILDCARDS = '*?['
-_LONGEST_LIST = 200
+_MAX_LIST = 200
 _NO_REMAP: Mapping[str, str] = MappingProxyType({})
 
 
@@ -113,4 +113,4 @@ def _advice(text: str, topics: Sequence[str]) -> str:
     name = nearest(_canonical(text), topics)
     if name is not None:
         return f'did you mean "{name}"?'
-    return 'expected one of: ' + shortened(', '.join(sorted(topics)) or 'none', _LONGEST_LIST)
+    return 'expected one of: ' + shortened(', '.join(sorted(topics)) or 'none', _MAX_LIST)

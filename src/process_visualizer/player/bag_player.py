@@ -95,7 +95,7 @@ def begins_with_header(definition: str) -> bool:
 
 # A summary of what was not played, for the terminal.
 
-_MOST_LINES = 20
+_MAX_LINES = 20
 
 
 def play_summary(left_out: Mapping[str, int], recorded: Mapping[str, int],
@@ -110,9 +110,9 @@ def play_summary(left_out: Mapping[str, int], recorded: Mapping[str, int],
     """
     lines = [f'{topic}: {count} of {recorded[topic]} messages could not be played'
              for topic, count in sorted(left_out.items())]
-    lines += problems[:_MOST_LINES]
-    if len(problems) > _MOST_LINES:
-        lines.append(f'and {len(problems) - _MOST_LINES} more such problems')
+    lines += problems[:_MAX_LINES]
+    if len(problems) > _MAX_LINES:
+        lines.append(f'and {len(problems) - _MAX_LINES} more such problems')
     if dropped:
         lines.append(f'{dropped} messages did not reach subscribers that were too slow for them; '
                      'a longer --queue or a lower rate helps')

@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.cell.values import number
-from process_visualizer.playback.timeline import HIGHEST_RATE, CommandRefused, checked_rate
+from process_visualizer.playback.timeline import FASTEST_RATE, CommandRefused, checked_rate
 from process_visualizer.playback.topic_choice import checked_prefix, resolved_name
 
 # The keys for playing a recording in a terminal.
@@ -82,9 +82,9 @@ def key_action(key: str) -> Optional[Action]:
     return _ACTIONS.get(key)
 
 
-_LONGEST_S = 1e9
-_HIGHEST_HZ = 10_000.0
-_LONGEST_QUEUE = 1_000_000
+_MAX_S = 1e9
+_MAX_HZ = 10_000.0
+_MAX_QUEUE = 1_000_000
 _REMAP = re.compile(r'(?P<source>[/A-Za-z][A-Za-z0-9_/]*):=(?P<target>.*)\Z', re.DOTALL)
 _NOT_OFFERED = {
     '--try-future-version': 'bags of version 2.0 are read',
@@ -137,7 +137,7 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
         parser.error('argument -u/--duration: only for playing forwards')
     stamps = values.stamps or ('recorded' if values.clock else 'present')
     return PlayerOptions(
-        files=tuple(files), rate=HIGHEST_RATE if values.immediate else values.rate,
+        files=tuple(files), rate=FASTEST_RATE if values.immediate else values.rate,
         start_s=values.start, duration_s=values.duration,
         skip_empty_s=values.skip_empty, loop=values.loop, paused=values.pause,
         pause_topics=tuple(values.pause_topics), rate_control_topic=values.rate_control_topic or '',
@@ -276,30 +276,30 @@ def _rate(text: str) -> float:
 @_argument
 def _seconds(text: str) -> float:
     value = number(text)
-    if not 0.0 <= value <= _LONGEST_S:
-        raise ValueError(f'must be from 0 to {_LONGEST_S:.0f} s, not {text}')
+    if not 0.0 <= value <= _MAX_S:
+        raise ValueError(f'must be from 0 to {_MAX_S:.0f} s, not {text}')
     return value
 
 
 @_argument
 def _positive_seconds(text: str) -> float:
     value = number(text)
-    if not 0.0 < value <= _LONGEST_S:
-        raise ValueError(f'must be more than 0 and at most {_LONGEST_S:.0f} s, not {text}')
+    if not 0.0 < value <= _MAX_S:
+        raise ValueError(f'must be more than 0 and at most {_MAX_S:.0f} s, not {text}')
     return value
 
 
 @_argument
 def _frequency(text: str) -> float:
     value = number(text)
-    if not 0.0 < value <= _HIGHEST_HZ:
-        raise ValueError(f'must be more than 0 and at most {_HIGHEST_HZ:.0f} Hz, not {text}')
+    if not 0.0 < value <= _MAX_HZ:
+        raise ValueError(f'must be more than 0 and at most {_MAX_HZ:.0f} Hz, not {text}')
     return value
 
 
 @_argument
 def _queue_size(text: str) -> int:
     value = number(text)
-    if value != int(value) or not 0 <= value <= _LONGEST_QUEUE:
-        raise ValueError(f'must be a whole number from 0 to {_LONGEST_QUEUE}, not {text}')
+    if value != int(value) or not 0 <= value <= _MAX_QUEUE:
+        raise ValueError(f'must be a whole number from 0 to {_MAX_QUEUE}, not {text}')
     return int(value)

@@ -138,8 +138,8 @@ class StatePublisher:
             rospy.logwarn_throttle(10.0, f'{PLAYBACK_RATE} cannot be set: {error}')
 
 
-LARGEST_BYTES = 1 << 20
-_FARTHEST_S = 1e9  # from the beginning of a recording; times further away are none
+MAX_BYTES = 1 << 20
+_MAX_S = 1e9  # from the beginning of a recording; times further away are none
 
 
 class TopicReadingService:
@@ -162,12 +162,12 @@ class TopicReadingService:
         topic = self._topics.get(request.topic)
         if topic is None:
             return ReadTopicResponse(success=False, message=f'{request.topic} is not played')
-        if not -_FARTHEST_S < request.begin <= request.end < _FARTHEST_S:
+        if not -_MAX_S < request.begin <= request.end < _MAX_S:
             return ReadTopicResponse(success=False, message='begin and end must be positions in '
                                      f's, not {request.begin} and {request.end}')
         return self._answer(topic, topic_messages(
             self._recording, topic.numbers, self._bag_ns(request.begin),
-            self._bag_ns(request.end), LARGEST_BYTES))
+            self._bag_ns(request.end), MAX_BYTES))
 
     def _answer(self, topic: PublishedTopic, found: TopicMessages) -> ReadTopicResponse:
         return ReadTopicResponse(

@@ -17,8 +17,8 @@ from process_visualizer.player.player_options import KEY_HELP, Action, Command, 
 # The line that a terminal shows while a recording is played.
 
 _BAR_CELLS = 40
-_FEWEST_BAR_CELLS = 8
-_LONGEST_LABEL = 24
+_MIN_BAR_CELLS = 8
+_MAX_LABEL = 24
 _VISIBLE_SHARE = 0.95  # of the rate: a higher achieved share is not shown
 
 
@@ -54,7 +54,7 @@ def progress_line(progress: Progress, width: int, symbols: Symbols = UNICODE) ->
         if part and len(line) + 2 + len(part) <= width:
             line += '  ' + part
     cells = min(width - len(line) - 4, _BAR_CELLS)
-    if cells >= _FEWEST_BAR_CELLS:
+    if cells >= _MIN_BAR_CELLS:
         line += f'  [{_bar(progress, cells)}]'
     return line[:max(width, 0)]
 
@@ -86,7 +86,7 @@ def _dropped(progress: Progress) -> str:
 def _mark(progress: Progress, symbols: Symbols) -> str:
     """The beginning of the label; characters that are not one column wide become "?"."""
     shown = ''.join(it if _is_shown(it, symbols) else '?'
-                    for it in progress.mark[:_LONGEST_LABEL].replace('\n', ' '))
+                    for it in progress.mark[:_MAX_LABEL].replace('\n', ' '))
     return f'"{shown}"' if shown else ''
 
 

@@ -17,7 +17,7 @@ from process_visualizer.bagio.json_text import parsed_json
 GREETING = b'process_visualizer view 1\n'
 """Of both sides. Another number: they do not understand each other."""
 PART_BYTES = 8 << 10
-MOST_BYTES = 64 << 20
+MAX_BYTES = 64 << 20
 """Of one message; larger ones are not passed on."""
 FRAME_BYTES = 4 << 20
 """Of one frame."""
@@ -171,7 +171,7 @@ class MessageParts:
             FramesBroken: it is no begin of a message.
         """
         arrived_ns, size = _unpacked(_BEGIN, frame.content)
-        if size > MOST_BYTES:
+        if size > MAX_BYTES:
             raise FramesBroken(f'a message of {size} bytes')
         self._open[frame.channel] = arrived_ns, size, bytearray()
         return self._completed(frame.channel)

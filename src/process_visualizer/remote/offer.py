@@ -14,10 +14,10 @@ ADDRESS_PARAMETER = '/view_relay/address'
 """Of the master: where the relay listens."""
 MESH_ENDINGS = ('.stl', '.dae', '.obj', '.mesh', '.ply', '.png', '.jpg', '.jpeg', '.tga', '.mtl')
 """Files that a relay gives to viewers: meshes and their textures."""
-MOST_MESH_BYTES = 48 << 20
+MAX_MESH_BYTES = 48 << 20
 _TYPE = re.compile(r'[A-Za-z]\w*/[A-Za-z]\w*', re.ASCII)
 _MD5 = re.compile('[0-9a-f]{32}')
-_MOST_TOPICS = 2000
+_MAX_TOPICS = 2000
 
 
 class Topic(NamedTuple):
@@ -64,7 +64,7 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
     meshes = {}
     for uri, pair in _pairs(values, 'meshes'):
         if not (isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
-                and 0 <= pair[0] <= MOST_MESH_BYTES and isinstance(pair[1], str)):
+                and 0 <= pair[0] <= MAX_MESH_BYTES and isinstance(pair[1], str)):
             raise ValueError('"meshes" does not say how long a mesh is')
         meshes[uri] = Mesh(pair[0], pair[1])
     models = dict(_pairs(values, 'models'))
@@ -95,7 +95,7 @@ def topics_of(values: Mapping[str, Any]) -> Dict[str, Topic]:
         if not _TYPE.fullmatch(topic.type) or not _MD5.fullmatch(topic.md5sum):
             raise ValueError(f'the topic {name} has the type {topic.type!a}')
         found[name] = topic
-    if len(found) > _MOST_TOPICS:
+    if len(found) > _MAX_TOPICS:
         raise ValueError(f'{len(found)} topics')
     return found
 

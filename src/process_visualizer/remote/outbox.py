@@ -118,9 +118,9 @@ class Outbox:
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
 
 
-_LEAST_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 8 << 20
+_MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 8 << 20
 _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
-_LARGE_S, _LEAST_LARGE_BYTES = 0.25, 16 << 10
+_LARGE_S, _MIN_LARGE_BYTES = 0.25, 16 << 10
 _QUEUED_S = 0.06
 """So much longer than the quickest one an answer may take: that is what queues on the way."""
 _SHRINK = 0.8
@@ -166,7 +166,7 @@ class LinkWindow:
 
     def large_bytes(self, count: int) -> float:
         """Return how long each of some large messages may be to be there soon [bytes]."""
-        return max(_LEAST_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
+        return max(_MIN_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
 
     def may_send(self) -> bool:
         """Return whether more may be sent now, if it is small: it need not wait for large data."""
@@ -203,7 +203,7 @@ class LinkWindow:
             self._quickest.popleft()
         if answer_s > self._quickest[0][1] + _QUEUED_S:
             if now_s - self._shrunk_s > answer_s:  # once for what is under way
-                self._window = max(_LEAST_BYTES, self._window * _SHRINK)
+                self._window = max(_MIN_BYTES, self._window * _SHRINK)
                 self._shrunk_s = now_s
         elif was_full:
             self._window = min(_MAX_WINDOW_BYTES, self._window + 0.5 * new)

@@ -13,7 +13,7 @@ import yaml
 
 from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.values import plain_yaml
-from process_visualizer.remote.offer import MESH_ENDINGS, MOST_MESH_BYTES, Mesh, digest_of
+from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, Mesh, digest_of
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.rviz.views import onlooker_view
 
@@ -26,7 +26,7 @@ _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection'
 _GROUP = 'rviz/Group'
 _KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray',
                     *(f'rviz/{name}' for name in DISPLAY_TYPES)))
-_MAX_VIEW_TEXT, _MOST_VALUES, _DEEPEST = 2 << 20, 100_000, 24
+_MAX_VIEW_TEXT, _MAX_VALUES, _DEEPEST = 2 << 20, 100_000, 24
 _LIMITS = {'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,
            'Length': 1000, 'History Length': 1000, 'Cloud Decay Time': 60}
 _HINTS = ('Transport Hint', 'Depth Map Transport Hint', 'Color Transport Hint')
@@ -116,7 +116,7 @@ class _Copy:
     def of(self, value: Any, depth: int = 0) -> Any:
         """Return a copy; raise ValueError if there is too much, or anything that is not plain."""
         self._count += 1
-        if self._count > _MOST_VALUES or depth > _DEEPEST:
+        if self._count > _MAX_VALUES or depth > _DEEPEST:
             raise ValueError('there is too much in it')
         if isinstance(value, dict):
             return {str(key): self.of(it, depth + 1) for key, it in value.items()}
@@ -181,7 +181,7 @@ def mesh_paths(models: Mapping[str, str]) -> Dict[str, str]:
             uri = element.get('filename', '')
             path = resource_path(uri, packages)
             if _is_mesh(uri) and path and os.path.isfile(path) \
-                    and os.path.getsize(path) <= MOST_MESH_BYTES:
+                    and os.path.getsize(path) <= MAX_MESH_BYTES:
                 found[uri] = path
     return found
 

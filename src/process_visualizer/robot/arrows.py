@@ -16,7 +16,7 @@ FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
 """The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""
 
 
-_MOST_READ = 1e9
+_MAX_READ = 1e9
 
 
 def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
@@ -36,7 +36,7 @@ def format_value(label: str, value: float, unit: str, decimals: int) -> str:
     Of one with more digits than anybody reads only the first ones are written.
     """
     number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
-    text = f'{number:.{decimals}f}' if abs(number) < _MOST_READ else f'{number:.3g}'
+    text = f'{number:.{decimals}f}' if abs(number) < _MAX_READ else f'{number:.3g}'
     return ' '.join(part for part in (label, text, unit) if part)
 
 
@@ -76,14 +76,14 @@ def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple
 
 Number = Union[int, float]
 
-SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
+MIN_ARROW_M = 0.005  # a shorter one is a mere disc
 VARIABLE_DIAMETER_M = 0.016
 FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
 MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
-_LARGEST_WRITTEN_OUT = 1e12
-_MOST_DECIMALS = 6
+_MAX_WRITTEN_OUT = 1e12
+_MAX_DECIMALS = 6
 _TEXT_GAP_M = 0.04  # between arrows and texts
-_HIGHEST_TEXT_M = 1.0
+_MAX_TEXT_M = 1.0
 
 
 def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
@@ -170,7 +170,7 @@ def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[flo
         block_height_m: height of all lines.
     """
     highest_tip_m = max(float(vector[2]) for vector in vectors)
-    foot_m = min(max(highest_tip_m, 0.0), _HIGHEST_TEXT_M)
+    foot_m = min(max(highest_tip_m, 0.0), _MAX_TEXT_M)
     return 0.0, 0.0, foot_m + _TEXT_GAP_M + 0.5 * block_height_m
 
 
@@ -187,13 +187,13 @@ def _decimals(value: Number, scale_m: float) -> int:
     if not scale_m:
         return max(to_first_digit + 2, 0)
     finest = math.floor(math.log10(abs(scale_m) / 1e-3) + 1e-9)
-    return min(max(to_first_digit + 1, finest, 0), _MOST_DECIMALS)
+    return min(max(to_first_digit + 1, finest, 0), _MAX_DECIMALS)
 
 
 def _written(value: Number, decimals: int) -> str:
     if isinstance(value, int):
         return f'{value:d}'
-    if abs(value) >= _LARGEST_WRITTEN_OUT:
+    if abs(value) >= _MAX_WRITTEN_OUT:
         return f'{value:.4g}'
     return f'{round(value, decimals) + 0.0:.{decimals}f}'  # -0.0 + 0.0 is 0.0
 
@@ -210,6 +210,6 @@ BESIDE_M = 0.022
 DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
 EXAGGERATION = 20.0
 """An arrow is so many times as long as the deviation: a millimetre could not be seen in a cell."""
-LEAST_DEVIATION_M = 0.0002
-LONGEST_DEVIATION_M = 0.4
+MIN_DEVIATION_M = 0.0002
+MAX_DEVIATION_M = 0.4
 DEVIATION_DIAMETER_M = 0.02

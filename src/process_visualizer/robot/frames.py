@@ -10,9 +10,9 @@ from typing import Collection, Dict, Iterable, List, Mapping, Optional, Tuple
 # The fixed frames of a cell: a tree in which frames are moved.
 
 Triple = Tuple[float, float, float]
-FARTHEST_M = 1e6
+MAX_M = 1e6
 """No frame of a cell is farther; numbers far beyond overflow where they are used."""
-_LARGEST_RAD = 1e3
+_MAX_RAD = 1e3
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class FrameTree:
                              f'{", ".join(sorted(self._frames)) or "none"}')
         if not all(map(math.isfinite, (*xyz, *ypr))):
             raise ValueError(f'the pose of {child} holds NaN or infinity')
-        if max(map(abs, xyz)) > FARTHEST_M or max(map(abs, ypr)) > _LARGEST_RAD:
-            raise ValueError(f'the pose of {child} is out of range: at most {FARTHEST_M:g} m and '
-                             f'{_LARGEST_RAD:g} rad')
+        if max(map(abs, xyz)) > MAX_M or max(map(abs, ypr)) > _MAX_RAD:
+            raise ValueError(f'the pose of {child} is out of range: at most {MAX_M:g} m and '
+                             f'{_MAX_RAD:g} rad')
         moved = replace(known, parent=parent or known.parent, xyz=xyz, ypr=ypr)
         self._put(moved, links)
         return moved

@@ -25,7 +25,7 @@ _PACKAGE_NAME = re.compile(r'<name\b[^>]*>\s*([^<\s]+)\s*</name>')
 _SIGNS = {'&quot;': '"', '&apos;': "'"}
 _ENTITIES = {sign: it for it, sign in _SIGNS.items()}
 _LEVELS = 4  # of folders above a model
-_MOST_TOLD = 3
+_MAX_TOLD = 3
 _ON_THE_WEB = ('http', 'https')
 
 
@@ -104,8 +104,8 @@ def missing_resources(text: str) -> List[str]:
     found = [f'{count} mesh{"" if count == 1 else "es"} of the model cannot be shown: '
              f'{package_advice(name, packages)}, or put its folder beside the model'
              for name, count in lacking.items()]
-    found += [f'a mesh of the model cannot be shown: {it}' for it in others[:_MOST_TOLD]]
-    more = len(others) - _MOST_TOLD
+    found += [f'a mesh of the model cannot be shown: {it}' for it in others[:_MAX_TOLD]]
+    more = len(others) - _MAX_TOLD
     return found + ([f'{more} more meshes of the model cannot be shown'] if more > 0 else [])
 
 

@@ -123,7 +123,7 @@ def _window_sums(columns: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.n
 # The speed of a tool over a whole recording, as the robot processor would show it.
 
 WINDOW_S = 0.2
-_MOST_BUNCHED = 50  # messages
+_MAX_BUNCHED = 50  # messages
 _SHORTEST = 0.99  # of the period, as in ToolVelocity
 _SPAN = 20  # messages: the intervals over so many are even, although some came late
 _USABLE_STAMP_S = 1.0
@@ -176,7 +176,7 @@ def _unbunched(arrival_s: np.ndarray, period_s: Optional[float]) -> np.ndarray:
     ideal_s = np.arange(count) * (_SHORTEST * period_s)
     late_s = arrival_s - ideal_s
     least_s = late_s.copy()
-    for follower in range(1, min(_MOST_BUNCHED, count - 1) + 1):
+    for follower in range(1, min(_MAX_BUNCHED, count - 1) + 1):
         np.minimum(least_s[:-follower], late_s[follower:], out=least_s[:-follower])
     return least_s + ideal_s
 
@@ -282,7 +282,7 @@ MARGIN_S = 1.2
 """What lies further from a position has no part in its velocity: the greatest gap, and a window."""
 AHEAD_S = 2.0  # real time by which poses are there before they are needed
 BESIDE_S = 1.0  # of the recording, on either side of a position: for steps, and for turning round
-LONGEST_S = 4.0  # that is read at once
+MAX_S = 4.0  # that is read at once
 _SLACK_S = 0.1  # of real time and of the recording: where playback is when that has been read
 
 
@@ -375,7 +375,7 @@ def next_part(known: Optional[Part], position_s: float, speed: float,
 
 def kept_part(position_s: float, speed: float) -> Part:
     """Return the part whose poses are worth keeping."""
-    return _wanted_part(Part(position_s, position_s).around(MARGIN_S), speed).around(LONGEST_S)
+    return _wanted_part(Part(position_s, position_s).around(MARGIN_S), speed).around(MAX_S)
 
 
 def _wanted_part(needed: Part, speed: float) -> Part:
@@ -387,5 +387,5 @@ def _beside(known: Part, wanted: Part, speed: float) -> Optional[Part]:
     """Return what is beside the known part where that is too short; the side of play is first."""
     before = wanted.begin_s < known.begin_s
     if wanted.end_s > known.end_s and (speed >= 0.0 or not before):
-        return Part(known.end_s, known.end_s + LONGEST_S)
-    return Part(known.begin_s - LONGEST_S, known.begin_s) if before else None
+        return Part(known.end_s, known.end_s + MAX_S)
+    return Part(known.begin_s - MAX_S, known.begin_s) if before else None

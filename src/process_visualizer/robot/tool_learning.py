@@ -24,8 +24,8 @@ from process_visualizer.robot.rotations import (
     ypr_from_matrix,
 )
 
-LEAST_SAMPLES = 8
-_MOST_SAMPLES = 40
+MIN_SAMPLES = 8
+_MAX_SAMPLES = 40
 _APART = 0.2  # rad or m: by so much a joint differs in another sample
 _FIT_M = 0.006  # what is left by noise, and by the model of an arm that is not calibrated
 _NOISE_M = 0.002
@@ -91,11 +91,11 @@ class ToolLearner:
             position, quaternion: reported, in the base frame [m]; no quaternion if it has none.
         """
         others = [it for it in self._samples if _difference(it.joints, joints) >= _APART]
-        self._samples = [*others, _Sample(joints, frames, position, quaternion)][-_MOST_SAMPLES:]
+        self._samples = [*others, _Sample(joints, frames, position, quaternion)][-_MAX_SAMPLES:]
 
     def finding(self) -> Optional[Finding]:
         """Return what the poses are those of, if it is another frame than the chosen one."""
-        if len(self._samples) < LEAST_SAMPLES:
+        if len(self._samples) < MIN_SAMPLES:
             return None
         frames = set.intersection(*(set(it.frames) for it in self._samples)) & set(self._bodies)
         if self._chosen not in frames:

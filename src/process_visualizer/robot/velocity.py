@@ -155,7 +155,7 @@ BLOCK = 20  # messages: intervals over so many are even, although some came late
 _MEMORY = 16 * BLOCK
 _LEAST = 10 * BLOCK
 _LATELY = 8 * BLOCK
-_MOST_SPREAD = 0.2  # from short blocks to the middle one; more is no period
+_MAX_SPREAD = 0.2  # from short blocks to the middle one; more is no period
 
 
 class SendingPeriod:
@@ -194,11 +194,11 @@ class SendingPeriod:
                         for sooner, later in zip(times, times[BLOCK:]))
         # Short ones: where messages are lost, a block is longer.
         short, middle = blocks[len(blocks) // 10], blocks[len(blocks) // 2]
-        self._period_s = short if middle - short <= _MOST_SPREAD * short else 0.0
+        self._period_s = short if middle - short <= _MAX_SPREAD * short else 0.0
 
 
 HOLD_S = 0.05
-_MOST_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
+_MAX_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
 _SHORTEST = 0.99  # of the measured period: small errors of it must not add up
 _SET_BACK_S = 0.1  # a clock's step that is worth beginning anew for
 
@@ -284,7 +284,7 @@ class ToolVelocity:
         self._period.add(sample.time_s)
         time_s = sample.time_s
         if not sample.stamped():
-            time_s = _measured_s(sample, islice(self._waiting, _MOST_BUNCHED),
+            time_s = _measured_s(sample, islice(self._waiting, _MAX_BUNCHED),
                                  self._period.period_s)
         moved_s = (time_s - sample.time_s) / sample.rate if sample.rate else 0.0
         self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s + moved_s)

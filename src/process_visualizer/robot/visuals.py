@@ -113,7 +113,7 @@ def _triple(text: str) -> Size:
 # The mesh in a file as triangles with normals and colours, as RViz reads it.
 
 LIBRARY = 'libprocess_visualizer_mesh.so'
-LARGEST_FILE_BYTES = 400_000_000
+MAX_FILE_BYTES = 400_000_000
 """assimp takes several times as much memory."""
 
 
@@ -144,7 +144,7 @@ def read_colored_mesh(path: str) -> ColoredMesh:
         size = os.path.getsize(path)
     except OSError as error:
         raise MeshError(f'the mesh {path} cannot be read: {error.strerror}') from None
-    if size > LARGEST_FILE_BYTES:
+    if size > MAX_FILE_BYTES:
         raise MeshError(f'the mesh {path} has {size / 1e6:.0f} MB; it is left out')
     library = _library()
     mesh = library.colored_mesh_read(os.fsencode(path))

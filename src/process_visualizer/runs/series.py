@@ -106,7 +106,7 @@ def slow_values(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) ->
 
 ROUGH_S = 0.5
 _MEAN_S = 0.2
-_LEAST_SHARE = 3e-3
+_MIN_SHARE = 3e-3
 
 
 def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
@@ -174,7 +174,7 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
     rate_hz = (len(values) - 1) / (times_s[-1] - times_s[0])
     fine = values - moving_mean(values, max(int(_MEAN_S * rate_hz), 3))
     square = _mean_of_last(fine * fine, max(int(ROUGH_S * rate_hz), 3))
-    least = max(_LEAST_SHARE * value_range, 1e-12)
+    least = max(_MIN_SHARE * value_range, 1e-12)
     result: np.ndarray = 0.5 * np.log(square + least * least)
     return result
 
@@ -190,7 +190,7 @@ def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
 
 # Channels of whole numbers and bits: which value holds when.
 
-_MOST_CHANGES, _FEW_CHANGES = 0.2, 3
+_MAX_CHANGES, _FEW_CHANGES = 0.2, 3
 """Whole numbers that change more often, as a share of their messages, are measurements."""
 _CYCLIC_S, _MISSED_PERIODS = 0.5, 10.0
 """What comes at least so often is there no more when so many periods have nothing."""
@@ -215,7 +215,7 @@ def is_sequence(channel: Channel) -> bool:
     if (values != np.rint(values)).any():
         return False
     changes = int(np.count_nonzero(np.diff(values)))
-    return changes <= max(_MOST_CHANGES * len(values), _FEW_CHANGES) or \
+    return changes <= max(_MAX_CHANGES * len(values), _FEW_CHANGES) or \
         period_s(channel.times_s) > _CYCLIC_S
 
 

@@ -12,7 +12,7 @@ from process_visualizer.robot.rotations import matrix_from_ypr
 FIELD_OF_VIEW_RAD = math.pi / 4
 """From the upper to the lower edge of RViz's picture."""
 _MARGIN = 1.08
-_BEFORE, _SMALLEST_M = 0.1, 0.1
+_BEFORE, _MIN_M = 0.1, 0.1
 """Least distance of the camera from the nearest point: of the whole size, and in m."""
 _HALVINGS = 40
 _GRID_CELLS = 12
@@ -33,7 +33,7 @@ def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> D
     slope = math.tan(0.5 * FIELD_OF_VIEW_RAD) / _MARGIN
     size = float(np.ptp(points, axis=0).max())
     camera = max(_nearest(right, back, slope * aspect), _nearest(up, back, slope),
-                 float(back.max()) + max(_BEFORE * size, _SMALLEST_M))
+                 float(back.max()) + max(_BEFORE * size, _MIN_M))
     middle = 0.5 * float(back.min() + back.max())
     focus = axes @ np.array([_middle(right, camera - back), _middle(up, camera - back), middle])
     return {'Distance': round(camera - middle, 3),

@@ -65,11 +65,11 @@ def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[s
 
 # Shares of the launcher, RViz and the timeline on a screen.
 
-LEAST_LAUNCHER_PX, LEAST_RVIZ_PX = 450, 480
+MIN_LAUNCHER_PX, MIN_RVIZ_PX = 450, 480
 """Widths in which they can be used."""
-LEAST_UPPER_PX, LEAST_TIMELINE_PX = 300, 220
+MIN_UPPER_PX, MIN_TIMELINE_PX = 300, 220
 """Heights of the launcher and RViz, and of the timeline below them."""
-_LEAST_PART, _MOST_PART = 0.38, 0.42
+_MIN_PART, _MAX_PART = 0.38, 0.42
 """Of the height of the screen for the timeline: the more the launcher and RViz leave, the more."""
 _ENOUGH_UPPER_PX = 620
 
@@ -110,8 +110,8 @@ def places(room: Rectangle, frame: Frame, sizes: Sizes, is_wide: bool) -> Places
     lower = _timeline_height(room.height, sizes)
     upper = room.height - lower
     sides = frame.left + frame.right
-    width = _share(room.width, sizes.launcher_width + sides, LEAST_LAUNCHER_PX + sides,
-                   LEAST_RVIZ_PX + sides)
+    width = _share(room.width, sizes.launcher_width + sides, MIN_LAUNCHER_PX + sides,
+                   MIN_RVIZ_PX + sides)
     rest = room.width - width
     x, rviz_x = (rest, 0) if sizes.is_right else (0, width)
     timeline = Rectangle(room.x + (0 if is_wide else rviz_x), room.y + upper,
@@ -134,9 +134,9 @@ def followed(sizes: Sizes, room: Rectangle, launcher: Rectangle, asked: Rectangl
 def _timeline_height(total: int, sizes: Sizes) -> int:
     wanted = sizes.timeline_height
     if wanted is None:
-        wanted = round(min(max(_LEAST_PART * total, total - _ENOUGH_UPPER_PX),
-                           _MOST_PART * total))
-    return _share(total, wanted, LEAST_TIMELINE_PX, LEAST_UPPER_PX)
+        wanted = round(min(max(_MIN_PART * total, total - _ENOUGH_UPPER_PX),
+                           _MAX_PART * total))
+    return _share(total, wanted, MIN_TIMELINE_PX, MIN_UPPER_PX)
 
 
 def _share(total: int, wanted: int, least: int, least_rest: int) -> int:

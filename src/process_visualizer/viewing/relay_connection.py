@@ -20,7 +20,7 @@ from process_visualizer.remote.frames import (
     json_frame,
     number_frame,
 )
-from process_visualizer.remote.offer import MOST_MESH_BYTES, Offer, Topic, offer_of, topics_of
+from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, Topic, offer_of, topics_of
 
 _LATEST = 30
 _NS_PER_S = 1e9
@@ -199,7 +199,7 @@ class RelayConnection:
         """Give a file to whoever has asked for it."""
         with self._lock:
             take = self._files.pop(message.channel, None)
-        if take is not None and len(message.data) <= MOST_MESH_BYTES:
+        if take is not None and len(message.data) <= MAX_MESH_BYTES:
             take(message.data)
 
 

@@ -23,7 +23,7 @@ from process_visualizer.bagio.bag_file import MAGIC, OP_CHUNK, Record, record_at
 
 _ODD = (0, 1, 2, 4, 11, 12, 127, 128, 255, 256, 4096, 65_535, 1 << 20, (1 << 31) - 1, 1 << 31,
         (1 << 32) - 1)
-_LEAST_BYTES = 100
+_MIN_BYTES = 100
 
 
 class Damaged(NamedTuple):
@@ -40,7 +40,7 @@ def damaged(bags: Dict[str, bytes], number: int) -> Damaged:
     name = chance.choice([*names, *(it for it in names if 'without' not in it)])
     data, story = bytes(bags[name]), [name]
     for _ in range(chance.choice((1, 1, 1, 2, 3, 6))):
-        if len(data) < _LEAST_BYTES:
+        if len(data) < _MIN_BYTES:
             break
         change = chance.choice(_CHANGES)
         data = change(chance, data)

@@ -10,7 +10,7 @@ import pytest
 from message_readers import MESSAGES, readers, serialized
 
 _CLAIMED = (0x0fffffff, 0xffffffff)
-_MOST_BYTES = 2_000_000
+_MAX_BYTES = 2_000_000
 """That reading one may take; each claims a gigabyte at least."""
 
 
@@ -37,4 +37,4 @@ def test_no_claim_takes_memory(message: Any) -> None:
             peak_bytes = tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
-        assert peak_bytes < _MOST_BYTES, name
+        assert peak_bytes < _MAX_BYTES, name

@@ -285,7 +285,7 @@ def test_long_recordings_have_more_columns(duration_s: float, columns: int) -> N
 def test_of_very_many_messages_some_are_read_evenly(
         tmp_path: Path, devices: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / 'a.bag', robot_rows(8.0))
-    monkeypatch.setattr(curves_module, 'MOST_PER_COLUMN', 10)
+    monkeypatch.setattr(curves_module, 'MAX_PER_COLUMN', 10)
     speed, force = read_curves([path], devices(ROBOT), columns=20)
     assert np.abs(speed.high[1:-1] - 0.2).max() < 0.005
     assert force.low == pytest.approx(5.0)

@@ -13,9 +13,9 @@ from mutated_bags import damaged
 from small_bags import devices, whole_bags
 
 NUMBERS = range(200)
-MOST_TIMES_THE_CALLS = 2
+MAX_TIMES_THE_CALLS = 2
 """Of the whole bag that takes most."""
-MOST_MORE_BYTES = 300 << 20
+MAX_MORE_BYTES = 300 << 20
 
 
 @pytest.fixture(scope='module')
@@ -46,8 +46,8 @@ def test_damaged_bags_are_read_or_refused(tmp_path: Path, bags: Dict[str, bytes]
             count = calls(lambda: read_all(path, its_devices))
         except Exception as error:
             raise AssertionError(f'damaged bag {number}: {bag.story}') from error
-        assert count < MOST_TIMES_THE_CALLS * max(of_whole_ones), (number, bag.story, count)
-        assert peak_bytes() - before < MOST_MORE_BYTES, (number, bag.story)
+        assert count < MAX_TIMES_THE_CALLS * max(of_whole_ones), (number, bag.story, count)
+        assert peak_bytes() - before < MAX_MORE_BYTES, (number, bag.story)
 
 
 def calls(work: Callable[[], object]) -> int:

@@ -13,7 +13,7 @@ from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.xml_parser import XmlParser
 
 Problems = Callable[..., List[str]]
-LONGEST_LINE = 500
+MAX_LINE = 500
 
 
 def messages(path: Path) -> List[str]:
@@ -28,7 +28,7 @@ def test_table(bad: Bad, problems: Problems) -> None:
     lines = problems(bad.text)
     for line, expected in zip(lines, bad.problems):
         assert line.startswith(f'cell.xml:{expected}')
-        assert len(line) < LONGEST_LINE
+        assert len(line) < MAX_LINE
     assert len(lines) == len(bad.problems), lines
 
 

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.rviz.window_geometry import (
-    LEAST_LAUNCHER_PX,
-    LEAST_RVIZ_PX,
-    LEAST_TIMELINE_PX,
-    LEAST_UPPER_PX,
+    MIN_LAUNCHER_PX,
+    MIN_RVIZ_PX,
+    MIN_TIMELINE_PX,
+    MIN_UPPER_PX,
     Frame,
     Places,
     Rectangle,
@@ -71,11 +71,11 @@ def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Fra
                                                      sizes: Sizes, is_wide: bool) -> None:
     launcher, rviz, timeline = places(room, frame, sizes, is_wide)
     sides = frame.left + frame.right
-    if room.width >= LEAST_LAUNCHER_PX + LEAST_RVIZ_PX + 2 * sides:
-        assert launcher.width >= LEAST_LAUNCHER_PX and rviz.width >= LEAST_RVIZ_PX
-    if room.height >= LEAST_UPPER_PX + LEAST_TIMELINE_PX:
-        assert timeline.height >= LEAST_TIMELINE_PX
-        assert launcher.height + frame.top + frame.bottom >= LEAST_UPPER_PX
+    if room.width >= MIN_LAUNCHER_PX + MIN_RVIZ_PX + 2 * sides:
+        assert launcher.width >= MIN_LAUNCHER_PX and rviz.width >= MIN_RVIZ_PX
+    if room.height >= MIN_UPPER_PX + MIN_TIMELINE_PX:
+        assert timeline.height >= MIN_TIMELINE_PX
+        assert launcher.height + frame.top + frame.bottom >= MIN_UPPER_PX
 
 
 @given(st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(-5, 300), st.integers(-5, 300)),

@@ -52,5 +52,5 @@ def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(bag_target, 'LEAST_FREE_BYTES', 1 << 60)
+    monkeypatch.setattr(bag_target, 'MIN_FREE_BYTES', 1 << 60)
     assert 'is full' in look_at(str(tmp_path)).problem

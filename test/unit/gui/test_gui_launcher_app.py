@@ -30,11 +30,11 @@ from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import HOLD_S, times
 from process_visualizer.msg import DetectedObject, DetectedObjects
-from process_visualizer.rviz.window_geometry import LEAST_LAUNCHER_PX
+from process_visualizer.rviz.window_geometry import MIN_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
 VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'
-SMALLEST_SCREEN_PX = 800 - 32  # 1280x800 without a title bar: a lower one scrolls
+MIN_SCREEN_PX = 800 - 32  # 1280x800 without a title bar: a lower one scrolls
 SCROLL_BAR_PX = 20
 
 
@@ -84,8 +84,8 @@ def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: 
     load(window, qtbot, config, BROKEN)
     assert 'Keeping the last valid configuration' in note(window)
     column = window.centralWidget().widget()
-    assert column.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
-    assert column.minimumSizeHint().width() <= LEAST_LAUNCHER_PX - SCROLL_BAR_PX
+    assert column.minimumSizeHint().height() <= MIN_SCREEN_PX
+    assert column.minimumSizeHint().width() <= MIN_LAUNCHER_PX - SCROLL_BAR_PX
 
 
 def test_nothing_is_scrolled_to_before_everything_has_given_way(window: LauncherApp, qtbot: Any,
@@ -105,7 +105,7 @@ def test_nothing_is_scrolled_to_before_everything_has_given_way(window: Launcher
 def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, config: Path) -> None:
     load(window, qtbot, config, VALID)
     launcher, launch = window._launcher, window.launch
-    window.resize(window.minimumSizeHint().width(), SMALLEST_SCREEN_PX)
+    window.resize(window.minimumSizeHint().width(), MIN_SCREEN_PX)
     still = (launch.realtime, launch.apply, launch.launch, launch.view, window.panels.tabBar(),
              window.devices)
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from playback_stand import PAUSED
 
-from process_visualizer.gui.playback.playback_state import MOST_AHEAD_S, PlaybackPosition
+from process_visualizer.gui.playback.playback_state import MAX_AHEAD_S, PlaybackPosition
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 
 PLAYING = PAUSED._replace(paused=False, achieved_rate=1.0, position_s=5.0)
@@ -36,7 +36,7 @@ def test_it_stands_while_paused() -> None:
 
 
 def test_it_waits_for_a_player_that_says_nothing_any_more() -> None:
-    assert position_of(PLAYING).at(1060.0) == pytest.approx(5.0 + MOST_AHEAD_S)
+    assert position_of(PLAYING).at(1060.0) == pytest.approx(5.0 + MAX_AHEAD_S)
 
 
 def test_a_state_from_the_future_is_not_extrapolated_into_the_past() -> None:

@@ -12,7 +12,7 @@ from playback_stand import PAUSED
 from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.playback.playback_state import SHORTEST_LOOP_S
+from process_visualizer.gui.playback.playback_state import MIN_LOOP_S
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 
 LENGTH_S = PAUSED.duration_s
@@ -69,7 +69,7 @@ class SmallPlayer:
         self.change(paused=True, position_s=min(max(position_s, 0.0), LENGTH_S))
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> None:
-        assert end_s - begin_s >= SHORTEST_LOOP_S - 1e-6
+        assert end_s - begin_s >= MIN_LOOP_S - 1e-6
         self.change(loop=(begin_s, end_s) if loop else None)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from playback_stand import PAUSED
 
 from process_visualizer.gui.playback.playback_state import (
-    SHORTEST_LOOP_S,
+    MIN_LOOP_S,
     TIMES,
     LoopPoints,
     Marks,
@@ -105,7 +105,7 @@ def test_a_comes_before_b_whatever_is_set_and_dragged(changes: List[Tuple[str, f
         begin_s, end_s = changed.bounds(LENGTH_S)
         assert 0.0 <= begin_s <= end_s <= LENGTH_S
         if what in 'AB':
-            assert end_s - begin_s >= SHORTEST_LOOP_S - 1e-6
+            assert end_s - begin_s >= MIN_LOOP_S - 1e-6
         points = changed if changed.is_long_enough(LENGTH_S) else points
 
 

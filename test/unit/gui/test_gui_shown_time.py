@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.gui.toolkit.time_axis import SHORTEST_S, ShownTime, whole
+from process_visualizer.gui.toolkit.time_axis import MIN_S, ShownTime, whole
 
 HOUR = whole(3600.0)
 LENGTHS, SHARES = st.floats(0.0, 40_000.0), st.floats(0.0, 1.0)
@@ -20,7 +20,7 @@ def test_closer_around_a_moment() -> None:
 
 
 def test_never_less_than_a_second_or_more_than_all() -> None:
-    assert HOUR.zoomed(1e-9, 900.0).duration_s == SHORTEST_S
+    assert HOUR.zoomed(1e-9, 900.0).duration_s == MIN_S
     assert HOUR.zoomed(0.1, 900.0).zoomed(1e9, 900.0) == HOUR
     assert whole(0.4).zoomed(0.1, 0.2) == whole(0.4)
 
@@ -49,7 +49,7 @@ def test_it_never_leaves_the_recording(length_s: float,
     for name, time_s, number in steps:
         shown = STEPS[name](shown, time_s, number)
         assert shown.begin_s >= 0.0 and shown.end_s <= length_s * (1 + 1e-9)
-        assert shown.duration_s >= min(SHORTEST_S, length_s)
+        assert shown.duration_s >= min(MIN_S, length_s)
 
 
 @given(SHARES, SHARES)

@@ -38,14 +38,14 @@ def hanging_node() -> Iterator[str]:
 class Watch:
     """Watches nodes in a time of its own, which goes on by a step after each wait."""
 
-    STEP_S, MOST_STEPS = 0.05, 2000
+    STEP_S, MAX_STEPS = 0.05, 2000
 
     def __init__(self, pulses: Pulses) -> None:
         self._pulses, self._now_s = pulses, 1000.0
 
     def until(self, condition: Callable[[], bool]) -> None:
         """Step until a condition holds."""
-        for _ in range(self.MOST_STEPS):
+        for _ in range(self.MAX_STEPS):
             if condition():
                 return
             self._pulses.step(self._now_s, self.STEP_S)

@@ -14,12 +14,12 @@ from std_msgs.msg import Float32MultiArray, UInt8MultiArray
 
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.player.bag_publishers import PublishedTopic
-from process_visualizer.player.player_services import LARGEST_BYTES, TopicReadingService
+from process_visualizer.player.player_services import MAX_BYTES, TopicReadingService
 from process_visualizer.srv import ReadTopicRequest
 
 BEGIN_S = 1_600_000_000
 TIMES_MS = range(0, 1001, 8)
-IMAGE_BYTES = LARGEST_BYTES // 10
+IMAGE_BYTES = MAX_BYTES // 10
 
 
 def tcf(time_ms: int) -> Float32MultiArray:

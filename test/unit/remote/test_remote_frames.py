@@ -8,7 +8,7 @@ import pytest
 
 from process_visualizer.remote.frames import (
     GREETING,
-    MOST_BYTES,
+    MAX_BYTES,
     FrameReader,
     FramesBroken,
     Kind,
@@ -50,7 +50,7 @@ def test_what_is_no_frame_is_refused_at_once(stream: bytes) -> None:
 def test_claimed_lengths_are_checked_before_anything_is_kept() -> None:
     reader, parts = FrameReader(), MessageParts()
     huge, small, part = reader.take(
-        GREETING + frame_bytes(Kind.BEGIN, struct.pack('<QQ', 0, MOST_BYTES + 1), 1)
+        GREETING + frame_bytes(Kind.BEGIN, struct.pack('<QQ', 0, MAX_BYTES + 1), 1)
         + frame_bytes(Kind.BEGIN, struct.pack('<QQ', 0, 2), 1) + frame_bytes(Kind.PART, b'abc', 1))
     with pytest.raises(FramesBroken):
         parts.begin(huge)

@@ -190,7 +190,7 @@ class ThemeChoice(QObject):
 _MARGIN = 10
 _DEVICES_SHARE, _PANELS_SHARE = 1, 2
 """Of the height; what is in them does not count, so that the buttons between them do not move."""
-_LEAST_DEVICES_PX = 160
+_MIN_DEVICES_PX = 160
 
 
 class LauncherApp(QMainWindow):
@@ -264,7 +264,7 @@ class LauncherApp(QMainWindow):
     def _devices_group(self) -> QWidget:
         group = QWidget()
         group.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
-        group.setMinimumHeight(_LEAST_DEVICES_PX)
+        group.setMinimumHeight(_MIN_DEVICES_PX)
         layout = QVBoxLayout(group)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)

@@ -114,7 +114,7 @@ class SecondLauncher(QObject):
 _EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
                 'an RViz of its own; nothing is changed in it. There it has to be started with '
                 '--remote (see docs/remote.md).')
-_MOST_LINES = 500
+_MAX_LINES = 500
 
 
 class WatchDialog(QDialog):
@@ -136,7 +136,7 @@ class WatchDialog(QDialog):
         self.lines = QPlainTextEdit()
         self.lines.setObjectName('watch_lines')
         self.lines.setReadOnly(True)
-        self.lines.setMaximumBlockCount(_MOST_LINES)
+        self.lines.setMaximumBlockCount(_MAX_LINES)
         self._process = QProcess(self)
         self._process.setProcessChannelMode(QProcess.MergedChannels)
         self._process.readyReadStandardOutput.connect(self._read)

@@ -20,7 +20,7 @@ from process_visualizer.gui.toolkit.icons import icon
 
 # One window for all unexpected errors.
 
-_MOST_ERRORS = 20
+_MAX_ERRORS = 20
 _ICON_PX = 28
 
 
@@ -48,7 +48,7 @@ class ErrorDialog(TextDialog):
         """Show an error, or count it if it is listed already."""
         known = next((it for it in self._errors
                       if (it.place, it.summary) == (error.place, error.summary)), error)
-        if known in self._errors or len(self._errors) < _MOST_ERRORS:
+        if known in self._errors or len(self._errors) < _MAX_ERRORS:
             self._errors[known] = self._errors.get(known, 0) + 1
         self._refresh()
         if not self.isVisible():

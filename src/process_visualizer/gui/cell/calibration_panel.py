@@ -227,7 +227,7 @@ class CalibrationPanel(QWidget):
 
 
 _CENTER, _SIZE = ('centre x', 'centre y', 'centre z'), ('size x', 'size y', 'size z')
-_REACH_M, _SHORTEST_M, _STEP_M = 100.0, 0.001, 0.01
+_REACH_M, _MIN_M, _STEP_M = 100.0, 0.001, 0.01
 _HINT = 'Arrow keys and wheel: 1 cm; with Ctrl ten times as much'
 
 
@@ -261,7 +261,7 @@ class RegionPanel(QWidget):
 
     def _field(self, index: int, name: str) -> NumberField:
         field = NumberField(name)
-        field.setRange(-_REACH_M if name in _CENTER else _SHORTEST_M, _REACH_M)
+        field.setRange(-_REACH_M if name in _CENTER else _MIN_M, _REACH_M)
         field.setDecimals(4)
         field.setSingleStep(_STEP_M)
         field.setSuffix(' m')

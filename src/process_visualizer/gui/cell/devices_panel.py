@@ -40,7 +40,7 @@ from process_visualizer.health.node_warnings import NodeWarning, Severity, count
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, exit_words
 
 _NAME, _STATE = 0, 1
-_FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 2, 14, 4
+_MIN_ROWS, _MAX_ROWS, _ROW_SPACING_PX = 2, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
 _HINT = 'Press Enter to read the whole text'
 _COLORS = {Level.OFF: 'quiet', Level.GOOD: 'good', Level.WAITING: 'quiet', Level.WARNING: 'warning',
@@ -125,11 +125,11 @@ class DevicesView(QTreeWidget):
 
     def sizeHint(self) -> QSize:
         """Return a size with room for all open rows, up to a limit."""
-        return self._size_of(min(max(self._open_rows(), _FEWEST_ROWS), _MOST_ROWS))
+        return self._size_of(min(max(self._open_rows(), _MIN_ROWS), _MAX_ROWS))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which some rows can be seen."""
-        return self._size_of(_FEWEST_ROWS)
+        return self._size_of(_MIN_ROWS)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give names and states half of the width each."""

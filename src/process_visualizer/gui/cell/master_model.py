@@ -19,7 +19,7 @@ _FAREWELL_TIMEOUT_S = 5.0
 """A master that hangs does not answer when the node unregisters."""
 _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
-_MOST_FAILURES = 3
+_MAX_FAILURES = 3
 """Most failed checks in a row; a busy master may miss one."""
 
 
@@ -84,7 +84,7 @@ class MasterModel(QObject):
 
     def _count(self, online: bool) -> None:
         self._failures = 0 if online else self._failures + 1
-        if self.is_connected and self._failures >= _MOST_FAILURES:
+        if self.is_connected and self._failures >= _MAX_FAILURES:
             self.problem = 'The ROS master is not responding'
             self._set_lost(True)
             self.lost.emit()

@@ -90,7 +90,7 @@ class MadeNotice(NoticeFrame):
         self.show()
 
 
-_MOST_SENTENCES = 3
+_MAX_SENTENCES = 3
 _MEANING = {
     Mode.PLAYBACK: '{}, in addition to the recording: what you see is a mixture. Stop that node.',
     Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
@@ -108,8 +108,8 @@ class MixtureNotice(NoticeFrame):
     def _show(self) -> None:
         sentences, mode = self._model.sentences, self._model.mode
         if sentences and mode is not None:
-            more = len(sentences) - _MOST_SENTENCES
-            text = '; '.join(sentences[:_MOST_SENTENCES])
+            more = len(sentences) - _MAX_SENTENCES
+            text = '; '.join(sentences[:_MAX_SENTENCES])
             text += f'; and {more} more' if more > 0 else ''
             self._text.setText(_MEANING[mode].format(text))
             self._text.setToolTip('\n'.join(sentences))

@@ -72,7 +72,7 @@ def _texts(values: Any) -> Tuple[str, ...]:
 
 
 LINE = 'comparison'
-_MOST_KEPT = 50
+_MAX_KEPT = 50
 
 
 class ListedRun(NamedTuple):
@@ -192,7 +192,7 @@ class CompareModel(QObject):
 
     def settings(self) -> Dict[str, Any]:
         """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
-        newest = list(self._with_present().values())[-_MOST_KEPT:]
+        newest = list(self._with_present().values())[-_MAX_KEPT:]
         last = self._recording if self._recording or self._runs else self._last
         return {'comparisons': [it.settings() for it in newest], 'last': list(last)}
 

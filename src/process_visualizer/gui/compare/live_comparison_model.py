@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.curves.live_curves import LONGEST_S, LiveCurve, LiveWindow
+from process_visualizer.curves.live_curves import MAX_S, LiveCurve, LiveWindow
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
@@ -26,8 +26,8 @@ from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
-_MOST_TOLD = 2
-_MOST_FINISHED = 500
+_MAX_TOLD = 2
+_MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
@@ -48,7 +48,7 @@ class LiveComparisonModel(QObject):
         self._compare, self._live = compare, live
         self._compared: Optional[Compared] = None
         self._comparison: Optional[LiveComparison] = None
-        self._history = PhaseHistory(LONGEST_S)
+        self._history = PhaseHistory(MAX_S)
         self._phase: Optional[PhaseSnapshot] = None
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._now_s = 0.0
@@ -112,7 +112,7 @@ class LiveComparisonModel(QObject):
             return _NO_RUN.format(comparison.name)
         if not self._departures:
             return f'Run in range ({_place(phase)})'
-        told = [departure_text(it, self._now_s) for it in self._departures[:_MOST_TOLD]]
+        told = [departure_text(it, self._now_s) for it in self._departures[:_MAX_TOLD]]
         more = len(self._departures) - len(told)
         return '\n'.join(told) + (f'\nand {more} more' if more else '')
 
@@ -148,12 +148,12 @@ class LiveComparisonModel(QObject):
 
     def _finish(self, run: Optional[FinishedRun]) -> None:
         if run is not None:
-            self._finished = (*self._finished, run)[-_MOST_FINISHED:]
+            self._finished = (*self._finished, run)[-_MAX_FINISHED:]
             self.run_finished.emit()
 
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
-        self._history = PhaseHistory(LONGEST_S)
+        self._history = PhaseHistory(MAX_S)
         self.changed.emit()
 
     def _judge(self, window: LiveWindow) -> None:

@@ -103,7 +103,7 @@ def _key(parts: Sequence[Any]) -> Key:
     return device, label, topic
 
 
-_MOST_CONFIGURATIONS = 50  # that are remembered
+_MAX_CONFIGURATIONS = 50  # that are remembered
 
 
 class LaneChoices(QObject):
@@ -136,7 +136,7 @@ class LaneChoices(QObject):
 
     def settings(self) -> Dict[str, Any]:
         """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
-        newest = list(self._choices.items())[-_MOST_CONFIGURATIONS:]
+        newest = list(self._choices.items())[-_MAX_CONFIGURATIONS:]
         return {path: choice.settings() for path, choice in newest if choice != LaneChoice()}
 
     def restore(self, settings: Dict[str, Any]) -> None:

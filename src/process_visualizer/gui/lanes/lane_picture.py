@@ -30,7 +30,7 @@ from process_visualizer.gui.toolkit.theme import readable_colour, theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
 OPACITIES = 128  # steps of opacity, from transparent to opaque
-MOST_OPAQUE = OPACITIES - 1
+MAX_OPAQUE = OPACITIES - 1
 
 
 def covered_dots(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
@@ -92,13 +92,13 @@ def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: floa
           * (rect.height() - LINE) + away) * dots).clip(-1.0, rows + 1.0).astype(np.float32)
         for values, away in ((part.high, -halo_px), (part.low, halo_px)))
     upper[~known] = lower[~known]
-    opaque = (covered_dots(upper, lower, rows) * MOST_OPAQUE + 0.5).astype(np.uint8)
+    opaque = (covered_dots(upper, lower, rows) * MAX_OPAQUE + 0.5).astype(np.uint8)
     data = opaque.tobytes()
     image = QImage(data, opaque.shape[1], rows, opaque.shape[1],
                    QImage.Format_Indexed8)
     image.setColorTable([
         QColor(colour.red(), colour.green(), colour.blue(),
-               colour.alpha() * step // MOST_OPAQUE).rgba() for step in range(OPACITIES)])
+               colour.alpha() * step // MAX_OPAQUE).rgba() for step in range(OPACITIES)])
     return image.copy()  # the bytes belong to nobody else afterwards
 
 
@@ -247,7 +247,7 @@ def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
 def _colours(curve: Lane) -> List[int]:
     """The colour of a curve with each opacity, and the one beyond its limits."""
     beyond = curve.colour if curve.limits is None else curve.limits.color
-    opacity = np.rint(np.arange(OPACITIES) * (255 / MOST_OPAQUE)).astype(np.uint32) << 24
+    opacity = np.rint(np.arange(OPACITIES) * (255 / MAX_OPAQUE)).astype(np.uint32) << 24
     colours: List[int] = np.concatenate([
         opacity | (readable_colour(colour).rgb() & 0xffffff) for colour in (curve.colour, beyond)
     ]).tolist()
@@ -286,7 +286,7 @@ def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
                         np.where(known, np.maximum(lower, zero), upper), rows)
         body *= np.float32(soft)
         np.maximum(covered, body, out=covered)
-    covered *= np.float32(MOST_OPAQUE)
+    covered *= np.float32(MAX_OPAQUE)
     covered += np.float32(0.5)
     return covered.astype(np.uint8)
 

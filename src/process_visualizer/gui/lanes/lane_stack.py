@@ -47,7 +47,7 @@ def add_lane_actions(menu: QMenu, choices: LaneChoices, lane: Lane, above: Optio
 
 
 _EDGES = 2  # px above and below all lanes
-_LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
+_MIN_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts
 _BACKGROUND_ALPHA = 225  # texts are readable over the playhead
 _FOLD_PX, _FOLD_SIZE = 13, 3.5  # of the triangle that folds a lane: its place, and half of it
@@ -189,7 +189,7 @@ class LaneStack(QObject):
         """Draw a curve's name, with its scale if that is not the one at the left."""
         lane, curve = self.lanes[row], self.lanes[row].curves[number]
         metrics, room = QFontMetricsF(painter.font()), right - rect.left()
-        if room < _LEAST_NAME:
+        if room < _MIN_NAME:
             return
         text = curve.label
         if curve.scale_name != lane.scale_name and not lane.is_folded:

@@ -16,8 +16,8 @@ from process_visualizer.gui.lanes.lane_choice import LaneChoice
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 _HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
-_LEAST_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
-_MOST_DECIMALS = 6
+_MIN_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
+_MAX_DECIMALS = 6
 _IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
 
 
@@ -82,7 +82,7 @@ class Lane:
     def least_span(self) -> float:
         """Return how much the values have to differ to fill the lane."""
         low, high = self.extent
-        return 0.0 if math.isnan(low) else _LEAST_SPAN * (high - low)
+        return 0.0 if math.isnan(low) else _MIN_SPAN * (high - low)
 
     @cached_property
     def is_whole(self) -> bool:
@@ -159,7 +159,7 @@ def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -
 
 def decimals_for(span: float) -> int:
     """Return how many decimals show about a hundredth of a span of values."""
-    return min(max(2 - math.floor(math.log10(max(span, 1e-9)) + 1e-9), 0), _MOST_DECIMALS)
+    return min(max(2 - math.floor(math.log10(max(span, 1e-9)) + 1e-9), 0), _MAX_DECIMALS)
 
 
 def number_text(value: float, decimals: int, sign: str = '') -> str:

@@ -13,11 +13,11 @@ from process_visualizer.curves.live_curves import LiveCurves, LiveWindow, Recent
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
 from process_visualizer.gui.toolkit.tasks import Tasks
 
-MOST_SHARE = 0.08
+MAX_SHARE = 0.08
 """Of a core, for reading and drawing; many curves on a slow computer come less often."""
-_CALM_SHARE = 0.75 * MOST_SHARE  # below this it may be faster again
+_CALM_SHARE = 0.75 * MAX_SHARE  # below this it may be faster again
 _STEP = 1.2
-LONGEST_MS = 500
+MAX_MS = 500
 
 
 class LookPace:
@@ -33,11 +33,11 @@ class LookPace:
         from that look to this one.
         """
         share = spent_s / elapsed_s if elapsed_s > 0.0 else 0.0
-        if share > MOST_SHARE:
+        if share > MAX_SHARE:
             self._factor *= _STEP
         elif share < _CALM_SHARE:
             self._factor /= _STEP
-        self._factor = min(max(self._factor, 1.0), max(LONGEST_MS / wanted_ms, 1.0))
+        self._factor = min(max(self._factor, 1.0), max(MAX_MS / wanted_ms, 1.0))
         return round(wanted_ms * self._factor)
 
 
@@ -134,7 +134,7 @@ class LiveCurvesModel(QObject):
             self._follow()
 
     def set_duration(self, duration_s: float) -> None:
-        """Show so much of the past, at most LONGEST_S."""
+        """Show so much of the past, at most MAX_S."""
         self._duration_s = duration_s
         self._follow(now=True)
 

@@ -38,7 +38,7 @@ from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import Span, times
 
-_FEWEST_LANES = 2  # that are visible, if there are so many
+_MIN_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _TICK_PX = 80.0
 _NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
@@ -123,7 +123,7 @@ class LiveTimeline(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which some lanes can be seen."""
-        return QSize(260, self._height_of(min(len(self.stack.lanes), _FEWEST_LANES)))
+        return QSize(260, self._height_of(min(len(self.stack.lanes), _MIN_LANES)))
 
     def _height_of(self, lanes: int) -> int:
         return int(HEADER_HEIGHT) + self.stack.height_of(lanes)

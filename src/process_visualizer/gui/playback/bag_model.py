@@ -279,7 +279,7 @@ class CurvesModel(QObject):
 
 
 _FILES, _REINDEXING = 'files', 'reindexing'
-_MOST_RECENT = 8
+_MAX_RECENT = 8
 _NS_PER_S = 1_000_000_000
 
 Paths = Tuple[str, ...]
@@ -564,7 +564,7 @@ class BagModel(QObject):
 
     def _remember(self, paths: Paths) -> None:
         others: List[Paths] = [it for it in self._recent if it != paths]
-        self._recent = (paths, *others)[:_MOST_RECENT]
+        self._recent = (paths, *others)[:_MAX_RECENT]
         self._folder = os.path.dirname(paths[0])
 
     def _watch(self) -> None:

@@ -33,7 +33,7 @@ from process_visualizer.health.figures import count_text, size_text
 from process_visualizer.playback.timeline import format_time
 
 _NAME, _COUNT, _RATE, _TYPE = range(4)
-_MOST_ROWS = 8
+_MAX_ROWS = 8
 _WIDE_PX = 560
 
 
@@ -66,7 +66,7 @@ class PlayedTopicsTable(TopicTree):
         self._rows = {topic.name: _row(topic) for topic in found.topics}
         self.addTopLevelItems(list(self._rows.values()))
         self._show_ticks()
-        rows = min(len(found.topics), _MOST_ROWS)
+        rows = min(len(found.topics), _MAX_ROWS)
         self.setFixedHeight(self.header().sizeHint().height() + 4
                             + rows * max(self.sizeHintForRow(0), 18))
 
@@ -96,8 +96,8 @@ def _row(topic: CatalogueTopic) -> QTreeWidgetItem:
     return row
 
 
-_MOST_NAMED = 3
-_MOST_REMARKS = 2
+_MAX_NAMED = 3
+_MAX_REMARKS = 2
 
 
 class BagView(QWidget):
@@ -308,9 +308,9 @@ def _warnings(bag: BagModel) -> List[str]:
     if problems:
         parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
         lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
-    lines += [(theme().warning, html.escape(it)) for it in remarks[:_MOST_REMARKS]]
-    if len(remarks) > _MOST_REMARKS:
-        more = count_text(len(remarks) - _MOST_REMARKS, 'more such remark')
+    lines += [(theme().warning, html.escape(it)) for it in remarks[:_MAX_REMARKS]]
+    if len(remarks) > _MAX_REMARKS:
+        more = count_text(len(remarks) - _MAX_REMARKS, 'more such remark')
         lines.append((theme().warning, f'and {more}'))
     return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
 
@@ -322,5 +322,5 @@ def _whole_warnings(bag: BagModel) -> str:
 
 
 def _named(topics: Tuple[str, ...]) -> str:
-    more = len(topics) - _MOST_NAMED
-    return ', '.join(topics[:_MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
+    more = len(topics) - _MAX_NAMED
+    return ', '.join(topics[:_MAX_NAMED]) + (f' and {more} more' if more > 0 else '')

@@ -14,7 +14,7 @@ from process_visualizer.gui.toolkit.theme import theme, translucent
 from process_visualizer.gui.toolkit.time_axis import ShownTime, whole
 
 HEIGHT = 18
-_LEAST_FRAME = 8.0  # px: it can be grabbed however short the part is
+_MIN_FRAME = 8.0  # px: it can be grabbed however short the part is
 _OUTSIDE_ALPHA = 190  # over what is not shown
 
 
@@ -56,7 +56,7 @@ class Minimap(QScrollBar):
     def frame(self) -> QRectF:
         """The place of the part that is shown."""
         scale = self.width() / self._total
-        width = max(self.pageStep() * scale, _LEAST_FRAME)
+        width = max(self.pageStep() * scale, _MIN_FRAME)
         middle = (self.value() + self.pageStep() / 2) * scale
         left = min(max(middle - width / 2, 0.0), self.width() - width)
         return QRectF(left, 0.0, width, self.height())

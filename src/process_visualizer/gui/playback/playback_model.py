@@ -14,7 +14,7 @@ from process_visualizer.gui.playback.playback_commands import (
     StepCommands,
 )
 from process_visualizer.gui.playback.playback_state import (
-    SHORTEST_LOOP_S,
+    MIN_LOOP_S,
     LoopPoints,
     Marks,
     PlacedMark,
@@ -388,7 +388,7 @@ class PlaybackModel(QObject):
         if not self.is_available:
             return
         if not points.is_long_enough(self.duration_s):
-            self.failed.emit(f'A and B must be at least {SHORTEST_LOOP_S:g} s apart')
+            self.failed.emit(f'A and B must be at least {MIN_LOOP_S:g} s apart')
             return
         self._state = self._state._replace(points=points)
         if on or self.is_looping:

@@ -10,7 +10,7 @@ from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S
 
 # The points A and B between which playback is repeated.
 
-SHORTEST_LOOP_S = MIN_LOOP_NS / NS_PER_S
+MIN_LOOP_S = MIN_LOOP_NS / NS_PER_S
 _SAME_S = 1e-6
 
 
@@ -28,7 +28,7 @@ class LoopPoints(NamedTuple):
     def is_long_enough(self, duration_s: float) -> bool:
         """Return whether a player can repeat it."""
         begin_s, end_s = self.bounds(duration_s)
-        return end_s - begin_s >= SHORTEST_LOOP_S - _SAME_S
+        return end_s - begin_s >= MIN_LOOP_S - _SAME_S
 
     def with_begin(self, time_s: float) -> LoopPoints:
         """Return the points with another A; a B before it is given up: A to the end."""
@@ -45,8 +45,8 @@ class LoopPoints(NamedTuple):
         """Return the points with 'A' or 'B' dragged to a time, as far as the other one allows."""
         begin_s, end_s = self.bounds(duration_s)
         if which == 'A':
-            return self._replace(begin_s=max(min(time_s, end_s - SHORTEST_LOOP_S), 0.0))
-        return self._replace(end_s=min(max(time_s, begin_s + SHORTEST_LOOP_S), duration_s))
+            return self._replace(begin_s=max(min(time_s, end_s - MIN_LOOP_S), 0.0))
+        return self._replace(end_s=min(max(time_s, begin_s + MIN_LOOP_S), duration_s))
 
 
 def points_of(loop: Tuple[float, float], duration_s: float) -> LoopPoints:
@@ -241,7 +241,7 @@ def _without_position(snapshot: Optional[PlayerSnapshot]) -> Optional[PlayerSnap
                              achieved_rate=round(snapshot.achieved_rate, 2))
 
 
-MOST_AHEAD_S = 0.5  # a player that has said nothing for so long may have ended
+MAX_AHEAD_S = 0.5  # a player that has said nothing for so long may have ended
 
 
 class PlaybackPosition:
@@ -281,7 +281,7 @@ def _continues(before: PlayerSnapshot, after: PlayerSnapshot) -> bool:
 def _position(snapshot: PlayerSnapshot, now_s: float) -> float:
     if snapshot.paused:
         return snapshot.position_s
-    played_s = min(max(now_s - snapshot.stamp_s, 0.0), MOST_AHEAD_S) * snapshot.achieved_rate
+    played_s = min(max(now_s - snapshot.stamp_s, 0.0), MAX_AHEAD_S) * snapshot.achieved_rate
     limit_s = _limit(snapshot)
     clamp = min if snapshot.rate > 0.0 else max
     return clamp(snapshot.position_s + played_s, limit_s)

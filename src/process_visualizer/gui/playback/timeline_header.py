@@ -70,9 +70,9 @@ def _distance(place: QPointF, axis: TimeAxis, mark: PlacedMark) -> float:
     return abs(place.x() - axis.x(mark.position_s) - FLAG_WIDTH / 2)
 
 
-_LEAST_LABEL = 34.0  # px: less room than this is not worth a label
+_MIN_LABEL = 34.0  # px: less room than this is not worth a label
 _KNOB = 6.5
-_SHORTEST_ALARM = 3.0  # px
+_MIN_ALARM = 3.0  # px
 
 
 class Loop(NamedTuple):
@@ -150,7 +150,7 @@ def _draw_bars(painter: QPainter, axis: TimeAxis, bars: Sequence[Tuple[float, fl
     for begin_s, end_s in bars:
         left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
         if right > left or axis.left < left < axis.right:
-            painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4),
+            painter.fillRect(QRectF(left, top, max(right - left, _MIN_ALARM), 4),
                              QColor(color))
 
 
@@ -227,7 +227,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
                                        QPointF(x + FLAG_WIDTH, FLAGS_TOP + 6),
                                        QPointF(x, FLAGS_TOP + 10)]))
         room = end - x - FLAG_WIDTH - 8
-        if room >= _LEAST_LABEL:
+        if room >= _MIN_LABEL:
             painter.setPen(QColor(theme().text))
             painter.drawText(QRectF(x + FLAG_WIDTH + 3, FLAGS_TOP - 1, room, FLAGS_HEIGHT - 3),
                              Qt.AlignLeft | Qt.AlignVCenter,

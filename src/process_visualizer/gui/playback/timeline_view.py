@@ -121,7 +121,7 @@ def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
     painter.setBrush(Qt.NoBrush)
 
 
-_FEWEST_LANES = 2  # that are visible, if there are so many
+_MIN_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _CURSORS = {'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor, 'moment': Qt.SizeHorCursor,
             'mark': Qt.PointingHandCursor}
@@ -234,7 +234,7 @@ class TimelineView(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which the slider and some lanes can be used."""
-        return QSize(260, self._height_of(min(len(self.stack.lanes), _FEWEST_LANES)))
+        return QSize(260, self._height_of(min(len(self.stack.lanes), _MIN_LANES)))
 
     def _height_of(self, lanes: int) -> int:
         return int(HEADER_HEIGHT) + self.stack.height_of(lanes) + BAR_HEIGHT

@@ -239,8 +239,8 @@ class TimeLabel(QLabel):
 
 
 _WIDE_SPACING, _NARROW_SPACING = 24, 8
-_LEAST_WIDTH = 400
-_LONGEST_SLIDER, _UNLIMITED = 420, 16777215  # px; the second one is Qt's own
+_MIN_WIDTH = 400
+_MAX_SLIDER, _UNLIMITED = 420, 16777215  # px; the second one is Qt's own
 _ICON = QSize(20, 20)
 
 
@@ -368,7 +368,7 @@ class TransportView(QWidget):
     def minimumSizeHint(self) -> QSize:
         """Return a size in which several rows can be used, so that one row can be narrowed."""
         size = super().minimumSizeHint()
-        return QSize(min(size.width(), _LEAST_WIDTH), size.height())
+        return QSize(min(size.width(), _MIN_WIDTH), size.height())
 
     def _width_of(self, *parts: QWidget) -> int:
         """The width of parts of one row, and of the space beside them."""
@@ -387,7 +387,7 @@ class TransportView(QWidget):
             self._grid.addWidget(widget, *place)
         is_wide = rows < 3
         self.reached.setMinimumWidth(self._reached_width() if is_wide else 0)
-        self.slider.setMaximumWidth(_LONGEST_SLIDER if rows == 1 else _UNLIMITED)
+        self.slider.setMaximumWidth(_MAX_SLIDER if rows == 1 else _UNLIMITED)
         self._grid.setHorizontalSpacing(_WIDE_SPACING if is_wide else _NARROW_SPACING)
         for column in range(5):
             self._grid.setColumnStretch(column, int(column == (4, 1, 0)[rows - 1]))

@@ -21,7 +21,7 @@ from process_visualizer.health.device_state import TopicWatch
 
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
 """Folders that the recorder takes from anybody, besides the home folder."""
-LEAST_FREE_BYTES = 1 << 30
+MIN_FREE_BYTES = 1 << 30
 """The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
 
 
@@ -107,9 +107,9 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
     if not os.access(existing, os.W_OK | os.X_OK):
         return (f'you may not write into {existing}; choose another folder, or let its owner '
                 'give you the permission')
-    if free_bytes is not None and free_bytes < LEAST_FREE_BYTES:
+    if free_bytes is not None and free_bytes < MIN_FREE_BYTES:
         return (f'the disk of {folder} is full: {free_bytes >> 20} MB are left, a recording needs '
-                f'{LEAST_FREE_BYTES >> 20} MB; delete old recordings or choose another disk')
+                f'{MIN_FREE_BYTES >> 20} MB; delete old recordings or choose another disk')
     return ''
 
 
@@ -395,4 +395,4 @@ def disk_room(phase: Phase, snapshot: RecorderSnapshot, seen_bytes: Optional[int
         return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s)
     if seen_bytes is None or snapshot.rate <= 0:
         return DiskRoom(seen_bytes, None)
-    return DiskRoom(seen_bytes, max(0, seen_bytes - LEAST_FREE_BYTES) / snapshot.rate)
+    return DiskRoom(seen_bytes, max(0, seen_bytes - MIN_FREE_BYTES) / snapshot.rate)

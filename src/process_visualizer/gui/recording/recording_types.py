@@ -74,7 +74,7 @@ class FinishedBag(NamedTuple):
     figures: Optional[Figures] = None
 
 
-_LONGEST_S = 1.5
+_MAX_S = 1.5
 """The recorder tells its state every half second; a clock that runs on without it would lie."""
 
 
@@ -97,7 +97,7 @@ class RecordingClock(NamedTuple):
 
     def elapsed_s(self, now_s: float) -> float:
         """Return the elapsed time."""
-        passed_s = min(now_s - self.taken_s, _LONGEST_S) if self.is_running else 0.0
+        passed_s = min(now_s - self.taken_s, _MAX_S) if self.is_running else 0.0
         return max(self.shown_s, self.duration_s + passed_s)
 
 

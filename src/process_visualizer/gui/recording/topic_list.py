@@ -51,7 +51,7 @@ class TopicTree(QTreeWidget):
 
 
 _NAME, _RATE = 0, 1
-_FEWEST_ROWS = 6
+_MIN_ROWS = 6
 _UNHEALTHY = (TopicHealth.SILENT, TopicHealth.NO_PUBLISHER, TopicHealth.NO_MESSAGE)
 
 
@@ -139,7 +139,7 @@ class TopicList(QWidget):
         rows = self._tree.topLevelItemCount() + len(self._items)
         height = self._tree.sizeHintForRow(0) if rows else 20
         frame = 2 * self._tree.frameWidth()
-        self._tree.setMinimumHeight(height * min(rows, _FEWEST_ROWS) + frame)
+        self._tree.setMinimumHeight(height * min(rows, _MIN_ROWS) + frame)
         self._tree.setMaximumHeight(height * rows + frame)
 
     def _set_up_fold(self) -> None:

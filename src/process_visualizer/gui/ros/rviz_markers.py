@@ -106,7 +106,7 @@ FACES: Dict[str, Tuple[int, float]] = {
     f'{"+" if side > 0 else "-"}{axis}': (number, side)
     for number, axis in enumerate('xyz') for side in (1.0, -1.0)}
 """The axis (0 to 2) to which a face is orthogonal, and the side of the middle on which it lies."""
-SHORTEST_M = 0.01
+MIN_M = 0.01
 
 
 def handle_places(region: RegionOfInterest) -> Dict[str, Vector3]:
@@ -129,7 +129,7 @@ def dragged(region: RegionOfInterest, handle: str, place: Vector3) -> RegionOfIn
         return replace(region, center=place)
     axis, side = FACES[handle]
     fixed_m = region.center[axis] - side * region.size[axis] / 2
-    length_m = max(side * (place[axis] - fixed_m), SHORTEST_M)
+    length_m = max(side * (place[axis] - fixed_m), MIN_M)
     center, size = list(region.center), list(region.size)
     center[axis], size[axis] = fixed_m + side * length_m / 2, length_m
     return replace(region, center=_vector(center), size=_vector(size))

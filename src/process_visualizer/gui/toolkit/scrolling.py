@@ -31,7 +31,7 @@ class StillScroll(QScrollArea):
 
 # A column that can be scrolled where the screen is too low for it.
 
-_LEAST_HEIGHT_PX = 160
+_MIN_HEIGHT_PX = 160
 
 
 class Column(QWidget):
@@ -71,12 +71,12 @@ class ColumnScroll(StillScroll):
     def minimumSizeHint(self) -> QSize:
         """Return a size with room for the content's width and the scroll bar."""
         bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
-        return QSize(self.widget().minimumSizeHint().width() + bar, _LEAST_HEIGHT_PX)
+        return QSize(self.widget().minimumSizeHint().width() + bar, _MIN_HEIGHT_PX)
 
 
 # Places for what comes and goes, so that nothing around it moves; they scroll.
 
-_LEAST_NOTICE_LINES = 3
+_MIN_NOTICE_LINES = 3
 _BELOW_PX = 5  # lines are up to a pixel higher than the font says; an underscore is at their end
 
 
@@ -147,7 +147,7 @@ class NoticePlace(_Place):
 
     def minimumSizeHint(self) -> QSize:
         """Return a height in which something can be read."""
-        lines = _LEAST_NOTICE_LINES * self.fontMetrics().lineSpacing()
+        lines = _MIN_NOTICE_LINES * self.fontMetrics().lineSpacing()
         return self._size(min(lines, self.sizeHint().height()))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

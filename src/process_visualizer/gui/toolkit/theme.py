@@ -230,7 +230,7 @@ class DesktopTheme(QObject):
 
 # Makes colours that were chosen for RViz readable behind and on those of the launcher.
 
-_LEAST_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
+_MIN_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
 _SATURATION = 0.85
 _STEP = 0.05
 
@@ -247,7 +247,7 @@ def _readable(colour: Tuple[float, float, float], paper_name: str) -> QColor:
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
     paper = QColor(paper_name)
-    while contrast(readable, paper) < _LEAST_CONTRAST:
+    while contrast(readable, paper) < _MIN_CONTRAST:
         readable = _farther(readable, paper)
     return readable
 

@@ -66,7 +66,7 @@ def tick_label(time_s: float, step_s: float) -> str:
 # The part of a recording that the timeline shows.
 
 _EDGE_SHARE = 0.1  # of the shown time: distance from the edge for a moment that was out of sight
-SHORTEST_S = 1.0
+MIN_S = 1.0
 """The shortest part, so that nobody gets lost between two messages."""
 
 
@@ -93,7 +93,7 @@ class ShownTime(NamedTuple):
 
     def zoomed(self, factor: float, around_s: float) -> ShownTime:
         """The part scaled by a factor; the moment ``around_s`` stays at its place."""
-        duration_s = _limited(self.duration_s * factor, SHORTEST_S, self.length_s)
+        duration_s = _limited(self.duration_s * factor, MIN_S, self.length_s)
         share = (around_s - self.begin_s) / self.duration_s if self.duration_s > 0.0 else 0.0
         return self.part(around_s - share * duration_s, duration_s)
 
@@ -111,7 +111,7 @@ class ShownTime(NamedTuple):
 
     def part(self, begin_s: float, duration_s: float) -> ShownTime:
         """Another part of the same recording, as close to the wanted one as possible."""
-        duration_s = _limited(duration_s, SHORTEST_S, self.length_s)
+        duration_s = _limited(duration_s, MIN_S, self.length_s)
         return ShownTime(_limited(begin_s, 0.0, self.length_s - duration_s), duration_s,
                          self.length_s)
 

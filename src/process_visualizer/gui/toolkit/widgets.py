@@ -110,7 +110,7 @@ def in_row(*widgets: QWidget, wide: Optional[QWidget] = None) -> QHBoxLayout:
     return layout
 
 
-_LEAST_PX, _PADDING_PX = 60, 12
+_MIN_PX, _PADDING_PX = 60, 12
 
 
 class ElidedButton(QPushButton):
@@ -118,7 +118,7 @@ class ElidedButton(QPushButton):
 
     def sizeHint(self) -> QSize:
         """Any width will do."""
-        return QSize(_LEAST_PX, super().sizeHint().height())
+        return QSize(_MIN_PX, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
         """Any width will do."""
@@ -218,7 +218,7 @@ class NoticeFrame(QFrame):
         self._layout.addLayout(row, 1, 1)
 
 
-_LEAST_HEIGHT_PX = 210
+_MIN_HEIGHT_PX = 210
 
 
 class PanelTabs(QTabWidget):
@@ -232,7 +232,7 @@ class PanelTabs(QTabWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the width that all pages need, and a height in which one can be used."""
-        return QSize(super().minimumSizeHint().width(), _LEAST_HEIGHT_PX)
+        return QSize(super().minimumSizeHint().width(), _MIN_HEIGHT_PX)
 
     def hasHeightForWidth(self) -> bool:
         """Return False: Qt asks all pages for the height that they would like."""

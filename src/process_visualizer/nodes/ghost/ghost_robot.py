@@ -17,8 +17,8 @@ from process_visualizer.robot.arrows import (
     GHOST_ARROW_COLOR,
     GHOST_ARROW_DIAMETER_M,
     GHOST_COLOR,
-    LEAST_DEVIATION_M,
-    LONGEST_DEVIATION_M,
+    MAX_DEVIATION_M,
+    MIN_DEVIATION_M,
     sideways,
 )
 from process_visualizer.robot.joints import JointTrack
@@ -118,12 +118,12 @@ class GhostRobot:
 
     def _deviation_markers(self, time_s: float) -> List[Marker]:
         found = self.deviation(time_s)
-        if found is None or found.length_m < LEAST_DEVIATION_M:
+        if found is None or found.length_m < MIN_DEVIATION_M:
             return []
         namespace = f'{self.device}/deviation'
         arrow = frame_marker(namespace, 0, self.root, DEVIATION_COLOR)
         shape_as_arrow(arrow, found.foot.position, found.vector,
-                       min(EXAGGERATION * found.length_m, LONGEST_DEVIATION_M),
+                       min(EXAGGERATION * found.length_m, MAX_DEVIATION_M),
                        DEVIATION_DIAMETER_M)
         x, y, z = found.foot.position
         return [arrow, text_marker(namespace, self.root, (x, y, z + _ABOVE_M),

@@ -85,7 +85,7 @@ class EventWatch:
         self._subscriber.unregister()
 
 
-_MOST_ROWS = 20_000
+_MAX_ROWS = 20_000
 _OLD_S = 0.2
 """Joints that are older do not come any longer: the robots stand still as far as is known."""
 
@@ -158,7 +158,7 @@ def reference_places(robots: Sequence[GhostRobot]) -> Tuple[np.ndarray, float]:
     A long reference has a longer period.
     """
     duration_s = max((it.end_s for it in robots), default=0.0)
-    period_s = max(PERIOD_S, duration_s / _MOST_ROWS)
+    period_s = max(PERIOD_S, duration_s / _MAX_ROWS)
     times_s = period_s * np.arange(int(duration_s / period_s) + 1)
     return np.array([np.concatenate([tool_position(robot.tool(time_s)) for robot in robots])
                      for time_s in times_s.tolist()]), period_s

@@ -86,7 +86,7 @@ class SourceConflict:
                 'all but one')
 
 
-LONGEST_STEP_S = 1.0  # of a simulated clock
+MAX_STEP_S = 1.0  # of a simulated clock
 MEMORY_S = 6.0  # longer than warnings are held back
 
 
@@ -112,7 +112,7 @@ class TimeWatch:
         self._last_s = ros_s
         if steady_s - self._stepped_back_s < MEMORY_S:
             return 'ROS time has gone back: look at what publishes /clock'
-        if steady_s - self._advanced_s > LONGEST_STEP_S:
+        if steady_s - self._advanced_s > MAX_STEP_S:
             return ('ROS time stands still: look at what publishes /clock, or set /use_sim_time '
                     'to false')
         return ''
@@ -254,7 +254,7 @@ def _end_of_dimensions(message: bytes) -> int:
 
 # The quantities that a robot's driver sends, and the message types for them.
 
-_FARTHEST_M, _LARGEST_FORCE_N, _LARGEST_TORQUE_NM = 1e5, 1e7, 1e7
+_MAX_M, _MAX_FORCE_N, _MAX_TORQUE_NM = 1e5, 1e7, 1e7
 """Far beyond what any robot reaches or bears."""
 
 
@@ -282,7 +282,7 @@ class Wrench:
 def _pose_from_array(message: bytes) -> ToolPose:
     """Read x y z [m], and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
     values = _finite(float32_values(message))
-    _in_range(values[:3], 'position', _FARTHEST_M, 'm')
+    _in_range(values[:3], 'position', _MAX_M, 'm')
     if len(values) == 3:
         return ToolPose(values, has_rotation=False)
     if len(values) == 6:
@@ -298,7 +298,7 @@ def _pose_from_pose_stamped(message: bytes) -> ToolPose:
     position, rotation = stamped.pose.position, stamped.pose.orientation
     quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
     return _with_rotation(ToolPose(
-        _in_range(_finite(_numbers(position)), 'position', _FARTHEST_M, 'm'),
+        _in_range(_finite(_numbers(position)), 'position', _MAX_M, 'm'),
         frame=stamped.header.frame_id.lstrip('/'),
         stamp_s=stamped.header.stamp.to_sec()), quaternion)
 
@@ -320,8 +320,8 @@ def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
 
 
 def _wrench(force: Sequence[float], torque: Sequence[float], frame: str = '') -> Wrench:
-    return Wrench(_in_range(force, 'force', _LARGEST_FORCE_N, 'N'),
-                  _in_range(torque, 'torque', _LARGEST_TORQUE_NM, 'Nm'), frame)
+    return Wrench(_in_range(force, 'force', _MAX_FORCE_N, 'N'),
+                  _in_range(torque, 'torque', _MAX_TORQUE_NM, 'Nm'), frame)
 
 
 POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {

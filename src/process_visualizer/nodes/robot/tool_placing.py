@@ -30,7 +30,7 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 # Learns a robot's tool from samples that are taken while the robot is at rest.
 
 PERIOD_S = 0.2  # between two looks, between which nothing may move
-_LONGEST_S = 1.0
+_MAX_S = 1.0
 _STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; else a pose is not that of the joint states
 
 
@@ -58,7 +58,7 @@ class ToolStudy:
         if last is not None and 0.0 <= now_s - last.time_s < PERIOD_S:
             return
         look = self._last = _Look(now_s, dict(joints), position)
-        if last is not None and now_s - last.time_s < _LONGEST_S and _is_still(last, look):
+        if last is not None and now_s - last.time_s < _MAX_S and _is_still(last, look):
             self._learner.add(look.joints, self._frames(look.joints), position, quaternion)
             self.finding = self._learner.finding()
 

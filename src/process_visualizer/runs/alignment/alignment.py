@@ -23,7 +23,7 @@ from process_visualizer.runs.alignment.time_map import (
 from process_visualizer.runs.run import Run, part_of
 from process_visualizer.runs.series import States, is_sequence, states
 
-_MOST_ROUGH_ROWS, _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 3000, 5.0, 12.5, 50.0
+_MAX_ROUGH_ROWS, _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 3000, 5.0, 12.5, 50.0
 _FINE_REACH_S = 1.0
 _EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
 """So far from where events place it, a moment is looked for; farther, the farther from them."""
@@ -38,7 +38,7 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
     and a least-squares refinement find it more exactly than one sample.
     """
     size_s = math.sqrt(max(reference.duration_s, 1.0) * max(run.duration_s, 1.0))
-    rough_hz = min(_ROUGH_HZ, _MOST_ROUGH_ROWS / size_s)
+    rough_hz = min(_ROUGH_HZ, _MAX_ROUGH_ROWS / size_s)
     motions = common_motions(reference, run, rough_hz)
     if not _moves(motions[0]) or not _moves(motions[1]):
         return None
@@ -115,7 +115,7 @@ def aligned(reference: Run, run: Run) -> Alignment:
 
 # Moments of two runs that belong together because the operator says so.
 
-_LEAST_APART_S = 0.05
+_MIN_APART_S = 0.05
 
 
 class Anchor(NamedTuple):
@@ -130,7 +130,7 @@ def with_anchor(anchors: Sequence[Anchor], added: Anchor) -> Tuple[Anchor, ...]:
     kept = [it for it in anchors
             if (it.reference_s - added.reference_s) * (it.run_s - added.run_s) > 0.0
             and min(abs(it.reference_s - added.reference_s),
-                    abs(it.run_s - added.run_s)) >= _LEAST_APART_S]
+                    abs(it.run_s - added.run_s)) >= _MIN_APART_S]
     return tuple(sorted([*kept, added]))
 
 

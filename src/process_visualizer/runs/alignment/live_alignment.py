@@ -9,13 +9,13 @@ import numpy as np
 
 _NOISE_M = 0.005
 """So far apart may tools be at the same moment of two good runs."""
-_MOST_DISTANCES = 9.0
+_MAX_DISTANCES = 9.0
 """In squares of the noise: a robot that is somewhere else altogether says no more than that."""
 _UNEVEN = 0.05
 """What it costs that a row is passed over, or is stayed at."""
 _EVENT = 4.0 * _UNEVEN
 """What it costs that an event of the run is a row away from the same event of the reference."""
-_CLEAR = 0.6 * _MOST_DISTANCES
+_CLEAR = 0.6 * _MAX_DISTANCES
 """So much more another alignment costs that is clearly wrong: a place tells two apart at once."""
 _SAME_S = 0.25
 """Rows that are closer together than this need not be told apart to know where a run is."""
@@ -121,7 +121,7 @@ class PhaseTracker:
         share = (np.einsum('ij,ij->i', away, self._halves) / self._squares).clip(-1.0, 1.0)
         away -= share[:, np.newaxis] * self._halves
         result: np.ndarray = np.minimum(np.einsum('ij,ij->i', away, away) / _NOISE_M ** 2,
-                                        _MOST_DISTANCES)
+                                        _MAX_DISTANCES)
         return result
 
 
@@ -151,7 +151,7 @@ _WRONG_S = 1.0
 """A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
 _LATE_S = 0.5
 """A place may be so much older than an event that has come; more is a clock that was set back."""
-_LONGEST_GAP_S = 5.0
+_MAX_GAP_S = 5.0
 """After this, without anything known in between, the run may be anywhere."""
 
 
@@ -227,7 +227,7 @@ class LiveAlignment:
         if last_s - _LATE_S < time_s < last_s:
             time_s = last_s
         elapsed_s = time_s - last_s
-        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
+        if not 0.0 <= elapsed_s <= _MAX_GAP_S:
             self._forget()
             elapsed_s = 0.0
         self._last_s, self._place = time_s, place

@@ -9,7 +9,7 @@ import numpy as np
 from process_visualizer.runs.run import Run, ToolMotion
 from process_visualizer.runs.series import known_at, moving_maximum
 
-_LEAST_SPEED_M_S = 0.002
+_MIN_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
 _NOISE_S = 0.1
 """Speed is that of the motion within so long, else the noise of a tool at rest would be one."""
@@ -71,5 +71,5 @@ def moving_rows(motion: Motion) -> np.ndarray:
     """
     speed = _speed(motion)
     fastest = moving_maximum(speed, int(_AROUND_S * motion.rate_hz))
-    result: np.ndarray = speed > np.maximum(_SHARE_OF_FASTEST * fastest, _LEAST_SPEED_M_S)
+    result: np.ndarray = speed > np.maximum(_SHARE_OF_FASTEST * fastest, _MIN_SPEED_M_S)
     return result

@@ -22,7 +22,7 @@ _NOISES = 3.0
 """The ball is larger than the noise by so much at least, or a tool at rest would leave it."""
 _BESIDE_M = 0.01
 """A tool that is so far beside its place rests there all the same."""
-_SHORTEST_S = 0.1
+_MIN_S = 0.1
 """A rest, in one of the runs at least; else the tools pass slowly, and time runs evenly."""
 _APART_S = 0.04
 """Points of a map are so far apart at least, so that its slope is that of the motion."""
@@ -76,7 +76,7 @@ def _rest(reference: Motion, run: Motion, rows: Tuple[int, int],
     places = [part[row] for part, row in zip(parts, stillest)]
     stays = [_stay(part, place, radius_m) for part, place in zip(parts, places)]
     longer = int(stays[1].end - stays[1].begin > stays[0].end - stays[0].begin)
-    if stays[longer].end - stays[longer].begin < _SHORTEST_S * run.rate_hz:
+    if stays[longer].end - stays[longer].begin < _MIN_S * run.rate_hz:
         return []
     other = parts[1 - longer]
     is_beside = np.linalg.norm(places[0] - places[1]) <= _BESIDE_M
@@ -127,7 +127,7 @@ def _stay(part: np.ndarray, place: np.ndarray, radius_m: float) -> _Stay:
 
 _ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
 _WINDOW_S = 0.2
-_LEAST_M, _LITTLE, _CONTRADICTS_M = 1e-4, 1e-3, 2e-4
+_MIN_M, _LITTLE, _CONTRADICTS_M = 1e-4, 1e-3, 2e-4
 _FURTHEST_S = 0.1
 """One round moves a moment by so much at most."""
 
@@ -210,7 +210,7 @@ def _beside_the_path(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray
     size = difference.shape[1]
     offset = np.zeros(size)
     for _ in range(3):
-        weight = 1.0 / np.maximum(_beside(difference - offset, velocity), _LEAST_M)
+        weight = 1.0 / np.maximum(_beside(difference - offset, velocity), _MIN_M)
         along = (difference * direction).sum(axis=1)[:, np.newaxis]
         beside = difference - along * direction
         matrix = weight.sum() * np.eye(size) - (weight[:, np.newaxis] * direction).T @ direction

@@ -18,15 +18,15 @@ from process_visualizer.runs.series import States, is_sequence, states
 
 _STANDS_STILL_S = 0.02
 """As short as the steps at which runs are compared: no moment is in between."""
-_SHORTEST_S, _EXPLAINED = 0.3, 0.6
+_MIN_S, _EXPLAINED = 0.3, 0.6
 """Of a part that states name, so much must have been lost around it, else it is a wrong message."""
-_MOST_STATES, _FEWEST_STATES = 1000, 3
-_ROUGH_HZ, _MOST_ROWS = 5.0, 1500
+_MAX_STATES, _MIN_STATES = 1000, 3
+_ROUGH_HZ, _MAX_ROWS = 5.0, 1500
 _UNLIKE = 0.02
 """From such a mean square distance on, as a share of the motion's variance, parts are sought."""
 _COSTS, _LATER = 1.0, 0.3
 """What a skipped part costs, likewise; somewhat less the later it comes."""
-_LONGEST_STEP, _MOST_LONGER = 3, 3.0
+_MAX_STEP, _MAX_LONGER = 3, 3.0
 _FREE_S = 3.0
 
 
@@ -52,7 +52,7 @@ def _by_states(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
     pairs = [(states(it), states(theirs[it.key])) for it in reference.channels
              if it.key in theirs and is_sequence(it) and _is_order(theirs[it.key])]
     pairs = [it for it in pairs if it[0].values != it[1].values
-             and len(it[0].values) >= _FEWEST_STATES and max(map(_count, it)) <= _MOST_STATES]
+             and len(it[0].values) >= _MIN_STATES and max(map(_count, it)) <= _MAX_STATES]
     for mine, other in sorted(pairs, key=lambda it: -len(it[0].values)):
         found = _different(mine, other, reference.duration_s, run.duration_s)
         kept = [it for it in found if _is_explained(it, rough, reference, run)]
@@ -94,7 +94,7 @@ def _still(time_s: float) -> Tuple[float, float]:
 def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -> bool:
     """Return whether around a part about as much time was lost, or won, as it takes."""
     lost_s = float(np.ptp(part.run_s) - np.ptp(part.reference_s))
-    if abs(lost_s) < _SHORTEST_S:
+    if abs(lost_s) < _MIN_S:
         return False
     begin_s, end_s = (part.reference_s[0] - abs(lost_s) - 1.0,
                       part.reference_s[1] + abs(lost_s) + 1.0)
@@ -108,9 +108,9 @@ def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -
 
 def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
     shorter_s, longer_s = sorted((reference.duration_s, run.duration_s))
-    if longer_s > _MOST_LONGER * shorter_s:
+    if longer_s > _MAX_LONGER * shorter_s:
         return []
-    rate_hz = min(_ROUGH_HZ, _MOST_ROWS / max(longer_s, 1.0))
+    rate_hz = min(_ROUGH_HZ, _MAX_ROWS / max(longer_s, 1.0))
     mine, theirs = common_motions(reference, run, rate_hz)
     spread = float(np.nansum(np.nanvar(mine.positions, axis=0))) if len(mine.positions) else 0.0
     if not spread > 0.0 or _unlike(mine, theirs, rough) < _UNLIKE * spread:
@@ -162,14 +162,14 @@ def _jump(reference: Motion, run: Motion,
         price = costs * (1.0 - _LATER * row / count)
         low = np.minimum.accumulate(plain)
         lowest = _first_of_lowest(plain, low)
-        enter = _moved(low, _LONGEST_STEP + 1) + price
+        enter = _moved(low, _MAX_STEP + 1) + price
         next_plain, _ = _stepped(plain, before[0], distance, row)
         next_jumped, came = _stepped(jumped, before[1], distance, row)
         next_where = np.where((came == 2)[:, np.newaxis], _rows_moved(where_before, 1),
                               np.where((came == 1)[:, np.newaxis], _rows_moved(where, 2),
                                        _rows_moved(where, 1)))
         is_now = enter <= next_jumped
-        origin = _moved(lowest.astype(float), _LONGEST_STEP + 1)
+        origin = _moved(lowest.astype(float), _MAX_STEP + 1)
         now = np.column_stack((np.full(width, row), np.nan_to_num(origin, posinf=0.0), columns))
         next_where = np.where(is_now[:, np.newaxis], now.astype(np.int64), next_where)
         next_jumped = np.minimum(enter, next_jumped)

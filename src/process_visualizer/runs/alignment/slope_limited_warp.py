@@ -13,7 +13,7 @@ import numpy as np
 _STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
 """Rows of the reference and of the run; the first is taken where two are equally good."""
 _BEGIN = len(_STEPS)
-_MOST_SHIFT = 64
+_MAX_SHIFT = 64
 """Of a band, from one row to one of the next three; a farther one breaks the path."""
 _BLOCK_CELLS = 200_000
 _UNEVEN = 0.02
@@ -76,7 +76,7 @@ class _Search:
 
     def __init__(self, band: Band, run_rows: int, skipped: float) -> None:
         self._band, self._run_rows, self._skipped = band, run_rows, skipped
-        self._padding = _MOST_SHIFT + 3
+        self._padding = _MAX_SHIFT + 3
         self._came_from = np.empty((len(band.first), band.width), np.int8)
         self._candidates = np.empty((len(_STEPS) + 1, band.width))
         self._columns = np.arange(band.width)

@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.runs.run import RunEvent
 
-_LEAST_STEP_S = 1e-6
+_MIN_STEP_S = 1e-6
 """So far apart are the points of a map at least, so that it can be inverted."""
 
 
@@ -50,7 +50,7 @@ def joined(first: TimeMap, second: TimeMap) -> TimeMap:
 
 
 def _rising(times_s: np.ndarray) -> np.ndarray:
-    steps = _LEAST_STEP_S * np.arange(len(times_s))
+    steps = _MIN_STEP_S * np.arange(len(times_s))
     result: np.ndarray = np.maximum.accumulate(times_s - steps) + steps
     return result
 

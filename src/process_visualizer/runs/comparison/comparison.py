@@ -26,7 +26,7 @@ from process_visualizer.runs.alignment.alignment import (
 )
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
-    FEWEST_RUNS,
+    MIN_RUNS,
     RELATIVE_TOLERANCE,
     USUAL_RATE,
     Band,
@@ -62,7 +62,7 @@ from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
 from process_visualizer.runs.series import States, is_sequence, states
 
-_LEAST_SHARE = 0.8
+_MIN_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
 _OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
@@ -240,7 +240,7 @@ class GoodRuns:
         alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
         own = next((row for row, it in enumerate(self._good) if it.fingerprint == own_print), None)
-        if len(self._good) <= FEWEST_RUNS:  # so few others are no measure
+        if len(self._good) <= MIN_RUNS:  # so few others are no measure
             own = None
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         if alignment.means is Means.STATES:
@@ -351,11 +351,11 @@ class GoodRuns:
     def _uncovered(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         covered = np.isfinite(np.stack([it for signal, it in columns.items()
                                         if signal.kind is not SignalKind.STATE])).any(axis=0)
-        if covered.mean() < _LEAST_SHARE:
+        if covered.mean() < _MIN_SHARE:
             return [f'it covers {covered.mean():.0%} of the reference']
         ends_s = np.clip(alignment.time_map.to_run(self.times_s[[0, -1]]), 0.0, run.duration_s)
         compared_s = float(ends_s[1] - ends_s[0])
-        if compared_s < _LEAST_SHARE * run.duration_s:
+        if compared_s < _MIN_SHARE * run.duration_s:
             return [f'{compared_s:.1f} s of its {run.duration_s:.1f} s are compared: the reference '
                     'is no longer']
         return []

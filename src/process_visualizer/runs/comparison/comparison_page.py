@@ -24,8 +24,8 @@ from process_visualizer.runs.comparison.wording import (
 from process_visualizer.runs.deviation.departures import Departure, outside
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 900, 220, 90, 24, 8
-_BEFORE_S, _BEHIND_S, _LONGEST_S = 3.0, 5.0, 20.0
-_MOST_POINTS = 800
+_BEFORE_S, _BEHIND_S, _MAX_S = 3.0, 5.0, 20.0
+_MAX_POINTS = 800
 
 Scale = Callable[[np.ndarray], np.ndarray]
 
@@ -53,9 +53,9 @@ def curve_drawing(good: GoodRuns, comparison: Comparison, departure: Departure) 
 
 def _rows(times_s: np.ndarray, departure: Departure) -> np.ndarray:
     end_s = min(max(departure.left_s, departure.worst_s) + _BEHIND_S,
-                departure.left_s + _LONGEST_S)
+                departure.left_s + _MAX_S)
     begin, end = np.searchsorted(times_s, (departure.onset_s - _BEFORE_S, end_s))
-    step = max(int(end - begin) // _MOST_POINTS, 1)
+    step = max(int(end - begin) // _MAX_POINTS, 1)
     return np.arange(begin, end, step)
 
 
@@ -129,7 +129,7 @@ def shown_s(departure: Departure) -> float:
     return min(max(departure.left_s, departure.worst_s), departure.left_s + _AT_MOST_S)
 
 
-_MOST_DRAWN, _MOST_ROWS, _MOST_CURVES = 40, 12, 4
+_MAX_DRAWN, _MAX_ROWS, _MAX_CURVES = 40, 12, 4
 """Of so many runs, the worst, there are curves: each takes some 50 kB."""
 _STYLE = '''
 body { font: 15px/1.45 sans-serif; color: #23292f; background: #fff; max-width: 62em;
@@ -165,7 +165,7 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
         parts += [f'<p>{escape(drift_text(it))}.</p>' for it in drifts(comparisons)]
         parts.append(_summary(comparisons))
     pictures = dict(zip(map(id, comparisons), scenes))
-    drawn = {id(it) for it in sorted(poor, key=lambda it: -it.badness)[:_MOST_DRAWN]}
+    drawn = {id(it) for it in sorted(poor, key=lambda it: -it.badness)[:_MAX_DRAWN]}
     for it in poor:
         parts += _details(good.of(it.run) or good, it, pictures.get(id(it)), id(it) in drawn)
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -195,13 +195,13 @@ def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair],
     rows = [f'<tr><td>{number}</td><td>{escape(it.signal.name)}</td>'
             f'<td>{escape(moment(comparison, it.onset_s))} ± {it.uncertainty_s:.2f} s</td>'
             f'<td>{escape(moment(comparison, it.worst_s))}</td><td>{escape(amount(it))}</td></tr>'
-            for number, it in enumerate(comparison.departures[:_MOST_ROWS], start=1)]
+            for number, it in enumerate(comparison.departures[:_MAX_ROWS], start=1)]
     parts.append(_table(('', 'what', 'began', 'was worst', 'by how much'), rows))
     parts += [] if scene is None else _pictures(good, comparison, scene)
     parts += [f'<figure>{curve_drawing(good, comparison, it)}<figcaption>'
               f'{escape(it.signal.name)}: the run (red where it is outside), the band and its '
               'middle</figcaption></figure>'
-              for it in comparison.departures[:_MOST_CURVES if is_drawn else 0]]
+              for it in comparison.departures[:_MAX_CURVES if is_drawn else 0]]
     return parts
 
 

@@ -19,7 +19,7 @@ from process_visualizer.runs.comparison.wording import (
 )
 from process_visualizer.runs.deviation.departures import Departure
 
-_MOST_LINES = 10
+_MAX_LINES = 10
 
 
 def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
@@ -47,11 +47,11 @@ def _table(comparison: Comparison) -> List[str]:
     if not found:
         nearest = nearest_text(comparison)
         return [f'nearest to leaving: {nearest}'] if nearest else []
-    width = max(len(it.signal.name) for it in found[:_MOST_LINES])
+    width = max(len(it.signal.name) for it in found[:_MAX_LINES])
     lines = [f'{number:3}  {it.signal.name:{width}}  from {moment(comparison, it.onset_s)} '
              f'± {it.uncertainty_s:.2f} s, {amount(it)}'
-             for number, it in enumerate(found[:_MOST_LINES], start=1)]
-    rest = len(found) - _MOST_LINES
+             for number, it in enumerate(found[:_MAX_LINES], start=1)]
+    rest = len(found) - _MAX_LINES
     return lines + ([f'     and {rest} more'] if rest > 0 else [])
 
 

@@ -70,10 +70,10 @@ def _rows(comparison: Comparison) -> Iterator[Tuple[str, ...]]:
 
 # Drift: growth or fall from run to run of one recording, before any is out of range.
 
-_FEWEST_RUNS, _FEWEST_RISING = 8, 6
+_MIN_RUNS, _MIN_RISING = 8, 6
 _SURE = 6.0
 """So many times its own uncertainty is a slope that is told: there are many signals and places."""
-_LEAST_SHARE = 0.25
+_MIN_SHARE = 0.25
 """In all it must change by this share of the band's width at least, else nobody needs to know."""
 _KINDS = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.PLACE, SignalKind.NOISE)
 
@@ -100,7 +100,7 @@ def drifts(comparisons: Sequence[Comparison]) -> List[Drift]:
     found: List[Tuple[float, Drift]] = []
     for runs in recordings.values():
         runs.sort(key=lambda it: it.run.begin_s)
-        if len(runs) >= _FEWEST_RUNS:
+        if len(runs) >= _MIN_RUNS:
             found += _of_recording(runs)
     return [it for _, it in sorted(found, key=lambda it: -it[0])]
 
@@ -117,7 +117,7 @@ def _of_recording(runs: Sequence[Comparison]) -> List[Tuple[float, Drift]]:
         row, slope, sureness = _bend(away)
         width = float(np.nanmedian(runs[0].band.signals[signal].half_width))
         share = abs(slope) * (len(away) - 1 - row) / max(width, 1e-12)
-        if sureness > _SURE and share > _LEAST_SHARE:
+        if sureness > _SURE and share > _MIN_SHARE:
             found.append((share, Drift(signal, slope, runs[row].run.name, len(away) - row)))
     return found
 
@@ -133,7 +133,7 @@ def _bend(values: np.ndarray) -> Tuple[int, float, float]:
     rows = np.arange(len(values), dtype=float)
     best = (0, 0.0, 0.0)
     least = np.inf
-    for row in range(len(values) - _FEWEST_RISING + 1):
+    for row in range(len(values) - _MIN_RISING + 1):
         rise = np.maximum(rows - row, 0.0)
         centered = rise - rise.mean()
         spread = float(centered @ centered)

@@ -23,7 +23,7 @@ from process_visualizer.parameters.arrow_style import ArrowStyle, configured_arr
 from process_visualizer.robot.arrows import (
     FOOT_DISTANCE_M,
     MAX_LENGTH_M,
-    SHORTEST_ARROW_M,
+    MIN_ARROW_M,
     arrow_feet,
 )
 from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
@@ -332,7 +332,7 @@ def _variable_arrows(device: Device, known: Sequence[Arm],
                             if found is not None), (variable.frame, Placement()))
         limit_m = MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m
         length_m = np.clip((channel.values - variable.offset) * variable.scale, -limit_m, limit_m)
-        length_m = np.where(np.abs(length_m) > SHORTEST_ARROW_M, length_m, np.nan)
+        length_m = np.where(np.abs(length_m) > MIN_ARROW_M, length_m, np.nan)
         axis = matrix_from_quaternion(place.quaternion) @ _unit(variable)
         foot = place.then(Placement((x, y, z))).position
         yield GhostArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,

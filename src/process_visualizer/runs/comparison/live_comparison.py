@@ -132,7 +132,7 @@ _AGAIN_S = 1.0
 """A moment of the reference that is so much earlier belongs to another run."""
 _UNKNOWN_S = 1.0
 """A run is over when no moment of the reference has been known for so long."""
-_SHORTEST_S = 1.0
+_MIN_S = 1.0
 _OPEN_END_S = 0.5
 """How much of the reference may be missing at the end of a whole run."""
 
@@ -230,7 +230,7 @@ class LiveRuns:
         """Return the run that was going on, which is over; None without one."""
         run, departed, is_judged = self._run, self._departed, self._is_judged
         self._run, self._departed, self._is_judged = None, {}, False
-        if run is None or run.last_s - run.began_s < _SHORTEST_S:
+        if run is None or run.last_s - run.began_s < _MIN_S:
             return None
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S

@@ -111,7 +111,7 @@ def quantity(signal: Signal, value: float, sign: bool = False, digits: int = 2) 
 
 # The verdict on a run, in one sentence.
 
-_MOST_FOLLOWERS = 2
+_MAX_FOLLOWERS = 2
 
 
 def verdict(comparison: Comparison) -> str:
@@ -123,10 +123,10 @@ def verdict(comparison: Comparison) -> str:
         return 'in range'
     first = found[0]
     text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
-    for other in found[1:1 + _MOST_FOLLOWERS]:
+    for other in found[1:1 + _MAX_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
         text += f'; {_later(later_s)} {other.signal.name}'
-    rest = len(found) - 1 - _MOST_FOLLOWERS
+    rest = len(found) - 1 - _MAX_FOLLOWERS
     return text + (f'; and {rest} more' if rest > 0 else '')
 
 

@@ -146,7 +146,7 @@ def highest_of_runs(mean: np.ndarray, spread: np.ndarray, quantile: float) -> np
     return result
 
 
-FEWEST_RUNS = 3
+MIN_RUNS = 3
 """Good runs of which a spread can be known, each from the others."""
 USUAL_RATE = 0.05
 """How often a good run leaves its band, where no rate was asked for."""
@@ -156,15 +156,15 @@ _OUTSTANDING = 1.8
 """A run that is so many times as far away as a good one may be is none."""
 _COARSE_ROWS = 3
 """To find a run that is none, so much fewer moments do."""
-_MOST_OUTSTANDING, _SHARE_OF_NONE = 0.25, 0.1
+_MAX_OUTSTANDING, _SHARE_OF_NONE = 0.25, 0.1
 _SURE_SHARE = 0.4
 """Of the rate is aimed at, so that it holds for most sets of good runs and not on average."""
-_RUNS_ALIKE, _LEAST_SCORE = 8.0, 0.2
+_RUNS_ALIKE, _MIN_SCORE = 8.0, 0.2
 """What is usual for signals of one sort counts as much as so many runs."""
-_LEAST_SPREAD: Dict[SignalKind, float] = {
+_MIN_SPREAD: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.005, SignalKind.PLACE: 1e-4, SignalKind.NOISE: 0.05,
     SignalKind.JOINT: 2e-4}
-_LEAST_SHARE_OF_RANGE = 2e-3
+_MIN_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
@@ -175,8 +175,8 @@ _SHARE_OF_SIZE = 0.3
 """A signal counts as having a range of this share of its greatest value at least."""
 _EDGE_ROWS_OF_ONE = 7
 """One run does not tell how much earlier or later an edge may come."""
-_LEAST_MARGIN_SHARE = 0.04
-_LEAST_MARGIN_SHARES: Dict[SignalKind, float] = {
+_MIN_MARGIN_SHARE = 0.04
+_MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
 """Of the tolerance of one good run; no number of good runs makes the margin smaller."""
 _NOISE_SPREADS = 6.0
@@ -210,12 +210,12 @@ class Band(NamedTuple):
 
 def fewest_runs(rate: float) -> int:
     """Return how many good runs a rate needs: of N+1 equal runs each is the worst once."""
-    return max(math.ceil(1.0 / rate - 1e-9) - 1, FEWEST_RUNS)
+    return max(math.ceil(1.0 / rate - 1e-9) - 1, MIN_RUNS)
 
 
 def most_of(runs: int) -> int:
     """Return how many of so many good runs may be none, and be left out."""
-    return max(int(_MOST_OUTSTANDING * runs), 1)
+    return max(int(_MAX_OUTSTANDING * runs), 1)
 
 
 class BandLearner:
@@ -293,7 +293,7 @@ class BandLearner:
         """Leave out the run that is farthest from the others, for as long as one is none."""
         robust = self._count >= _ENOUGH_FOR_MEDIAN
         scores = np.empty((0, 0))
-        while self.kept > FEWEST_RUNS and len(self._left_out) < self._most_left_out:
+        while self.kept > MIN_RUNS and len(self._left_out) < self._most_left_out:
             if not robust or not self._left_out:
                 scores = self._scored(self._kept, robust)
             numbers = np.flatnonzero(self._kept)
@@ -368,7 +368,7 @@ def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
         middle[rows] = weight * middle[rows] + (1.0 - weight) * alike[0]
         spread[rows] = np.sqrt(weight * spread[rows] ** 2 + (1.0 - weight) * alike[1] ** 2)
     quantile = student_quantile(_SURE_SHARE * rate / len(signals), runs - 1.0 + _RUNS_ALIKE)
-    middle = np.maximum(middle, _LEAST_SCORE)
+    middle = np.maximum(middle, _MIN_SCORE)
     limits = highest_of_runs(middle, np.sqrt(1.0 + 1.0 / runs) * spread, quantile)
     return limits if robust else np.maximum(limits, scores.max(axis=1))
 
@@ -443,7 +443,7 @@ class LearnedSignal:
             return given
         runs = len(values)
         whole = signal_tolerance(self.signal, self._values, self._relative)
-        least = _LEAST_MARGIN_SHARES.get(self.signal.kind, _LEAST_MARGIN_SHARE)
+        least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
         return max(margin, _NOISE_SPREADS * _fine_spread(values)) if runs == 1 else margin
@@ -468,9 +468,9 @@ def _fine_spread(values: np.ndarray) -> float:
 
 def least_spread(signal: Signal, values: np.ndarray) -> float:
     """Return below which spread runs count as equal, in the signal's unit."""
-    if signal.kind in _LEAST_SPREAD:
-        return _LEAST_SPREAD[signal.kind]
-    return max(_LEAST_SHARE_OF_RANGE * value_range(values), 1e-12)
+    if signal.kind in _MIN_SPREAD:
+        return _MIN_SPREAD[signal.kind]
+    return max(_MIN_SHARE_OF_RANGE * value_range(values), 1e-12)
 
 
 def value_range(values: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from process_visualizer.runs.series import held_at, is_sequence, moving_maximum,
 _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE}
 _SLOWEST_S = 0.1
 """What comes more seldom may well have the same value a few times."""
-_TIMES_AS_LONG, _SHORTEST_S = 3.0, 0.4
+_TIMES_AS_LONG, _MIN_S = 3.0, 0.4
 _NEAR_ROWS = int(0.5 * RATE_HZ)
 _KNOWN_S = 0.02
 
@@ -51,7 +51,7 @@ class StuckSensors:
 
 def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_s: np.ndarray,
                time_map: TimeMap, run_s: np.ndarray) -> Optional[Departure]:
-    limit_s = np.maximum(_TIMES_AS_LONG * usual_s, _SHORTEST_S)
+    limit_s = np.maximum(_TIMES_AS_LONG * usual_s, _MIN_S)
     rows = np.flatnonzero(np.nan_to_num(held_s) > limit_s)
     if not len(rows):
         return None
@@ -89,7 +89,7 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> np.ndarray:
 
 
 _BEFORE_S, _FEWEST = 0.5, 32
-_LEAST_HZ, _PERIODS = 2.0, 4.0
+_MIN_HZ, _PERIODS = 2.0, 4.0
 _PEAK = 12.0
 """Of white noise, one of some hundred frequencies has seldom so many times the usual power."""
 
@@ -111,7 +111,7 @@ def vibration_hz(channel: Channel, begin_s: float, end_s: float) -> Optional[flo
     even -= np.polyval(np.polyfit(rows, even, 1), rows)
     power = np.square(np.abs(np.fft.rfft(even * np.hanning(len(even)))))
     hz = np.fft.rfftfreq(len(even), usual_s)
-    tells = hz >= max(_LEAST_HZ, _PERIODS / (len(even) * usual_s))
+    tells = hz >= max(_MIN_HZ, _PERIODS / (len(even) * usual_s))
     if np.count_nonzero(tells) < 8:
         return None
     peak = int(np.where(tells, power, 0.0).argmax())

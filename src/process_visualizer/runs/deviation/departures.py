@@ -18,10 +18,10 @@ from process_visualizer.runs.series import moving_maximum
 
 # The onset of a deviation: before it left the band, it grew.
 
-_BEFORE_S, _LEAST_BEFORE_S, _BEHIND_S = 4.0, 0.5, 0.4
+_BEFORE_S, _MIN_BEFORE_S, _BEHIND_S = 4.0, 0.5, 0.4
 _SMALL = 0.3
 """The deviation was small where it was this share of what it is when it leaves."""
-_FEWEST_ROWS = 8
+_MIN_ROWS = 8
 _JUMP_S, _JUMP_SHARE = 0.1, 0.6
 _WORSE = 1.5
 """Moments at which a fit is so much worse than the best, per degree of freedom, are possible."""
@@ -53,7 +53,7 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int) -> Onset:
     if jump is not None:
         return Onset(float(times_s[jump]), _JUMP_S)
     rows = begin + np.flatnonzero(np.isfinite(deviation[begin:end]))
-    if len(rows) < _FEWEST_ROWS or left_row - rows[0] < 2:
+    if len(rows) < _MIN_ROWS or left_row - rows[0] < 2:
         return Onset(float(times_s[left_row]), float(times_s[left_row] - times_s[begin]))
     x, y = times_s[rows], deviation[rows]
     errors = np.minimum(_step_errors(y), _bend_errors(x, y))
@@ -79,7 +79,7 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
         over_s: the time of the mean.
     """
     rows = np.flatnonzero(np.isfinite(deviation[:left_row + 1]))
-    if len(rows) < _FEWEST_ROWS:
+    if len(rows) < _MIN_ROWS:
         return Onset(float(times_s[left_row]), over_s)
     half = int(0.5 * over_s / (times_s[1] - times_s[0]))
     size = sign * float(np.nanmean(deviation[max(left_row - half // 2, 0):left_row + half + 1]))
@@ -95,7 +95,7 @@ def _begin(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
     with np.errstate(invalid='ignore'):
         small = np.flatnonzero(away < _SMALL * away[-1])
     last_small = first + int(small[-1]) if len(small) else first
-    before = max(left_row - last_small, int(_LEAST_BEFORE_S * rate_hz))
+    before = max(left_row - last_small, int(_MIN_BEFORE_S * rate_hz))
     return max(last_small - before, 0)
 
 
@@ -151,7 +151,7 @@ def _centered(rise: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.ndar
     return rise - rise.mean(axis=1, keepdims=True), values - values.mean()
 
 
-_SHORTEST_ROWS = 3
+_MIN_LASTING_ROWS = 3
 _BACK_ROWS = 10
 """What is inside for fewer rows is not back; longer stretches outside need more."""
 _SAME_TIME_S = 0.25
@@ -235,7 +235,7 @@ def nearness(times_s: np.ndarray, run: Mapping[Signal, np.ndarray], band: Band) 
             continue
         with np.errstate(invalid='ignore', divide='ignore'):
             ratio = np.nan_to_num(np.abs(run[signal] - limits.middle) / limits.half_width, nan=0.0)
-        if len(ratio) < _SHORTEST_ROWS:
+        if len(ratio) < _MIN_LASTING_ROWS:
             continue
         lasting = np.minimum(np.minimum(ratio[2:], ratio[1:-1]), ratio[:-2])
         row = int(lasting.argmax())
@@ -264,7 +264,7 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
                band: Band) -> Optional[Departure]:
     values, limits = run[signal], band.signals[signal]
     deviation = values - limits.middle
-    found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= _SHORTEST_ROWS]
+    found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= _MIN_LASTING_ROWS]
     if not found:
         return None
     begin, end = _for_good(found, found[0], len(times_s))

@@ -24,7 +24,7 @@ from process_visualizer.runs.series import (
     slow_values,
 )
 
-_LEAST_SPEED_M_S = 0.005
+_MIN_SPEED_M_S = 0.005
 
 
 def path_axes(positions: np.ndarray, rate_hz: float) -> np.ndarray:
@@ -47,7 +47,7 @@ def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
         return np.tile((1.0, 0.0), (len(positions), 1))
     velocity = np.gradient(positions, axis=0) * rate_hz
     speed = np.linalg.norm(velocity, axis=1)
-    moving = np.flatnonzero(speed > _LEAST_SPEED_M_S)  # not where it is NaN
+    moving = np.flatnonzero(speed > _MIN_SPEED_M_S)  # not where it is NaN
     if not len(moving):
         return np.tile((1.0, 0.0), (len(positions), 1))
     behind = np.searchsorted(moving, np.arange(len(positions)))
@@ -65,7 +65,7 @@ MEAN_ROWS = int(0.1 * RATE_HZ)
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """What comes more seldom, or so few times, has the value that holds."""
-_TURN_ROWS, _LEAST_TURNED = int(0.3 * RATE_HZ), 0.3
+_TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 """A direction is that of a mean, of a force of this share of the greatest at least."""
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
@@ -224,7 +224,7 @@ def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
                     for it, at_s in ((reference, times_s), (run, run_s)))
     size, other = np.sqrt((mine * mine).sum(axis=0)), np.sqrt((theirs * theirs).sum(axis=0))
     known = size[np.isfinite(size)]
-    least = _LEAST_TURNED * float(known.max()) if len(known) else np.inf
+    least = _MIN_TURNED * float(known.max()) if len(known) else np.inf
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = (mine * theirs).sum(axis=0) / (size * other)
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))

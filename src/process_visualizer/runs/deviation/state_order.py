@@ -12,9 +12,9 @@ from process_visualizer.runs.deviation.band import student_quantile
 from process_visualizer.runs.series import States
 
 Order = Tuple[float, ...]
-_LEAST_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
+_MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
 """A state that is later or earlier by less is not, of many good runs and of a single one."""
-_LEAST_SPREAD_S = 0.03
+_MIN_SPREAD_S = 0.03
 _RUNS_ALIKE = 4.0
 _RATE_OF_ONE = 1e-3
 _FEW = 5
@@ -164,10 +164,10 @@ class StateOrder:
             square = (away * away).sum(axis=0)
             usual = np.median(square / (count - 1.0))
             freedom = count - 1.0 + _RUNS_ALIKE
-            spread = np.sqrt((square + _RUNS_ALIKE * usual) / freedom + _LEAST_SPREAD_S ** 2)
+            spread = np.sqrt((square + _RUNS_ALIKE * usual) / freedom + _MIN_SPREAD_S ** 2)
             factor = student_quantile(_RATE_OF_ONE / len(late_s), freedom)
             limit_s = np.maximum(factor * np.sqrt(1.0 + 1.0 / count) * spread,
-                                 max(_LATE_OF_ONE_S / count, _LEAST_LATE_S))
+                                 max(_LATE_OF_ONE_S / count, _MIN_LATE_S))
         rows = np.flatnonzero(np.abs(late_s) > limit_s)
         if not len(rows):
             return None
