@@ -24,7 +24,7 @@ from std_msgs.msg import Float32, Float32MultiArray, UInt16
 
 from sewing_cell import camera_messages
 from sewing_cell.arms import ARMS, Arm
-from sewing_cell.camera import Camera, Frame
+from sewing_cell.camera import Camera, CameraFrame
 from sewing_cell.cycle import SewingCycle
 
 _JOINT_HZ, _FORCE_HZ, _SENSOR_HZ, _IMAGE_HZ = 125, 94, 50, 30
@@ -75,7 +75,7 @@ class _Frames:
         self._cameras: List[Camera] = []
         self._last: Tuple[int, Any] = (-1, None)
 
-    def frame(self, index: int) -> Frame:
+    def frame(self, index: int) -> CameraFrame:
         if not self._cameras:  # drawing what stands still takes a while; only to write the bag
             self._cameras.append(Camera(self._cycle, _IMAGE_HZ))
         if self._last[0] != index:

@@ -20,7 +20,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
 from process_visualizer.launching.part_report import NodeReport, NodeState
-from process_visualizer.launching.run import Run
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.launching.run_record import processes_of_run
 from process_visualizer.nodes.view_picture import ViewWatcher, wait_for_master
 
@@ -45,7 +45,7 @@ def main() -> int:
         if report.state is NodeState.RUNNING:
             times[report.name] = time.monotonic() - begin
 
-    run = Run(f'{folder}/cell.launch', note)
+    run = LaunchRun(f'{folder}/cell.launch', note)
     try:
         wait_for_master(30)
         rospy.init_node('cell_run_benchmark', anonymous=True, disable_signals=True)

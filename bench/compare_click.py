@@ -24,7 +24,7 @@ from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack
+from process_visualizer.runs.comparison.ghost import GhostTrack, ReferenceArrow
 
 _TIMEOUT_S, _PERIOD_MS = 120.0, 2
 
@@ -67,7 +67,7 @@ class Stand:
             found[name] = time.monotonic() - begin_s
         return found
 
-    def _show(self, tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow]) -> None:
+    def _show(self, tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow]) -> None:
         buffer = io.BytesIO()
         ghost_request(tracks, arrows).serialize(buffer)
         self.ghost_bytes = buffer.tell() if tracks else 0

@@ -23,7 +23,7 @@ import rospy
 from PyQt5.QtWidgets import QApplication
 from sensor_msgs.msg import CameraInfo, Image
 
-from process_visualizer.launching.run import Run
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.view_picture import wait_for_master
 
 WIDTH, HEIGHT, FOCAL_PX, DISTANCE_MM = 640, 480, 525.0, 2000
@@ -147,7 +147,7 @@ def main() -> None:
     parser.add_argument('--flips', type=int, default=200)
     parser.add_argument('--rate-hz', type=float, default=30.0)
     options = parser.parse_args()
-    run = Run(generated(Path(os.environ['ROS_HOME'])), lambda report: None)
+    run = LaunchRun(generated(Path(os.environ['ROS_HOME'])), lambda report: None)
     try:
         wait_for_master(30)
         rospy.init_node('picture_delay', disable_signals=True)

@@ -39,7 +39,7 @@ from schedule_error import TopicArrivals, TopicError, pooled, schedule_errors
 from stolen_time import undisturbed
 from timing_table import print_table
 
-from process_visualizer.launching.run import Run
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.view_picture import ViewWatcher
 
 _LENGTH_S = 20.0
@@ -160,7 +160,7 @@ def _cell_with_rviz(bag: MadeBag) -> Iterator[None]:
     folder = os.path.join(os.environ['ROS_HOME'], 'play_timing')
     subprocess.run(['rosrun', 'process_visualizer', 'cell', 'generate', _CELL, '--mode',
                     'playback', '--output', folder], check=True, stdout=subprocess.DEVNULL)
-    run = Run(f'{folder}/cell.launch', lambda report: None)
+    run = LaunchRun(f'{folder}/cell.launch', lambda report: None)
     try:
         rospy.init_node('play_timing', anonymous=True, disable_signals=True)
         watcher = ViewWatcher()

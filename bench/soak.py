@@ -31,7 +31,7 @@ from faults import CONFIG, process_of
 from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOptions
 from process_visualizer.clients.player_client import PlayerClient, PlayerError
 from process_visualizer.launching.ros_master import RosMaster
-from process_visualizer.launching.run import Run
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.launching.run_record import names_of, processes_of_run
 
 PERIOD_S, BAG_S, START_S = 1.0, 60.0, 120.0
@@ -94,7 +94,7 @@ class Watch:
 def watched(launch_file: str, nodes: Sequence[str], seconds: float,
             begin: Callable[[], Callable[[float], None]]) -> List[str]:
     """Run a cell and watch it; ``begin`` returns what is done every second, by the time [s]."""
-    run = Run(launch_file, lambda report: None)
+    run = LaunchRun(launch_file, lambda report: None)
     try:
         end_s = time.monotonic() + START_S
         while any(process_of(node) is None for node in nodes):

@@ -42,7 +42,7 @@ from process_visualizer.clients.bag_recorder import BagRecorder, RecordingOption
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.parameters.robot_parameters import RobotParameters
-from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.srv import Seek, SetRate
 
 POSE, VELOCITY = f'/{ROBOT}/tcf', f'/{ROBOT}/tool_velocity'
@@ -64,7 +64,7 @@ class Run(NamedTuple):
 
     poses: np.ndarray
     velocities: np.ndarray
-    states: List[PlaybackState]
+    states: List[ClockState]
     bag_begin_s: float = 0.0  # of position 0
 
     def bag_times(self, wall_s: np.ndarray) -> np.ndarray:
@@ -203,7 +203,7 @@ def _wait_for_the_end(rate: float) -> None:
 def _read(path: str) -> Run:
     poses: List[Tuple[float, ...]] = []
     velocities: List[Tuple[float, ...]] = []
-    states: List[PlaybackState] = []
+    states: List[ClockState] = []
     begin_s = 0.0
     with rosbag.Bag(path) as bag:
         for topic, message, stamp in bag.read_messages(topics=[POSE, VELOCITY, STATE]):
@@ -215,7 +215,7 @@ def _read(path: str) -> Run:
                                    linear.x, linear.y, linear.z))
             else:
                 begin_s = message.begin.to_sec()
-                states.append(PlaybackState(
+                states.append(ClockState(
                     message.stamp.to_sec(), message.position, message.rate, message.paused,
                     message.segment, message.since.to_sec()))
     return Run(np.array(poses), np.array(velocities), states, begin_s)

@@ -16,7 +16,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.bagio.catalogue import read_catalogue
 from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.rviz.window_geometry import Rectangle
 
 RVIZ = Rectangle(460, 0, 1140, 620)
@@ -114,5 +114,5 @@ def start_recording(operator: Operator) -> None:
     recording = operator.launcher.recording
     operator.window.panels.setCurrentIndex(0)
     operator.click('record')
-    operator.wait(lambda: recording.phase is Phase.RECORDING and recording.elapsed_s > 1.0,
+    operator.wait(lambda: recording.phase is RecordingPhase.RECORDING and recording.elapsed_s > 1.0,
                   'it records')

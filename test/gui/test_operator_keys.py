@@ -9,7 +9,7 @@ import pytest
 from operator_at_work import Operator, launch_small_cell
 from screen_mouse import press_key_in
 
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 
 RVIZ = r'\.rviz\*? - RViz'
 
@@ -25,12 +25,12 @@ def test_keys_work_in_rviz_and_rviz_can_be_closed(operator: Operator, tmp_path: 
     launch_small_cell(operator, tmp_path)
     recording = operator.launcher.recording
     press_key_in(RVIZ, 'r')
-    operator.wait(lambda: recording.phase is Phase.RECORDING and recording.elapsed_s > 0.5,
+    operator.wait(lambda: recording.phase is RecordingPhase.RECORDING and recording.elapsed_s > 0.5,
                   'R begins to record')
     press_key_in(RVIZ, 'm')
     operator.wait(lambda: [it.label for it in recording.state.marks] == ['mark 1'], 'M marks')
     press_key_in(RVIZ, 'r')
-    operator.wait(lambda: recording.phase is Phase.IDLE, 'R ends the recording')
+    operator.wait(lambda: recording.phase is RecordingPhase.IDLE, 'R ends the recording')
     close_rviz(operator)
 
 

@@ -16,7 +16,7 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import Completeness, make_report
 from process_visualizer.gui.live.live_timeline import LiveTimeline
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.nodes.view_picture import save_picture
 
 AMBER, MIN_AMBER = '#f5a623', 10000
@@ -82,7 +82,7 @@ def begin_recording(operator: Operator, folder: Path) -> None:
 def end_recording(operator: Operator, folder: Path) -> None:
     """The recording has everything of the time of the replays."""
     operator.click('record')
-    operator.wait(lambda: operator.launcher.recording.phase is Phase.IDLE, 'recorded')
+    operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
     [path] = folder.glob('*.bag')
     assert operator.beside(lambda: completeness(path)) is Completeness.COMPLETE
 

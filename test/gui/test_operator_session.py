@@ -15,7 +15,7 @@ from process_visualizer.curves.live_curves import LiveWindow
 from process_visualizer.gui.cell.devices_panel import DevicesView
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.live_timeline import LiveTimeline
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -149,7 +149,7 @@ def record(operator: Operator, folder: Path) -> str:
     operator.press(Qt.Key_M)
     operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S, 'all of it')
     operator.click('record')
-    operator.wait(lambda: operator.launcher.recording.phase is Phase.IDLE, 'recorded')
+    operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
     assert operator.text('status').startswith(REALTIME)
     assert 'Recording' not in operator.text('status')
     [path] = folder.glob('*.bag')

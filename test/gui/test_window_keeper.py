@@ -16,7 +16,7 @@ from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.window_keeper import WindowKeeper
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.rviz.window_geometry import MIN_TIMELINE_PX
 
@@ -66,7 +66,10 @@ def desk(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterato
 
 def run_rviz(desk: Desk, state: PartState, *nodes: NodeReport) -> None:
     launch = desk.launcher.launch
-    launch.phase, launch.reports = Phase.RUNNING, {RVIZ_PART: PartReport(RVIZ_PART, state, nodes)}
+    launch.phase, launch.reports = (
+        LaunchPhase.RUNNING,
+        {RVIZ_PART: PartReport(RVIZ_PART, state, nodes)},
+    )
     launch.changed.emit()
 
 
@@ -85,7 +88,7 @@ def test_where_rviz_was_stands_a_button_that_restarts_it(desk: Desk, qtbot: Any)
     assert len(wanted) == 1
     run_rviz(desk, PartState.STARTING, NodeReport('/rviz'))
     assert not place.isVisible()
-    desk.launcher.launch.phase, desk.launcher.launch.reports = Phase.IDLE, {}
+    desk.launcher.launch.phase, desk.launcher.launch.reports = LaunchPhase.IDLE, {}
 
 
 def test_a_request_to_close_the_timeline_closes_nothing(desk: Desk) -> None:

@@ -22,10 +22,10 @@ from process_visualizer.robot.rotations import (
     quaternion_from_ypr,
     rotated,
 )
-from process_visualizer.runs.alignment.alignment import Alignment, Means
+from process_visualizer.runs.alignment.alignment import Alignment, AlignmentMethod
 from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.ghost import GhostArrow, ghost_arrows
+from process_visualizer.runs.comparison.ghost import ReferenceArrow, ghost_arrows
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 
@@ -38,7 +38,7 @@ def comparison(speed: float = 2.0, begin_s: float = 100.0) -> Comparison:
     """A run that takes twice as long, and begins 100 s after its recording."""
     run = Run('slow', 10.0 * speed, (), begin_s=begin_s)
     maps = time_map(np.array([0.0, 10.0]), np.array([0.0, 10.0 * speed]))
-    return Comparison(run, Alignment(maps, Means.MOTION, ()), {}, Band({}, 1), (), ())
+    return Comparison(run, Alignment(maps, AlignmentMethod.MOTION, ()), {}, Band({}, 1), (), ())
 
 
 def reference(frame: str = '', force: Sequence[float] = (0.0, 3.0, 4.0)) -> Run:
@@ -53,11 +53,13 @@ def simulated() -> Cell:
                                  / 'simulated.xml'))
 
 
-def found_arrows(cell: Cell, run: Run) -> Dict[str, GhostArrow]:
+def found_arrows(cell: Cell, run: Run) -> Dict[str, ReferenceArrow]:
     return {it.name: it for it in ghost_arrows(cell, run, [comparison()])}
 
 
-def drawn(cell: Cell, arrow: GhostArrow, joints: List[float]) -> 'tuple[np.ndarray, np.ndarray]':
+def drawn(
+    cell: Cell, arrow: ReferenceArrow, joints: List[float]
+) -> 'tuple[np.ndarray, np.ndarray]':
     """Foot and vector in the robot's root, of an arm that stands still."""
     description = describe_device(cell.device(ROBOT))
     assert description is not None

@@ -12,7 +12,7 @@ from process_visualizer.health.alarm_conditions import object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import (
     HOLD_S,
-    Moment,
+    NearMoment,
     NearObject,
     ObjectSpans,
     ObjectWatch,
@@ -111,7 +111,7 @@ def test_in_a_recording_it_has_the_place_where_it_began() -> None:
     spans, near = ObjectSpans(), NearObject(seen(0.31), Level.WARNING, 12.0)
     assert object_conditions('kinect', [near], spans) == []
     for time_s in (7.0, 7.1, 7.2):
-        spans.take('kinect', [near.seen], [near], Moment(1, time_s))
+        spans.take('kinect', [near.seen], [near], NearMoment(1, time_s))
     (found,) = object_conditions('kinect', [near], spans)
     assert (found.position_s, found.actions) == (7.0, (Action.GO_THERE,))
 
@@ -123,7 +123,7 @@ def passed(spans: ObjectSpans, segment: int, *steps: Tuple[float, float]) -> Non
     for time_s, distance_m in steps:
         it = seen(distance_m)
         near = [NearObject(it, it.level, 0.0)] if it.level > Level.GOOD else []
-        spans.take('kinect', [it], near, Moment(segment, time_s))
+        spans.take('kinect', [it], near, NearMoment(segment, time_s))
 
 
 def test_a_span_grows_while_it_is_played_in_both_directions() -> None:

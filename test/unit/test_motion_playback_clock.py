@@ -2,13 +2,13 @@
 """Bag times from the player's states: rates, pauses, steps, jumps, slips, and the age of data."""
 import pytest
 
-from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 
 
 def clock_of(*states):
     clock = PlaybackClock()
     for state in states:
-        clock.add(PlaybackState(*state))
+        clock.add(ClockState(*state))
     return clock
 
 
@@ -82,11 +82,11 @@ def test_data_does_not_age_while_paused_and_slowly_in_slow_motion():
     clock = clock_of((100.0, 5.0, 1.0, False, 0))
     begin = clock.data_time_s(100.0)
     for second in range(101, 111):
-        clock.add(PlaybackState(float(second), 6.0, 1.0, True, 0))
+        clock.add(ClockState(float(second), 6.0, 1.0, True, 0))
     assert clock.data_time_s(110.5) - begin == pytest.approx(1.0)
-    clock.add(PlaybackState(111.0, 6.0, -0.1, False, 0))
+    clock.add(ClockState(111.0, 6.0, -0.1, False, 0))
     assert clock.data_time_s(111.5) - begin == pytest.approx(1.05)
-    clock.add(PlaybackState(112.0, 6.0, 8.0, False, 0))
+    clock.add(ClockState(112.0, 6.0, 8.0, False, 0))
     assert clock.data_time_s(112.5) - begin == pytest.approx(1.6)
 
 
@@ -98,7 +98,7 @@ def test_data_ages_again_when_the_player_is_lost():
 def test_memory_is_bounded():
     clock = PlaybackClock()
     for step in range(10_000):
-        clock.add(PlaybackState(100.0 + 0.1 * step, 0.1 * step, 1.0, False, 0))
+        clock.add(ClockState(100.0 + 0.1 * step, 0.1 * step, 1.0, False, 0))
     assert clock.bag_time(1099.95).time_s == pytest.approx(999.95)
     assert clock.bag_time(100.0).time_s > 900.0  # long forgotten
 

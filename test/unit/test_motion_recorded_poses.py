@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from process_visualizer.robot.recorded_velocity import (
     AHEAD_S,
     MAX_S,
-    Part,
+    PosePart,
     RecordedPose,
     RecordedPoses,
     kept_part,
@@ -30,13 +30,15 @@ def poses(begin_s: float, end_s: float) -> RecordedPoses:
     """Poses each 0.1 s that move at 1 m/s along x, of a part with its bounds."""
     times_s = [number / 10 for number in range(math.ceil(begin_s * 10 - 1e-6),
                                                math.floor(end_s * 10 + 1e-6) + 1)]
-    return RecordedPoses(Part(begin_s, end_s), [
+    return RecordedPoses(PosePart(begin_s, end_s), [
         RecordedPose(time_s, math.nan, (time_s, 0.0, 0.0), NO_TURN) for time_s in times_s])
 
 
-def read(known: Optional[Part], position_s: float, speed: float, duration_s: float) -> List[Part]:
+def read(
+    known: Optional[PosePart], position_s: float, speed: float, duration_s: float
+) -> List[PosePart]:
     """All parts that are read at a position, the first ones first."""
-    parts: List[Part] = []
+    parts: List[PosePart] = []
     while True:
         part = next_part(known, position_s, speed, duration_s)
         if part is None:
@@ -44,9 +46,9 @@ def read(known: Optional[Part], position_s: float, speed: float, duration_s: flo
         parts.append(part)
         assert len(parts) < 100
         if known is not None and part.begin_s == known.end_s:
-            known = Part(known.begin_s, part.end_s)
+            known = PosePart(known.begin_s, part.end_s)
         elif known is not None and part.end_s == known.begin_s:
-            known = Part(part.begin_s, known.end_s)
+            known = PosePart(part.begin_s, known.end_s)
         else:
             known = part
 
@@ -55,16 +57,16 @@ def read(known: Optional[Part], position_s: float, speed: float, duration_s: flo
 def test_what_a_position_needs_comes_first_and_then_what_lies_ahead(
         duration_s: float, before: float, share: float, speed: float) -> None:
     known = read(None, before * duration_s, 1.0, duration_s)
-    old = Part(min(part.begin_s for part in known), max(part.end_s for part in known))
+    old = PosePart(min(part.begin_s for part in known), max(part.end_s for part in known))
     position_s = share * duration_s
     needed = needed_part(position_s, duration_s)
     for begun_with in (None, old):
         parts = read(begun_with, position_s, speed, duration_s)
-        whole = Part(0.0, duration_s)
+        whole = PosePart(0.0, duration_s)
         assert all(whole.holds(part) and part.begin_s <= part.end_s for part in parts)
         if begun_with is None:
             assert parts[0].holds(needed)
-        ahead = Part(position_s, position_s + AHEAD_S * speed) if speed > 0.0 else Part(
+        ahead = PosePart(position_s, position_s + AHEAD_S * speed) if speed > 0.0 else PosePart(
             position_s + AHEAD_S * speed, position_s)
         all_parts = [*parts, *([] if begun_with is None else [begun_with])]
         for place_s in np.linspace(*ahead.within(whole), 50):
@@ -73,12 +75,12 @@ def test_what_a_position_needs_comes_first_and_then_what_lies_ahead(
 
 def test_while_it_plays_little_is_read_at_once_and_nothing_twice() -> None:
     known, parts = read(None, 10.0, 1.0, 100.0), []
-    part = Part(min(it.begin_s for it in known), max(it.end_s for it in known))
+    part = PosePart(min(it.begin_s for it in known), max(it.end_s for it in known))
     for position_s in np.arange(10.0, 60.0, 0.1):
         for new in read(part, position_s, 1.0, 100.0):
             assert new.begin_s == part.end_s
             parts.append(new)
-            part = Part(part.begin_s, new.end_s)
+            part = PosePart(part.begin_s, new.end_s)
     assert len(parts) == pytest.approx(50.0 / MAX_S, abs=1)
 
 
@@ -94,10 +96,10 @@ def test_parts_are_joined_without_doubles() -> None:
     for first, second in ((poses(1.0, 2.0), poses(2.0, 3.5)), (poses(2.0, 3.5), poses(1.0, 2.0))):
         joined = first.joined(second)
         assert joined == poses(1.0, 3.5)
-    assert joined.only(Part(1.5, 9.0)) == poses(1.5, 3.5)
-    assert joined.only(Part(7.0, 9.0)) == joined  # not a part that is known and empty
+    assert joined.only(PosePart(1.5, 9.0)) == poses(1.5, 3.5)
+    assert joined.only(PosePart(7.0, 9.0)) == joined  # not a part that is known and empty
 
 
 def test_the_velocity_of_no_poses_is_none_and_of_some_is_theirs() -> None:
-    assert RecordedPoses(Part(0.0, 5.0), []).velocity(0.2).velocity(1.0) is None
+    assert RecordedPoses(PosePart(0.0, 5.0), []).velocity(0.2).velocity(1.0) is None
     assert poses(0.0, 5.0).velocity(0.2).velocity(2.5) == pytest.approx((1.0, 0.0, 0.0))

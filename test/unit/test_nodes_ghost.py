@@ -16,7 +16,7 @@ from process_visualizer.robot.description import describe_device
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.visuals import ShapeKind, link_visuals
-from process_visualizer.runs.alignment.alignment import Alignment, Means
+from process_visualizer.runs.alignment.alignment import Alignment, AlignmentMethod
 from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.ghost import ghost_tracks
@@ -103,7 +103,9 @@ def test_a_track_has_the_reference_at_the_times_of_the_run(monkeypatch: Any) -> 
         channel(name, 2.0 * times_s, 0.2 + 0.1 * number + 0.05 * times_s)
         for number, name in enumerate(names)), begin_s=100.0)
     maps = time_map(np.array([0.0, 10.0]), np.array([0.0, 20.0]))
-    comparison = Comparison(slow, Alignment(maps, Means.MOTION, ()), {}, Band({}, 1), (), ())
+    comparison = Comparison(
+        slow, Alignment(maps, AlignmentMethod.MOTION, ()), {}, Band({}, 1), (), ()
+    )
     track, = ghost_tracks(cell, reference, [comparison])
     assert (track.device, track.tool) == ('ur_rt_upper', 'ur_rt_upper/tool')
     assert track.there.joints == tuple(joints)

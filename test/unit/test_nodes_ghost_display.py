@@ -18,7 +18,7 @@ from process_visualizer.nodes.ghost.ghost_display import RATE_HZ, GhostDisplay
 from process_visualizer.nodes.ghost.ghost_robot import BESIDE_M
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST_TOPIC, PLAYER_STATE_TOPIC
-from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack
+from process_visualizer.runs.comparison.ghost import GhostTrack, ReferenceArrow
 
 LENGTH_M = 1.3
 ARM = f'''<robot name="arm">
@@ -53,7 +53,7 @@ class Scene:
         GhostDisplay(self.node)
         self.markers: Dict[str, Marker] = {}
 
-    def show(self, tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow] = ()) -> str:
+    def show(self, tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = ()) -> str:
         """Show tracks and arrows; return why they are refused, '' if they are not."""
         answer = self.node.call('~show', ghost_request(tracks, arrows))
         assert answer.success == (answer.message == '')
@@ -127,8 +127,8 @@ def test_its_arrows_are_there_too(scene: Scene) -> None:
     """One on the tool, as long as the time; one in a frame of no robot."""
     vectors = np.column_stack((np.zeros((len(TIMES_S), 2)), 0.01 * TIMES_S + 0.1))
     scene.show((track(),), (
-        GhostArrow('arm/force', 'tool', 'tool', (0.0, 0.0, 0.0), TIMES_S, vectors),
-        GhostArrow('machine/feed', 'table', 'table', (1.0, 2.0, 3.0), TIMES_S, vectors)))
+        ReferenceArrow('arm/force', 'tool', 'tool', (0.0, 0.0, 0.0), TIMES_S, vectors),
+        ReferenceArrow('machine/feed', 'table', 'table', (1.0, 2.0, 3.0), TIMES_S, vectors)))
     for position_s in (4.0, 13.0, 9.0):
         scene.say(position_s)
         scene.wait()
@@ -184,5 +184,5 @@ def test_what_cannot_be_shown_is_told(scene: Scene) -> None:
     refused = scene.show((wrong._replace(here=wrong.here[:5]),))
     assert refused.startswith('arm: ') and 'positions of 1 joints at' in refused
     vectors = np.zeros((9, 3))
-    refused = scene.show((), (GhostArrow('feed', 'a', 'a', (0.0, 0.0, 0.0), TIMES_S, vectors),))
+    refused = scene.show((), (ReferenceArrow('feed', 'a', 'a', (0.0, 0.0, 0.0), TIMES_S, vectors),))
     assert refused.startswith('feed: ') and 'positions of 3 joints at' in refused

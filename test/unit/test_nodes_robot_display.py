@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.common.markers import STALE_COLOR, VectorSample
-from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
+from process_visualizer.nodes.robot.robot_display import RobotDisplay, ShownMotion
 from process_visualizer.nodes.robot.tool_placing import ToolPlace
 from process_visualizer.parameters.reading import Parameters
 from process_visualizer.parameters.robot_parameters import RobotParameters
@@ -23,7 +23,7 @@ NOW_S = 100.0
 
 def shown(velocity=None, force=None, now_s=NOW_S, place=DOWN, force_frame='r/force'):
     """Return the markers by namespace and number."""
-    motion = None if velocity is None else ToolMotion(place, np.array(velocity), NOW_S)
+    motion = None if velocity is None else ShownMotion(place, np.array(velocity), NOW_S)
     sample = None if force is None else VectorSample(force, force_frame, NOW_S)
     markers = RobotDisplay(PARAMETERS).markers(motion, sample, now_s)
     return {(marker.ns, marker.id): marker for marker in markers}
@@ -91,7 +91,7 @@ def test_standing_still_removes_the_arrow_and_keeps_the_number():
 def test_what_is_not_available_is_not_shown():
     assert shown() == {}
     assert {namespace for namespace, _ in shown(velocity=(1.0, 0.0, 0.0))} == {'velocity'}
-    unknown = ToolMotion(DOWN, None, NOW_S)
+    unknown = ShownMotion(DOWN, None, NOW_S)
     assert RobotDisplay(PARAMETERS).markers(unknown, None, NOW_S) == []
 
 
@@ -111,7 +111,7 @@ def test_what_nobody_draws_anew_goes_away():
 
 def test_numbers_change_ten_times_a_second():
     display = RobotDisplay(PARAMETERS)
-    motion = ToolMotion(DOWN, np.array([0.1, 0.0, 0.0]), NOW_S)
+    motion = ShownMotion(DOWN, np.array([0.1, 0.0, 0.0]), NOW_S)
     counts = [len(display.markers(motion, None, NOW_S + tick / 30.0 + 1e-6)) for tick in range(31)]
     assert set(counts) == {1, 2}
     assert 8 <= counts.count(2) <= 11

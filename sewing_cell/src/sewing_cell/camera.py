@@ -78,7 +78,7 @@ _THREAD = (236, 222, 190)
 _ABOVE_M = 0.01  # what is more than this above a cover hides it
 
 
-class Frame(NamedTuple):
+class CameraFrame(NamedTuple):
     """Colour (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is none."""
 
     colour: np.ndarray
@@ -147,7 +147,7 @@ class Camera:
         self._noise = DepthNoise(still.depth.shape, random, _VARIANTS)
         self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
 
-    def render(self, number: int) -> Frame:
+    def render(self, number: int) -> CameraFrame:
         """Picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
         time_s, variant = number / self._rate_hz, number % _VARIANTS
         picture = Picture(self._still_depth.copy(), self._still_colours[variant].copy())
@@ -160,7 +160,7 @@ class Camera:
             draw_robot(picture, np.array(poses(number)))
         if self._intruder is not None:
             self._intruder.draw(picture, time_s, self._place)
-        return Frame(picture.colour, self._noise.measured(picture.depth, variant))
+        return CameraFrame(picture.colour, self._noise.measured(picture.depth, variant))
 
     def _draw_cover(self, picture: Picture, layer: int, pair: CoverPair) -> None:
         cover = self._covers[layer]

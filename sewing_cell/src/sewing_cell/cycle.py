@@ -13,9 +13,9 @@ import numpy as np
 from sewing_cell import layout
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.schedule import (
-    Course,
     Phase,
     Profile,
+    ProfileValue,
     Schedule,
     between,
     smooth_step,
@@ -185,11 +185,11 @@ class SewingCycle:
         cycle = np.floor_divide(time_s, self.schedule.period_s)
         return cycle.astype(int), time_s - cycle * self.schedule.period_s
 
-    def _feed(self, phase_s: np.ndarray) -> Course:
+    def _feed(self, phase_s: np.ndarray) -> ProfileValue:
         """The sewn share of the seam, 0 to 1, and its rate per second."""
         return between(phase_s, self.schedule.sew.begin, self.schedule.sew.end, steady_feed)
 
-    def _path(self, phase_s: np.ndarray) -> Course:
+    def _path(self, phase_s: np.ndarray) -> ProfileValue:
         """x, y and lift of the tools without steering, shape (..., 3): a sum of moves."""
         lift = layout.LIFT_HEIGHT
         start = np.array([*layout.FETCH_XY, lift])
@@ -211,7 +211,7 @@ class SewingCycle:
             course = between(phase_s, phase.begin, phase.end, profile)
             value += step * course.value[..., None]
             rate += step * course.rate[..., None]
-        return Course(value, rate)
+        return ProfileValue(value, rate)
 
     def _cover_path(self, phase_s: np.ndarray) -> tuple[float, float]:
         """x and y of the covers being sewn: with the tools, then out of the cell."""

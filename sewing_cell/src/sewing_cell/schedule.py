@@ -83,20 +83,20 @@ class Schedule:
 
 # Smooth courses from 0 to 1, each with its slope; twice continuously differentiable.
 
-class Course(NamedTuple):
+class ProfileValue(NamedTuple):
     """A value over time and its rate of change per second."""
 
     value: np.ndarray
     rate: np.ndarray
 
 
-def smooth_step(progress: np.ndarray) -> Course:
+def smooth_step(progress: np.ndarray) -> ProfileValue:
     """Quintic step (minimum jerk, Flash and Hogan 1985); ``rate`` is per unit of progress."""
     u = _clamped(progress)
-    return Course(u * u * u * (10 + u * (6 * u - 15)), 30 * (u * (1 - u)) ** 2)
+    return ProfileValue(u * u * u * (10 + u * (6 * u - 15)), 30 * (u * (1 - u)) ** 2)
 
 
-def steady_feed(progress: np.ndarray, ramp: float = 0.13) -> Course:
+def steady_feed(progress: np.ndarray, ramp: float = 0.13) -> ProfileValue:
     """Constant speed but for smooth ramps of length ``ramp`` at both ends (progress 0 to 1)."""
     u = _clamped(progress)
     speed = 1.0 / (1.0 - ramp)
@@ -104,7 +104,7 @@ def steady_feed(progress: np.ndarray, ramp: float = 0.13) -> Course:
     inside = np.minimum(near, 1.0)
     ramped = speed * ramp * (inside**3 - inside**4 / 2 + np.maximum(near - 1.0, 0.0))
     rate = speed * inside**2 * (3 - 2 * inside)
-    return Course(np.where(u < 0.5, ramped, 1.0 - ramped), rate)
+    return ProfileValue(np.where(u < 0.5, ramped, 1.0 - ramped), rate)
 
 
 def _clamped(progress: np.ndarray) -> np.ndarray:
@@ -112,22 +112,24 @@ def _clamped(progress: np.ndarray) -> np.ndarray:
     return np.minimum(np.maximum(progress, 0.0), 1.0)
 
 
-Profile = Callable[[np.ndarray], Course]
+Profile = Callable[[np.ndarray], ProfileValue]
 
 
-def between(time: np.ndarray, begin: float, end: float, profile: Profile = smooth_step) -> Course:
+def between(
+    time: np.ndarray, begin: float, end: float, profile: Profile = smooth_step
+) -> ProfileValue:
     """``profile`` stretched over ``begin`` to ``end`` [s]; its rate is per second."""
     course = profile((time - begin) / (end - begin))
-    return Course(course.value, course.rate / (end - begin))
+    return ProfileValue(course.value, course.rate / (end - begin))
 
 
-def window(time: np.ndarray, begin: float, end: float, edge: float) -> Course:
+def window(time: np.ndarray, begin: float, end: float, edge: float) -> ProfileValue:
     """1 between ``begin`` and ``end`` [s], with smooth edges of ``edge`` seconds inside them."""
     rise = between(time, begin, begin + edge)
     fall = between(time, end - edge, end)
-    return Course(rise.value - fall.value, rise.rate - fall.rate)
+    return ProfileValue(rise.value - fall.value, rise.rate - fall.rate)
 
 
-def product(left: Course, right: Course) -> Course:
+def product(left: ProfileValue, right: ProfileValue) -> ProfileValue:
     """The product of two courses."""
-    return Course(left.value * right.value, left.rate * right.value + left.value * right.rate)
+    return ProfileValue(left.value * right.value, left.rate * right.value + left.value * right.rate)

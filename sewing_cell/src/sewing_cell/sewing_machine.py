@@ -13,10 +13,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
 from process_visualizer.nodes.common.markers import (
-    Pace,
+    RefreshRate,
     ShownValue,
-    TextPlace,
     ValueBoard,
+    ValuePlace,
     VectorSample,
     mesh_marker,
     value_text,
@@ -102,7 +102,7 @@ def edge_text(style: ArrowStyle, value: float, setpoint: float, age_s: float,
 
 
 @dataclass(frozen=True)
-class Reading:
+class SensorReading:
     """The last number of a sensor and when it came."""
 
     value: float
@@ -126,11 +126,11 @@ class SewingTransformer:
         self._setpoints = {which: LiveNumber(node, f'setpoint_{which}', DEFAULT_SETPOINT)
                            for which in ('upper', 'lower')}
         self._playback = PlaybackFollower(node)
-        self._log = Pace(LOG_PERIOD_S)
+        self._log = RefreshRate(LOG_PERIOD_S)
         self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
-        self._feed: Optional[Reading] = None
-        self._upper: Optional[Reading] = None
-        self._lower: Optional[Reading] = None
+        self._feed: Optional[SensorReading] = None
+        self._upper: Optional[SensorReading] = None
+        self._lower: Optional[SensorReading] = None
         self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1, latch=True)
         self._publish()
         node.subscribe('/feed_rate_est', Float32, self._on_feed)
@@ -144,13 +144,13 @@ class SewingTransformer:
                 self._node.warn('sewing_machine: /feed_rate_est is NaN or infinite; the last good '
                                 'value stays')
             return
-        self._feed = Reading(message.data, self._playback.data_time_s())
+        self._feed = SensorReading(message.data, self._playback.data_time_s())
 
     def _on_upper(self, message: UInt16) -> None:
-        self._upper = Reading(float(message.data), self._playback.data_time_s())
+        self._upper = SensorReading(float(message.data), self._playback.data_time_s())
 
     def _on_lower(self, message: UInt16) -> None:
-        self._lower = Reading(float(message.data), self._playback.data_time_s())
+        self._lower = SensorReading(float(message.data), self._playback.data_time_s())
 
     def _on_timer(self) -> None:
         if self._publisher.get_num_connections() > 0:
@@ -191,10 +191,10 @@ class SewingTransformer:
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
         return ShownValue(f'edge_{which}', style, sample, text, self._place(line))
 
-    def _place(self, line: int) -> TextPlace:
+    def _place(self, line: int) -> ValuePlace:
         """Return the place of one line of the machine's three."""
         parameters = self._parameters
-        return TextPlace(parameters.needle_frame, parameters.text_position, line, 3)
+        return ValuePlace(parameters.needle_frame, parameters.text_position, line, 3)
 
 
 def main() -> None:

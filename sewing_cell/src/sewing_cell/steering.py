@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sewing_cell.schedule import Course, Schedule, between, product, window
+from sewing_cell.schedule import ProfileValue, Schedule, between, product, window
 
 QUALITIES = ("good", "poor")
 
@@ -27,7 +27,7 @@ _DRIFT_OF_OTHER_COVER = 0.25
 
 
 @dataclass(frozen=True)
-class Fault:
+class SteeringFault:
     """The errors of a poor seam: arrays over the cycles."""
 
     start_s: np.ndarray
@@ -48,10 +48,10 @@ class Steering:
         self._phase = random.uniform(0, 2 * np.pi, shape)
         self._fault = _faults(schedule, quality, seed, side)
 
-    def correction(self, cycle: np.ndarray, time_s: np.ndarray) -> Course:
+    def correction(self, cycle: np.ndarray, time_s: np.ndarray) -> ProfileValue:
         """Lateral motion of the robot, which follows the disturbance with a lag."""
         wander, drift = self._wander(cycle, time_s, _LAG_S), self._drift(cycle, time_s)
-        return Course(
+        return ProfileValue(
             -wander.value - _DRIFT_CORRECTED * drift.value,
             -wander.rate - _DRIFT_CORRECTED * drift.rate,
         )
@@ -65,29 +65,31 @@ class Steering:
         """Return how bad a poor seam is, 0 to 1 (for the worse of the covers)."""
         return np.abs(self._drift(cycle, time_s).value) / _DRIFT
 
-    def _wander(self, cycle: np.ndarray, time_s: np.ndarray, lag_s: float) -> Course:
+    def _wander(self, cycle: np.ndarray, time_s: np.ndarray, lag_s: float) -> ProfileValue:
         row = np.asarray(cycle) % _CYCLES
         pulsation, amplitude = self._pulsation[row], self._amplitude[row]
         angle = pulsation * (np.asarray(time_s)[..., None] - lag_s) + self._phase[row]
-        waves = Course(
+        waves = ProfileValue(
             (amplitude * np.sin(angle)).sum(axis=-1),
             (amplitude * pulsation * np.cos(angle)).sum(axis=-1),
         )
         return product(waves, self._while_sewing(time_s))
 
-    def _drift(self, cycle: np.ndarray, time_s: np.ndarray) -> Course:
+    def _drift(self, cycle: np.ndarray, time_s: np.ndarray) -> ProfileValue:
         row = np.asarray(cycle) % _CYCLES
         start = self._fault.start_s[row]
         drift = product(
             between(time_s, start, start + _DRIFT_S), self._while_sewing(time_s)
         )
-        return Course(self._fault.drift[row] * drift.value, self._fault.drift[row] * drift.rate)
+        return ProfileValue(
+            self._fault.drift[row] * drift.value, self._fault.drift[row] * drift.rate
+        )
 
-    def _while_sewing(self, time_s: np.ndarray) -> Course:
+    def _while_sewing(self, time_s: np.ndarray) -> ProfileValue:
         return window(time_s, self._sew.begin, self._sew.end, _WINDOW_EDGE_S)
 
 
-def _faults(schedule: Schedule, quality: str, seed: int, side: int) -> Fault:
+def _faults(schedule: Schedule, quality: str, seed: int, side: int) -> SteeringFault:
     """Return when and how far the covers drift; both sides draw the same numbers."""
     random = np.random.default_rng([seed, 3])
     sew = schedule.sew
@@ -95,4 +97,4 @@ def _faults(schedule: Schedule, quality: str, seed: int, side: int) -> Fault:
     worse_side = random.choice([-1, 1], _CYCLES)
     direction = random.choice([-1.0, 1.0], _CYCLES)
     share = np.where(worse_side == side, 1.0, _DRIFT_OF_OTHER_COVER)
-    return Fault(start_s, _DRIFT * direction * share * (quality == "poor"))
+    return SteeringFault(start_s, _DRIFT * direction * share * (quality == "poor"))

@@ -37,7 +37,7 @@ COMPRESSIONS: Tuple[str, ...] = tuple(_COMPRESS)
 """How chunks can be compressed, as rosbag calls it."""
 
 
-class Span(NamedTuple):
+class CutSpan(NamedTuple):
     """A part of a recording, in bag times [ns since the epoch], both included."""
 
     begin_ns: int
@@ -56,7 +56,7 @@ class BagCut(NamedTuple):
     topics: Tuple[str, ...]
 
 
-def cut(recording: Recording, span: Span, path: str, topics: Optional[Collection[str]] = None,
+def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collection[str]] = None,
         compression: str = 'none') -> BagCut:
     """Write the messages of a span to a bag, which is there when it is complete.
 
@@ -159,7 +159,7 @@ def _different(recording: Recording, positions: np.ndarray) -> List[int]:
     return list(last.values())
 
 
-def _inside(recording: Recording, connections: List[int], span: Span) -> np.ndarray:
+def _inside(recording: Recording, connections: List[int], span: CutSpan) -> np.ndarray:
     index = recording.index
     rows = np.arange(index.count_before(span.begin_ns), index.count_until(span.end_ns))
     result: np.ndarray = rows[np.isin(index.connection[rows], connections)]

@@ -135,7 +135,7 @@ _ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')
 Connections = Dict[int, Connection]
 
 
-class Part(NamedTuple):
+class IndexPart(NamedTuple):
     """The index entries of one connection in one chunk, as their bytes."""
 
     chunk: int
@@ -161,7 +161,7 @@ def read_index(file: BagFile) -> BagIndex:
     gaps: List[Gap] = []
     for chunk, (info, end) in enumerate(zip(infos, ends)):
         try:
-            entries.add([Part(chunk, _numbered(numbers, connection_id), data)
+            entries.add([IndexPart(chunk, _numbered(numbers, connection_id), data)
                          for connection_id, data in _index_of_chunk(file, info, end)])
         except RecordError as error:
             gaps.append(_gap(file, info, by_id, f'a part of the index cannot be read: {error}'))
@@ -180,10 +180,10 @@ class IndexEntries:
                                 np.empty(capacity, connection_dtype(connection_count)),
                                 np.empty(capacity, np.int32), np.empty(capacity, np.uint32))
         self._count = 0
-        self._parts: List[Part] = []
+        self._parts: List[IndexPart] = []
         self._waiting_bytes = 0
 
-    def add(self, parts: Sequence[Part]) -> None:
+    def add(self, parts: Sequence[IndexPart]) -> None:
         """Take the parts of a chunk; chunks come in the order of the file.
 
         Raises:

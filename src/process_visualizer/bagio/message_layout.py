@@ -99,7 +99,7 @@ class Repeated(Layout):
         return position
 
 
-class Record(Layout):
+class RecordLayout(Layout):
     """Parts one behind the other: a message."""
 
     def __init__(self, parts: Sequence[Layout]) -> None:
@@ -212,15 +212,15 @@ def joined(parts: List[Layout]) -> Layout:
         merged.append(part)
     if not merged:
         return Fixed(0)
-    return merged[0] if len(merged) == 1 else Record(merged)
+    return merged[0] if len(merged) == 1 else RecordLayout(merged)
 
 
 def flattened(parts: List[Layout]) -> List[Layout]:
     """Return the parts with those of small messages, such as a header, in the place of these."""
     found: List[Layout] = []
     for part in parts:
-        small = isinstance(part, Record) and len(part.parts) <= 4
-        found.extend(part.parts if small and isinstance(part, Record) else [part])
+        small = isinstance(part, RecordLayout) and len(part.parts) <= 4
+        found.extend(part.parts if small and isinstance(part, RecordLayout) else [part])
     return found
 
 
@@ -235,7 +235,7 @@ def behind(first: Layout, second: Fixed) -> Fixed:
 
 def until_last_stamp(layout: Layout) -> Layout:
     """Return the layout without the parts that follow the last stamp: no need to walk these."""
-    if not isinstance(layout, Record):
+    if not isinstance(layout, RecordLayout):
         return layout
     parts = list(layout.parts)
     while parts and not parts[-1].has_stamps:

@@ -30,7 +30,7 @@ class LongArray(NamedTuple):
     length: int
 
 
-class Moment(NamedTuple):
+class MessageTime(NamedTuple):
     """A time or a duration."""
 
     seconds: int
@@ -38,7 +38,7 @@ class Moment(NamedTuple):
 
 
 Values = Dict[str, Any]
-"""By the names of the fields: numbers, texts, `Moment`, `LongArray`, lists, or again values."""
+"""By the names of the fields: numbers, texts, `MessageTime`, `LongArray`, lists, or values."""
 
 
 def message_values(type_name: str, definitions: Definitions, data: Data) -> Values:
@@ -96,7 +96,7 @@ class _Reader:
         if count > MAX_VALUES:
             return LongArray(count)
         found: List[Any] = list(struct.iter_unpack(f'<{_FORMATS[type_name]}', part))
-        return [Moment(*it) if len(it) == 2 else it[0] for it in found]
+        return [MessageTime(*it) if len(it) == 2 else it[0] for it in found]
 
     def _length(self) -> int:
         length, self.position = read_length(self._data, self.position)

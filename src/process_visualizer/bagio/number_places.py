@@ -125,7 +125,7 @@ class Place(NamedTuple):
     kind: str
 
 
-class Places(NamedTuple):
+class NumberPlaces(NamedTuple):
     """The places of the wanted numbers; none if the message does not have them.
 
     They are the same in every message of that length with the same bytes in the ``fixed`` ranges
@@ -143,7 +143,7 @@ class Locator(ABC):
     number_count: int
 
     @abstractmethod
-    def places(self, data: Data) -> Places:
+    def places(self, data: Data) -> NumberPlaces:
         """Return the places in a message; none where it does not fit its definition."""
 
 
@@ -162,14 +162,14 @@ class FieldLocator(Locator):
         self._paths = [FieldPath(path) for path in paths]
         self.number_count = len(self._paths)
 
-    def places(self, data: Data) -> Places:
+    def places(self, data: Data) -> NumberPlaces:
         """See Locator."""
         walk = _Walk(self._definitions, data)
         try:
             numbers = tuple(walk.place(self._type, path) for path in self._paths)
         except (MessageDamaged, KeyError, RecursionError):
             numbers = ()
-        return Places(numbers, tuple(dict.fromkeys(walk.lengths)), self._stamp())
+        return NumberPlaces(numbers, tuple(dict.fromkeys(walk.lengths)), self._stamp())
 
     def _stamp(self) -> Optional[int]:
         first = self._definitions[self._type][:1]
@@ -185,7 +185,7 @@ class FloatArrayLocator(Locator):
         self.number_count = count
         self._lengths = lengths
 
-    def places(self, data: Data) -> Places:
+    def places(self, data: Data) -> NumberPlaces:
         """See Locator; padding (data_offset) is left out, as in float32_values."""
         try:
             dimensions, position = read_length(data, 0)
@@ -195,12 +195,12 @@ class FloatArrayLocator(Locator):
             padding, position = read_length(data, position)
             count, position = read_length(data, position)
         except MessageDamaged:
-            return Places(())
+            return NumberPlaces(())
         numbers: Tuple[Place, ...] = ()
         if count - padding in self._lengths and len(data) == position + 4 * count:
             numbers = tuple(Place(position + 4 * (padding + number), '<f4')
                             for number in range(self.number_count))
-        return Places(numbers, ((0, position),))
+        return NumberPlaces(numbers, ((0, position),))
 
 
 class TransformPlaces(NamedTuple):
@@ -222,7 +222,7 @@ class TransformLocator(Locator):
         """Take the frames."""
         self._frames = parent.strip('/'), child.strip('/')
 
-    def places(self, data: Data) -> Places:
+    def places(self, data: Data) -> NumberPlaces:
         """See Locator."""
         fixed = [(0, _LENGTH_BYTES)]
         for it in transforms_in(data):
@@ -230,8 +230,8 @@ class TransformLocator(Locator):
             if (it.parent, it.child) == self._frames:
                 numbers = tuple(Place(it.pose + 8 * number, '<f8')
                                 for number in range(self.number_count))
-                return Places(numbers, tuple(fixed), it.stamp)
-        return Places((), tuple(fixed))
+                return NumberPlaces(numbers, tuple(fixed), it.stamp)
+        return NumberPlaces((), tuple(fixed))
 
 
 def transforms_in(data: Data) -> Iterator[TransformPlaces]:
@@ -258,7 +258,7 @@ class JointLocator(Locator):
         """Take what the joint may be called."""
         self._names = names
 
-    def places(self, data: Data) -> Places:
+    def places(self, data: Data) -> NumberPlaces:
         """See Locator."""
         begin = _STAMP_OFFSET + 8
         try:
@@ -271,10 +271,10 @@ class JointLocator(Locator):
             positions, position = read_length(data, position)
             checked_end(data, position, 8 * positions)
         except MessageDamaged:
-            return Places(())
+            return NumberPlaces(())
         rows = [row for row, name in enumerate(names[:positions]) if name in self._names]
         numbers = tuple(Place(position + 8 * row, '<f8') for row in rows[:1])
-        return Places(numbers, ((begin, position),), _STAMP_OFFSET)
+        return NumberPlaces(numbers, ((begin, position),), _STAMP_OFFSET)
 
 
 def _text(data: Data, position: int) -> Tuple[str, int]:

@@ -21,9 +21,9 @@ from process_visualizer.cell.model import (
     Mode,
     Model,
     Node,
-    Phase,
     Pose,
     ProcessEvent,
+    ProcessPhase,
     Property,
     RegionOfInterest,
     RoslaunchElement,
@@ -242,10 +242,12 @@ def build_run(parsed: Parsed) -> RunSpan:
                    values['place'] or '')
 
 
-def build_phase(parsed: Parsed) -> Phase:
+def build_phase(parsed: Parsed) -> ProcessPhase:
     """The part of a run of a ``<phase>`` element."""
     values = parsed.values
-    return Phase(values['name'], values['from'], values['to'], values['wait'], parsed.location)
+    return ProcessPhase(
+        values['name'], values['from'], values['to'], values['wait'], parsed.location
+    )
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:

@@ -357,7 +357,7 @@ class RunSpan:
 
 
 @dataclass(frozen=True)
-class Phase:
+class ProcessPhase:
     """A part of a run, from one event or mark to another; a wait may take any time."""
 
     name: str
@@ -386,7 +386,7 @@ class Cell:
     run: Optional[RunSpan] = None
     provenance: Provenance = OPENED
     ignored: Tuple[Problem, ...] = ()
-    phases: Tuple[Phase, ...] = ()
+    phases: Tuple[ProcessPhase, ...] = ()
 
     def device(self, name: str) -> Device:
         """The device of that name.

@@ -21,8 +21,8 @@ from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemL
 from process_visualizer.cell.model import (
     Cell,
     Device,
-    Phase,
     ProcessEvent,
+    ProcessPhase,
     RoslaunchElement,
     RunSpan,
 )
@@ -157,7 +157,7 @@ class _Reading:
         """Return what one run of the process is, if it is said."""
         return next((build_run(parsed) for parsed in self.runs if parsed.complete), None)
 
-    def parts_of_runs(self) -> Tuple[Phase, ...]:
+    def parts_of_runs(self) -> Tuple[ProcessPhase, ...]:
         """The parts of a run that are named."""
         return tuple(build_phase(parsed) for parsed in self.phases if parsed.complete)
 

@@ -8,7 +8,7 @@ from process_visualizer.clients.service_connection import ServiceConnection, Ser
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostEvent, GhostRobot
 from process_visualizer.ros_names import GHOST
-from process_visualizer.runs.comparison.ghost import GhostArrow, GhostTrack, LiveReference
+from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference, ReferenceArrow
 from process_visualizer.srv import (
     FollowGhost,
     FollowGhostRequest,
@@ -24,7 +24,7 @@ class GhostError(Exception):
     """There is no ghost; says why."""
 
 
-def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow] = (),
+def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = (),
                master_uri: Optional[str] = None, start_s: float = 0.0) -> None:
     """Show robots and arrows of another run in step with the player; without any hide them.
 
@@ -50,7 +50,7 @@ def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
 
 
 def ghost_request(tracks: Sequence[GhostTrack],
-                  arrows: Sequence[GhostArrow]) -> ShowGhostRequest:
+                  arrows: Sequence[ReferenceArrow]) -> ShowGhostRequest:
     """Return what the node is sent by `show_ghost`."""
     return ShowGhostRequest(_robots(tracks), [_message(it) for it in arrows])
 
@@ -71,7 +71,7 @@ def _robots(tracks: Sequence[GhostTrack]) -> List[GhostRobot]:
                        here=it.here.ravel().tolist()) for it in tracks]
 
 
-def _message(arrow: GhostArrow) -> GhostArrowMessage:
+def _message(arrow: ReferenceArrow) -> GhostArrowMessage:
     return GhostArrowMessage(
         name=arrow.name, frame=arrow.frame, foot_frame=arrow.foot_frame, foot=list(arrow.foot),
         times=arrow.times_s.tolist(), vectors=arrow.vectors.ravel().tolist())

@@ -9,7 +9,7 @@ import sys
 from contextlib import suppress
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from process_visualizer.bagio.bag_cut import COMPRESSIONS, Span, cut
+from process_visualizer.bagio.bag_cut import COMPRESSIONS, CutSpan, cut
 from process_visualizer.bagio.marks import read_marks
 from process_visualizer.bagio.recording import Recording, recording_parts
 from process_visualizer.cell.xml_parser import XmlParser
@@ -66,7 +66,9 @@ def execute_cut(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         if begin_s > end_s:
             raise ValueError(f'{paths[0]} goes from {clock_text(0.0)} to {clock_text(duration_s)}')
         begin_ns, end_ns = (recording.begin_ns + round(it * 1e9) for it in (begin_s, end_s))
-        done = cut(recording, Span(begin_ns, end_ns), options.output, topics, options.compression)
+        done = cut(
+            recording, CutSpan(begin_ns, end_ns), options.output, topics, options.compression
+        )
     say(f'{options.output}: {clock_text(begin_s)} to {clock_text(end_s)}, '
         f'{done.message_count} messages of {len(done.topics)} topics'
         + (f', and {done.held_count} that held before' if done.held_count else ''))

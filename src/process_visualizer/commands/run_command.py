@@ -27,7 +27,7 @@ from process_visualizer.launching.roslaunch_process import (
     start_for_this_computer,
     start_roslaunch,
 )
-from process_visualizer.launching.run import Run
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.launching.run_record import (
     RunRecord,
     clean_up_crashed_runs,
@@ -109,7 +109,7 @@ def _run(launch_file: str, choice: Choice) -> int:
     numbers = [number for number in _STOP_SIGNALS if number is not signal.SIGHUP
                or signal.getsignal(number) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, raise_stop_once) for number in numbers}
-    run = Run(launch_file, reporter.report, reporter.line, start=_start_of(choice))
+    run = LaunchRun(launch_file, reporter.report, reporter.line, start=_start_of(choice))
     watch = PublisherWatch(
         lambda: others_beside(choice, {report.name for report in run.reports()}),
         reporter.others)
@@ -148,7 +148,7 @@ def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
     raise StopRequested
 
 
-def exit_code(run: Run) -> int:
+def exit_code(run: LaunchRun) -> int:
     """Return 1 if a required node failed, roslaunch was killed or started nothing, else 0."""
     if run.killed_by:
         say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '

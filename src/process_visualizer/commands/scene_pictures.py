@@ -36,8 +36,8 @@ from process_visualizer.ros_names import BAG_PLAYER, DISPLAY_STATUS_TOPIC, PLAYE
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.comparison_page import ScenePair, shown_s
 from process_visualizer.runs.comparison.ghost import (
-    GhostArrow,
     GhostTrack,
+    ReferenceArrow,
     ghost_arrows,
     ghost_tracks,
     robot_models,
@@ -187,7 +187,7 @@ class SceneCamera:
 
     def picture(self, paths: Sequence[str], position_s: float,
                 tracks: Sequence[GhostTrack] = (),
-                arrows: Sequence[GhostArrow] = ()) -> bytes:
+                arrows: Sequence[ReferenceArrow] = ()) -> bytes:
         """Return a picture (JPEG) of a recording at a position [s from its begin].
 
         ``tracks`` and ``arrows`` are the ghost's.

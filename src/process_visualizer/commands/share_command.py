@@ -16,7 +16,7 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.robots import Span
+from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged, PageCell, run_entry
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import band_text, clock
@@ -94,7 +94,7 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
 
 
 def shared_page(given: Optional[Cell], runs: Sequence[Run], good: Optional[GoodRuns],
-                spans: Sequence[Span]) -> str:
+                spans: Sequence[PageSpan]) -> str:
     """Return the page of some runs; without a given cell, by the configuration of the first."""
     packed = Packed()
     with ExitStack() as stack:
@@ -158,7 +158,7 @@ def _judged(run: Run, good: Optional[GoodRuns]) -> Judged:
     return Judged(run, good.compare(run), good.of(run) or good)
 
 
-def _span(run: Run, begin: Optional[str], end: Optional[str]) -> Span:
+def _span(run: Run, begin: Optional[str], end: Optional[str]) -> PageSpan:
     """Return what of a run is shown [s of its recording].
 
     Raises:
@@ -170,4 +170,4 @@ def _span(run: Run, begin: Optional[str], end: Optional[str]) -> Span:
     if not begin_s < end_s or end_s <= first_s or begin_s >= last_s:
         raise ValueError(f'{run.name} goes from {clock(first_s)} to {clock(last_s)}, not from '
                          f'{clock(begin_s)} to {clock(end_s)}')
-    return Span(max(begin_s, first_s), min(end_s, last_s))
+    return PageSpan(max(begin_s, first_s), min(end_s, last_s))

@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.bagio.bag_errors import RecordError
 from process_visualizer.bagio.bag_file import OP_MESSAGE, fields_of, operation, sized_part, u32_at
-from process_visualizer.bagio.number_places import Locator, Place, Places
+from process_visualizer.bagio.number_places import Locator, NumberPlaces, Place
 from process_visualizer.bagio.recording import RecordBatch
 
 _MAX_PATTERNS = 200
@@ -87,7 +87,7 @@ class NumberColumns:
 class _Pattern:
     """A record that others are compared with: its lengths, and what its places depend on."""
 
-    def __init__(self, record: memoryview, data_begin: int, places: Places) -> None:
+    def __init__(self, record: memoryview, data_begin: int, places: NumberPlaces) -> None:
         fixed = [(0, 4), (data_begin - 4, data_begin)]
         fixed += [(data_begin + begin, data_begin + end) for begin, end in places.fixed]
         columns = np.concatenate([np.arange(begin, end) for begin, end in fixed])

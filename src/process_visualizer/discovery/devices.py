@@ -15,7 +15,7 @@ from process_visualizer.discovery.draft import (
     is_field,
     is_frame,
 )
-from process_visualizer.discovery.place import Places, pose_attributes, top_frame
+from process_visualizer.discovery.place import BasePlaces, pose_attributes, top_frame
 from process_visualizer.discovery.robot_topics import (
     FoundModel,
     RobotGroup,
@@ -39,7 +39,7 @@ def robot_name(group: RobotGroup) -> str:
     return group.model.name if group.model is not None else 'robot'
 
 
-def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, places: Places,
+def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, places: BasePlaces,
                  forest: FrameForest, tool: Optional[ToolTransform] = None) -> DraftDevice:
     """Return the device of a robot; the links of its model get the ``prefix``.
 
@@ -66,7 +66,7 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
     return device
 
 
-def _base_of_poses(group: RobotGroup, names: CellNames, places: Places) -> str:
+def _base_of_poses(group: RobotGroup, names: CellNames, places: BasePlaces) -> str:
     """The frame in which a driver gives the poses of its tool, if it can be the base frame."""
     frames = group.pose_topic.frames if group.pose_topic is not None else ()
     return next((it for it in frames if is_frame(it) and names.is_free(it)
@@ -145,7 +145,7 @@ def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool)
 
 # A camera or depth sensor as a device of the configuration.
 
-def camera_device(group: CameraGroup, name: str, names: CellNames, places: Places,
+def camera_device(group: CameraGroup, name: str, names: CellNames, places: BasePlaces,
                   forest: FrameForest, links: Collection[str]) -> DraftDevice:
     """Return the device of a camera; ``links`` are those of robots, which may carry it."""
     device = DraftDevice('depth_sensor' if group.is_depth_sensor else 'other', name)
@@ -165,7 +165,7 @@ def camera_device(group: CameraGroup, name: str, names: CellNames, places: Place
     return device
 
 
-def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places: Places,
+def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places: BasePlaces,
               forest: FrameForest, links: Collection[str]) -> None:
     frames = [frame for frame in group.frames if is_frame(frame)]
     tops = [top_frame(forest, frame, {places.frame, *links}) for frame in frames]
@@ -373,7 +373,7 @@ def by_namespace(topics: Sequence[SeenTopic]) -> Dict[str, List[SeenTopic]]:
 class Machines:
     """Adds machines and sensors to a configuration."""
 
-    def __init__(self, names: CellNames, places: Places, forest: FrameForest,
+    def __init__(self, names: CellNames, places: BasePlaces, forest: FrameForest,
                  known_frames: Collection[str], is_moment: bool = False) -> None:
         """``known_frames`` are those of models and devices; ``is_moment`` as in ``Seen``."""
         self._names, self._places, self._forest = names, places, forest

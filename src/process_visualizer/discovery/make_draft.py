@@ -15,7 +15,7 @@ from process_visualizer.discovery.devices import (
     robot_name,
 )
 from process_visualizer.discovery.draft import CellNames, Draft, DraftDevice, is_frame, is_topic
-from process_visualizer.discovery.place import Places, global_frame
+from process_visualizer.discovery.place import BasePlaces, global_frame
 from process_visualizer.discovery.robot_topics import (
     FoundModel,
     RobotGroup,
@@ -26,14 +26,14 @@ from process_visualizer.discovery.seen import FrameForest, Seen, SeenTopic
 from process_visualizer.discovery.topic_groups import CameraGroup, camera_groups, device_topics
 
 
-class Made(NamedTuple):
+class MadeConfiguration(NamedTuple):
     """A draft, and the texts of the models that belong beside its file, by file name."""
 
     draft: Draft
     models: Dict[str, str]
 
 
-def make_draft(seen: Seen, models: Sequence[FoundModel]) -> Made:
+def make_draft(seen: Seen, models: Sequence[FoundModel]) -> MadeConfiguration:
     """Return the configuration for what was seen, with the models that were found for it."""
     return _Making(seen, [it for it in models if all(map(is_frame, it.description.links))]).made()
 
@@ -56,11 +56,11 @@ class _Making:
         descriptions = [f'{it.namespace}/robot_description' for it in seen.descriptions]
         self._names = CellNames([*descriptions, *(it.name for it in self._topics)],
                                 {*self._links, self._draft.frame})
-        self._places = Places(self._forest, self._draft.frame)
+        self._places = BasePlaces(self._forest, self._draft.frame)
         self._tools = ToolTransforms(self._forest, models, self._prefixes, seen.topics)
         self._texts: Dict[str, str] = {}
 
-    def made(self) -> Made:
+    def made(self) -> MadeConfiguration:
         groups = robot_groups(self._topics, self._models)
         robots = [self._robot(group, groups) for group in groups]
         self._add_still_models(groups)
@@ -71,7 +71,7 @@ class _Making:
         self._add_rest([it for it in self._topics if it.name not in taken], owners)
         self._draft.devices = [it for it in self._draft.devices if it.elements]
         self._draft.remarks += self._places.remarks
-        return Made(self._draft, self._texts)
+        return MadeConfiguration(self._draft, self._texts)
 
     def _robot(self, group: RobotGroup, groups: Sequence[RobotGroup]) -> DraftDevice:
         name = self._names.device('robot', robot_name(group))

@@ -27,7 +27,7 @@ import numpy as np
 import rospkg
 
 from process_visualizer.discovery.draft import words
-from process_visualizer.discovery.moving_frames import Motion
+from process_visualizer.discovery.moving_frames import FrameMotion
 from process_visualizer.discovery.robot_topics import (
     FoundModel,
     is_joints,
@@ -165,7 +165,7 @@ class ModelFit:
                     away.append(np.subtract(place.position, it.placement.position))
         return _rms(np.array(away)) if len(away) >= _MIN_LENGTHS else None
 
-    def tool_m(self, motion: Motion) -> Optional[float]:
+    def tool_m(self, motion: FrameMotion) -> Optional[float]:
         """Return how far a moving frame is from the link that is nearest to it all the time."""
         bases = self._places(motion.parent, motion)
         if not bases:
@@ -175,7 +175,7 @@ class ModelFit:
         return min((_rms(np.array([it.position for it in places]) - reported)
                     for places in self._moving(motion).values()), default=None)
 
-    def free_tool_m(self, motion: Motion) -> Optional[float]:
+    def free_tool_m(self, motion: FrameMotion) -> Optional[float]:
         """Return the same if the base may be elsewhere, or the tool has an offset to the link."""
         found = [rigid_residuals(np.array([it.position for it in places]),
                                  np.array([it.place.position for it in motion.samples]))
@@ -187,13 +187,13 @@ class ModelFit:
                       for places in self._moving(motion).values()]
         return min(map(_rms, found), default=None)
 
-    def _moving(self, motion: Motion) -> Dict[str, List[Placement]]:
+    def _moving(self, motion: FrameMotion) -> Dict[str, List[Placement]]:
         """The places of the links that move in the root link."""
         found = {link: self._places(link, motion) for link in self._description.links
                  if self._kinematics.moves(link, self._description.root_link)}
         return {link: places for link, places in found.items() if places}
 
-    def _places(self, frame: str, motion: Motion) -> List[Placement]:
+    def _places(self, frame: str, motion: FrameMotion) -> List[Placement]:
         """Return where a frame is in the root link at each sample; nothing if it is not known."""
         found = [self._kinematics.connection(
             self._own(frame), self._description.root_link,
@@ -226,7 +226,7 @@ _NOISE_M = 0.002
 _CLEAR = 3.0  # the next model leaves so many times as much
 
 
-class Choice(NamedTuple):
+class ModelChoice(NamedTuple):
     """The number of a model, and why it is that one."""
 
     number: int
@@ -236,21 +236,21 @@ class Choice(NamedTuple):
 class ModelEvidence:
     """Observations that may tell models apart."""
 
-    def __init__(self, seen: Seen, motions: Sequence[Motion] = ()) -> None:
+    def __init__(self, seen: Seen, motions: Sequence[FrameMotion] = ()) -> None:
         """Take everything that was seen, and what a recording has of frames that move."""
         self._seen, self._motions = seen, motions
 
-    def choose(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Choice:
+    def choose(self, topic: SeenTopic, models: Sequence[FoundModel]) -> ModelChoice:
         """Return which of some models, all with the joints of a topic, it is."""
         fits = [ModelFit(it) for it in models]
         lengths = [it.lengths_m(self._seen.transforms) for it in fits]
         return (_decided(models, lengths, 'its links are as far apart as on tf')
                 or self._by_motion(topic, models, fits) or self._by_names(topic, models)
-                or Choice(0, f'nothing seen tells it from {_files(models[1:])}, which '
+                or ModelChoice(0, f'nothing seen tells it from {_files(models[1:])}, which '
                           'have the same joints: is it the one?'))
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
-                   fits: Sequence[ModelFit]) -> Optional[Choice]:
+                   fits: Sequence[ModelFit]) -> Optional[ModelChoice]:
         """First if poses are those of a link, then if base or tool may be elsewhere."""
         motions = [it for it in self._motions if it.joint_topic == topic.name]
         exact = ((it, [fit.tool_m(it) for fit in fits], '') for it in motions)
@@ -260,7 +260,7 @@ class ModelEvidence:
                    for them in (exact, free) for motion, misfits, more in them)
         return next((it for it in choices if it is not None), None)
 
-    def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[Choice]:
+    def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[ModelChoice]:
         """The one that is named where no other is: near the topic first."""
         names = [words(model.path.rpartition('/')[2].partition('.')[0]) | words(model.name)
                  for model in models]
@@ -270,8 +270,11 @@ class ModelEvidence:
             if len(named) == 1:
                 word = sorted((names[named[0]] - common) & seen)[0]
                 others = _files([it for it in models if it is not models[named[0]]])
-                return Choice(named[0], f'"{word}" is in the names that were seen; {others} have '
-                                         'the same joints: is it the one?')
+                return ModelChoice(
+                    named[0],
+                    f'"{word}" is in the names that were seen; {others} have '
+                    'the same joints: is it the one?',
+                )
         return None
 
     def _words(self, topic: SeenTopic) -> Iterable[FrozenSet[str]]:
@@ -297,7 +300,7 @@ def _file(model: FoundModel) -> str:
 
 
 def _decided(models: Sequence[FoundModel], misfits: Sequence[Optional[float]],
-             reason: str) -> Optional[Choice]:
+             reason: str) -> Optional[ModelChoice]:
     """The model that fits, if no other comes near it."""
     known = sorted((misfit, number) for number, misfit in enumerate(misfits) if misfit is not None)
     if not known or known[0][0] > _FIT_M:
@@ -307,7 +310,7 @@ def _decided(models: Sequence[FoundModel], misfits: Sequence[Optional[float]],
         return None
     others = ', '.join(f'{_file(models[i])} {_millimetres(misfit)}' for misfit, i in known[1:])
     why = f'chosen of those with the same joints, as {reason}: {_millimetres(best)} off'
-    return Choice(number, f'{why}; the others: {others}' if others else why)
+    return ModelChoice(number, f'{why}; the others: {others}' if others else why)
 
 
 def _millimetres(distance_m: float) -> str:
@@ -328,7 +331,9 @@ _Arguments = Tuple[Tuple[str, str], ...]
 class ModelSearch:
     """Finds models; what cannot be used is told by ``remarks``."""
 
-    def __init__(self, files: Optional[ModelFiles] = None, motions: Sequence[Motion] = ()) -> None:
+    def __init__(
+        self, files: Optional[ModelFiles] = None, motions: Sequence[FrameMotion] = ()
+    ) -> None:
         """Take the files of the packages, and what a recording has of frames that move."""
         self._files = files or ModelFiles()
         self._motions = motions

@@ -30,7 +30,7 @@ class Sample(NamedTuple):
     place: Placement
 
 
-class Motion(NamedTuple):
+class FrameMotion(NamedTuple):
     """A motion with the joints of a topic: a ``frame`` in its ``parent``, as ``topic`` says it.
 
     The frame of a pose has no name: ''.
@@ -54,7 +54,7 @@ class _Timed(NamedTuple):
     value: Any
 
 
-def recorded_motions(recording: Recording) -> List[Motion]:
+def recorded_motions(recording: Recording) -> List[FrameMotion]:
     """Return the frames that move, each with each topic of joint states; reads some messages."""
     index = recording.index
     types = {'joints': (JOINT_STATE,), 'frames': (POSE_STAMPED, *TF_TYPES)}
@@ -66,7 +66,7 @@ def recorded_motions(recording: Recording) -> List[Motion]:
             for joints in numbers['joints']:
                 samples = [it for place in places for it in _samples(recording, joints, place)]
                 if len(samples) >= MIN_SAMPLES:
-                    found.append(Motion(index.connections[joints].topic,
+                    found.append(FrameMotion(index.connections[joints].topic,
                                         index.connections[number].topic, parent, frame,
                                         tuple(samples)))
     return found

@@ -46,7 +46,7 @@ def _names() -> Iterable[str]:
         number += 1
 
 
-class Places:
+class BasePlaces:
     """Places of base frames in the global frame; those that nothing tells stand in a row."""
 
     def __init__(self, forest: FrameForest, frame: str) -> None:

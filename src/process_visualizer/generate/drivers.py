@@ -23,7 +23,7 @@ from process_visualizer.cell.errors import Problem, shortened
 from process_visualizer.cell.model import Device, LaunchFile
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.generate.choice import Choice
-from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.launch_writer import LaunchTag, write_document
 
 _INCLUDED = re.compile(r'(while processing \S+: )+(?=while processing )')
 _MAX_REASON = 300
@@ -93,7 +93,7 @@ def _find(launch_file: LaunchFile) -> str:
 
 def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
     """Return what is in the file when it is included, with its arguments, in another one."""
-    root = Tag('launch')
+    root = LaunchTag('launch')
     root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
     loader = XmlLoader(resolve_anon=False)

@@ -31,7 +31,7 @@ from process_visualizer.generate.launch_file import (
     has_recorder,
     urdf_file,
 )
-from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.launch_writer import LaunchTag, write_document
 from process_visualizer.generate.plan import (
     CONFIGURATION_FILE,
     LAUNCH_FILE,
@@ -54,7 +54,7 @@ _ANONYMOUS = re.compile(r'_\d+_\d{9,}$')
 """The end of what roslaunch makes of ``$(anon name)``: process id and random number."""
 
 
-def add_parts(plan: Plan, roots: Mapping[str, Tag], choice: Choice, found: LaunchFiles,
+def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found: LaunchFiles,
               displays: str) -> None:
     """Add the launch files of the parts to the plan's files, and what they are to its parts.
 
@@ -85,7 +85,7 @@ def _contents(choice: Choice, device: Device, found: LaunchFiles) -> List[Launch
     return [found.contents[file] for file in choice.launch_files(device) if file in found.contents]
 
 
-def _nodes(root: Tag, contents: Sequence[LaunchContent]) -> Dict[str, str]:
+def _nodes(root: LaunchTag, contents: Sequence[LaunchContent]) -> Dict[str, str]:
     """The nodes on this computer: those of the elements, and those of included launch files."""
     names = _own_nodes(root, '/')
     for node in (node for content in contents for node in content.nodes):
@@ -94,10 +94,10 @@ def _nodes(root: Tag, contents: Sequence[LaunchContent]) -> Dict[str, str]:
     return names
 
 
-def _own_nodes(tag: Tag, namespace: str) -> Dict[str, str]:
+def _own_nodes(tag: LaunchTag, namespace: str) -> Dict[str, str]:
     names: Dict[str, str] = {}
     for child in tag.children:
-        if not isinstance(child, Tag) or 'machine' in child.attributes:
+        if not isinstance(child, LaunchTag) or 'machine' in child.attributes:
             continue
         values = child.attributes
         own = values.get('ns', '')
@@ -109,7 +109,7 @@ def _own_nodes(tag: Tag, namespace: str) -> Dict[str, str]:
     return names
 
 
-def _without_comments(root: Tag) -> str:
+def _without_comments(root: LaunchTag) -> str:
     """The file as roslaunch sees it; a comment says where a device stands in the configuration."""
     return ElementTree.canonicalize(write_document(root), strip_text=True)
 

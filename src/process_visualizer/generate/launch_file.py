@@ -18,7 +18,7 @@ from process_visualizer.cell.model import (
 )
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.drivers import Manager, shared_manager
-from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.launch_writer import LaunchTag, write_document
 from process_visualizer.generate.plan import (
     BAG_PART,
     CONFIGURATION_FILE,
@@ -82,7 +82,7 @@ class LaunchFileBuilder:
         self._rviz(root)
         return write_document(root)
 
-    def parts(self) -> Dict[str, Tag]:
+    def parts(self) -> Dict[str, LaunchTag]:
         """The same as a file for each part, in a folder below that of the other files."""
         self._folder = '$(dirname)/..'
         parts = {FRAMES_PART: self._part(self._frames)}
@@ -94,7 +94,7 @@ class LaunchFileBuilder:
                 parts[name] = part
         return parts
 
-    def _rviz_with_models(self, root: Tag) -> None:
+    def _rviz_with_models(self, root: LaunchTag) -> None:
         """RViz reads a model once, when it starts: it must not start before the devices' parts."""
         if self._choice.rviz is not RvizStart.NONE:
             for device in self._choice.devices:
@@ -102,7 +102,7 @@ class LaunchFileBuilder:
                     self._model(root.add('group', {'ns': device.name}), device)
         self._rviz(root)
 
-    def _part(self, add: Callable[[Tag], None]) -> Tag:
+    def _part(self, add: Callable[[LaunchTag], None]) -> LaunchTag:
         """An element with what ``add`` adds, or without any children if that adds none."""
         root = self._root()
         begin = len(root.children)
@@ -111,15 +111,15 @@ class LaunchFileBuilder:
             root.children.clear()
         return root
 
-    def _root(self) -> Tag:
-        root = Tag('launch')
+    def _root(self) -> LaunchTag:
+        root = LaunchTag('launch')
         cell = self._choice.cell
         root.comment(generated_notice(cell.file, self._choice.mode.value))
         for machine in cell.machines:
             self._roslaunch_element(root, machine)
         return root
 
-    def _frames(self, root: Tag) -> None:
+    def _frames(self, root: LaunchTag) -> None:
         root.comment('base frames and force frames of all devices')
         self._processor(root, ProcessorNode(
             PACKAGE, CELL_FRAMES, CELL_FRAMES,
@@ -150,13 +150,13 @@ class LaunchFileBuilder:
         return ProcessorNode(PACKAGE, VIEW_RELAY, VIEW_RELAY, {'topics': states} if states else {},
                              ' '.join(words), respawn=True, is_new=True)
 
-    def _bag(self, root: Tag) -> None:
+    def _bag(self, root: LaunchTag) -> None:
         if has_recorder(self._choice):
             self._recorder(root)
         if self._choice.mode is Mode.PLAYBACK and self._choice.bag is not None:
             self._player(root, [self._choice.bag, *self._choice.further_bags])
 
-    def _device(self, root: Tag, device: Device) -> None:
+    def _device(self, root: LaunchTag, device: Device) -> None:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
         group = root.add('group', {'ns': device.name})
         self._model(group, device)
@@ -176,7 +176,7 @@ class LaunchFileBuilder:
         if not group.children:
             root.children.remove(group)
 
-    def _fusion(self, group: Tag, device: Device) -> None:
+    def _fusion(self, group: LaunchTag, device: Device) -> None:
         if device.fusion is None:
             return
         sensors = [it for it in self._choice.devices if it.name in device.fusion.sensors]
@@ -187,12 +187,12 @@ class LaunchFileBuilder:
             device, device.fusion, sensors, self._choice.cell.frame,
             shared_manager((it.name for it in sensors), self._managers)))
 
-    def _model(self, group: Tag, device: Device) -> None:
+    def _model(self, group: LaunchTag, device: Device) -> None:
         if device.name in self._descriptions:
             group.add('param', {
                 'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
-    def _processor(self, parent: Tag, node: ProcessorNode) -> None:
+    def _processor(self, parent: LaunchTag, node: ProcessorNode) -> None:
         attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.args:
             attributes['args'] = node.args
@@ -205,7 +205,7 @@ class LaunchFileBuilder:
             element.add('remap', {'from': name, 'to': target})
         element.parameters(node.parameters)
 
-    def _node(self, group: Tag, node: Node, device: Device) -> None:
+    def _node(self, group: LaunchTag, node: Node, device: Device) -> None:
         attributes: Dict[str, str] = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.namespace != device.name:
             attributes['ns'] = '/' + node.namespace.strip('/')
@@ -213,7 +213,7 @@ class LaunchFileBuilder:
         for child in node.children:
             self._roslaunch_element(element, child)
 
-    def _include(self, root: Tag, launch_file: LaunchFile) -> None:
+    def _include(self, root: LaunchTag, launch_file: LaunchFile) -> None:
         path = self._included.get(launch_file)
         if path is None:
             root.comment(f'left out, cannot be loaded: {launch_file.package} '
@@ -221,10 +221,10 @@ class LaunchFileBuilder:
             return
         root.include(path, launch_file.arguments)
 
-    def _roslaunch_element(self, parent: Tag, element: RoslaunchElement) -> None:
+    def _roslaunch_element(self, parent: LaunchTag, element: RoslaunchElement) -> None:
         parent.add(element.tag, _in_words(element.attributes), element.text)
 
-    def _recorder(self, root: Tag) -> None:
+    def _recorder(self, root: LaunchTag) -> None:
         root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
         self._rate(root)
         node = root.add('node', {'pkg': PACKAGE, 'type': BAG_RECORDER, 'name': BAG_RECORDER,
@@ -235,7 +235,7 @@ class LaunchFileBuilder:
             node.parameters({'folder': self._choice.bag_folder})
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
-    def _player(self, root: Tag, bags: Sequence[str]) -> None:
+    def _player(self, root: LaunchTag, bags: Sequence[str]) -> None:
         topics = played_topics(self._choice)
         if not topics:
             root.comment('no topic of a device is left: nothing of the recording is played')
@@ -250,11 +250,11 @@ class LaunchFileBuilder:
                               *topics])})
 
     @staticmethod
-    def _rate(root: Tag) -> None:
+    def _rate(root: LaunchTag) -> None:
         """Set the rate at which things happen; the last player may have left its own."""
         root.add('param', {'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
 
-    def _rviz(self, root: Tag) -> None:
+    def _rviz(self, root: LaunchTag) -> None:
         start = self._choice.rviz
         if start is RvizStart.NONE:
             return

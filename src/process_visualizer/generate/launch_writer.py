@@ -29,17 +29,17 @@ _Dumper.add_representer(str, _Dumper.text)
 
 
 @dataclass
-class Tag:
+class LaunchTag:
     """An element: ``text``, or ``children`` (elements, and comments as text) in their order."""
 
     name: str
     attributes: Mapping[str, str] = field(default_factory=dict)
     text: str = ''
-    children: List[Union['Tag', str]] = field(default_factory=list)
+    children: List[Union['LaunchTag', str]] = field(default_factory=list)
 
-    def add(self, name: str, attributes: Mapping[str, str], text: str = '') -> 'Tag':
+    def add(self, name: str, attributes: Mapping[str, str], text: str = '') -> 'LaunchTag':
         """Add an element below this one; returns it."""
-        tag = Tag(name, attributes, textwrap.dedent(text).strip())
+        tag = LaunchTag(name, attributes, textwrap.dedent(text).strip())
         self.children.append(tag)
         return tag
 
@@ -59,7 +59,7 @@ class Tag:
             self.add('rosparam', {}, _yaml(values))
 
 
-def write_document(root: Tag) -> str:
+def write_document(root: LaunchTag) -> str:
     """The XML text of the element and all below it."""
     return '<?xml version="1.0"?>\n' + '\n'.join(_lines(root, 0)) + '\n'
 
@@ -72,7 +72,7 @@ def _yaml(values: Mapping[str, Any]) -> str:
         for name, value in values.items())
 
 
-def _lines(tag: Tag, depth: int) -> List[str]:
+def _lines(tag: LaunchTag, depth: int) -> List[str]:
     indent = _INDENT * depth
     opening = indent + '<' + ' '.join([tag.name, *(
         f'{name}={quoteattr(value)}' for name, value in tag.attributes.items())])
@@ -83,7 +83,9 @@ def _lines(tag: Tag, depth: int) -> List[str]:
         return [opening + '/>']
     lines = [opening + '>']
     for child in tag.children:
-        lines += _lines(child, depth + 1) if isinstance(child, Tag) else _comment(child, depth + 1)
+        lines += (
+            _lines(child, depth + 1) if isinstance(child, LaunchTag) else _comment(child, depth + 1)
+        )
     return [*lines, f'{indent}</{tag.name}>']
 
 

@@ -102,7 +102,7 @@ class ObjectWatch:
 _JOIN_S = 0.2  # what is nearer to each other is one span
 
 
-class Span(NamedTuple):
+class NearSpan(NamedTuple):
     """From when to when [s] a sensor saw something near, and the nearest of it in words."""
 
     device: str
@@ -112,19 +112,19 @@ class Span(NamedTuple):
     text: str = ''
     distance_m: float = math.inf
 
-    def joined(self, other: Span) -> Span:
+    def joined(self, other: NearSpan) -> NearSpan:
         """Return both as one, with the words of the nearer one."""
         nearer = min(self, other, key=lambda it: it.distance_m)
         return nearer._replace(begin_s=min(self.begin_s, other.begin_s),
                                end_s=max(self.end_s, other.end_s))
 
 
-def times(spans: Iterable[Span], level: Level) -> Tuple[Tuple[float, float], ...]:
+def times(spans: Iterable[NearSpan], level: Level) -> Tuple[Tuple[float, float], ...]:
     """Return begin and end [s] of the spans of a level."""
     return tuple((it.begin_s, it.end_s) for it in spans if it.level is level)
 
 
-class Moment(NamedTuple):
+class NearMoment(NamedTuple):
     """A time [s]; what lies between two of one segment was passed."""
 
     segment: int
@@ -135,12 +135,12 @@ class ObjectSpans:
     """Collects spans from what is seen at one moment after the other, in any order of time."""
 
     def __init__(self) -> None:
-        self._spans: List[Span] = []
-        self._last: Dict[Tuple[str, int, Level], Moment] = {}
-        self._begun: Dict[Tuple[str, int], Moment] = {}
+        self._spans: List[NearSpan] = []
+        self._last: Dict[Tuple[str, int, Level], NearMoment] = {}
+        self._begun: Dict[Tuple[str, int], NearMoment] = {}
 
     @property
-    def spans(self) -> Tuple[Span, ...]:
+    def spans(self) -> Tuple[NearSpan, ...]:
         """All of them in the order of time; those of a sensor and a level do not overlap."""
         return tuple(sorted(self._spans, key=lambda it: (it.begin_s, it.level)))
 
@@ -150,7 +150,7 @@ class ObjectSpans:
         return None if begun is None else begun.time_s
 
     def take(self, device: str, seen: Iterable[SeenObject], near: Iterable[NearObject],
-             moment: Moment) -> None:
+             moment: NearMoment) -> None:
         """Take what a sensor sees at a moment, and what of it is held to be near."""
         before = self._last
         self._last = {key: it for key, it in before.items() if key[0] != device}
@@ -167,17 +167,17 @@ class ObjectSpans:
         """Forget what ended before a time [s]."""
         self._spans = [it for it in self._spans if it.end_s >= before_s]
 
-    def _extend(self, device: str, level: Level, seen: SeenObject, last: Moment,
-                moment: Moment) -> None:
+    def _extend(self, device: str, level: Level, seen: SeenObject, last: NearMoment,
+                moment: NearMoment) -> None:
         from_s = last.time_s if last.segment == moment.segment else moment.time_s
-        span = self._join(Span(device, level, min(from_s, moment.time_s),
+        span = self._join(NearSpan(device, level, min(from_s, moment.time_s),
                                max(from_s, moment.time_s), f'object {seen.place()}',
                                seen.distance_m))
         begun = self._begun.get((device, seen.number))
         if begun is None or begun.segment != moment.segment:
-            self._begun[device, seen.number] = Moment(moment.segment, span.begin_s)
+            self._begun[device, seen.number] = NearMoment(moment.segment, span.begin_s)
 
-    def _join(self, span: Span) -> Span:
+    def _join(self, span: NearSpan) -> NearSpan:
         """Add a span; return that into which it was joined with those that it touches."""
         for other in [it for it in self._spans if _touch(it, span)]:
             self._spans.remove(other)
@@ -186,6 +186,6 @@ class ObjectSpans:
         return span
 
 
-def _touch(one: Span, other: Span) -> bool:
+def _touch(one: NearSpan, other: NearSpan) -> bool:
     return (one.device, one.level) == (other.device, other.level) \
         and one.begin_s <= other.end_s + _JOIN_S and other.begin_s <= one.end_s + _JOIN_S

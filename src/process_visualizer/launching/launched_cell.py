@@ -12,7 +12,7 @@ from typing import Callable, Collection, Dict, Iterable, Iterator, List, Mapping
 from process_visualizer.generate.plan import Part, Plan, write_plan
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport
 from process_visualizer.launching.roslaunch_process import RoslaunchForks, Start, launch_environment
-from process_visualizer.launching.run import LogTail, Run
+from process_visualizer.launching.run import LaunchRun, LogTail
 from process_visualizer.launching.run_record import clean_up_crashed_runs
 
 OnChange = Callable[[PartReport], None]
@@ -28,7 +28,7 @@ class LaunchedPart:
         self._lock = threading.RLock()
         self._report = PartReport(name)
         self._part: Optional[Part] = None
-        self._run: Optional[Run] = None
+        self._run: Optional[LaunchRun] = None
         self._tail = LogTail()
 
     @property
@@ -64,8 +64,8 @@ class LaunchedPart:
             self._run = None
         self._change(lambda report: report.stopped())
 
-    def _launch(self, path: Path) -> Run:
-        return Run(str(path), self._take_node, self._tail.add, self._take_end,
+    def _launch(self, path: Path) -> LaunchRun:
+        return LaunchRun(str(path), self._take_node, self._tail.add, self._take_end,
                    f'{path.stem}.log', self._start, self._master_uri)
 
     def _take_node(self, node: NodeReport) -> None:

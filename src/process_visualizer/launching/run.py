@@ -34,7 +34,7 @@ _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)'
 
 
 @dataclass(frozen=True)
-class ProcessEvent:
+class LaunchEvent:
     """The message of a line about a process; ``name`` is the node's absolute name.
 
     ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
@@ -53,23 +53,23 @@ def plain(line: str) -> str:
     return _CONTROL.sub('', line).rstrip()
 
 
-def parse_line(line: str) -> Optional[ProcessEvent]:
+def parse_line(line: str) -> Optional[LaunchEvent]:
     """The event that a plain line reports, or None."""
     match = _STARTED.search(line)
     if match:
-        return ProcessEvent('started', '/' + match['name'], rest=line[match.end():])
+        return LaunchEvent('started', '/' + match['name'], rest=line[match.end():])
     match = _REQUIRED.search(line)
     if match:
-        return ProcessEvent('required_died', '/' + match['name'])
+        return LaunchEvent('required_died', '/' + match['name'])
     match = _DIED.search(line)
     if match:
-        return ProcessEvent('exited', '/' + match['name'], int(match['code']))
+        return LaunchEvent('exited', '/' + match['name'], int(match['code']))
     match = _FINISHED.search(line)
     if match:
-        return ProcessEvent('exited', '/' + match['name'])
+        return LaunchEvent('exited', '/' + match['name'])
     match = _UNLOCATED.search(line)
     if match:
-        return ProcessEvent('cannot_launch', match['type'], reason=match['why'])
+        return LaunchEvent('cannot_launch', match['type'], reason=match['why'])
     return None
 
 
@@ -184,7 +184,7 @@ class NodeWatcher:
         else:
             self._tail.add(line)
 
-    def _take(self, event: ProcessEvent) -> None:
+    def _take(self, event: LaunchEvent) -> None:
         if event.kind == 'started':
             self._change(event.name, lambda report: report.started())
             self._starting.set()
@@ -254,7 +254,7 @@ LOG_FILE = 'roslaunch.log'
 _LAST_LINES_TIMEOUT_S = 1.0
 
 
-class Run:
+class LaunchRun:
     """Runs a launch file; reports come in a thread of the run, never in the caller's thread.
 
     Start it in a thread that lives as long as the program does (the main thread): the kernel

@@ -14,7 +14,7 @@ from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.complaints import Complaints, Patience
 from process_visualizer.nodes.common.live_number import private_parameters
-from process_visualizer.nodes.common.markers import Pace, VectorSample
+from process_visualizer.nodes.common.markers import RefreshRate, VectorSample
 from process_visualizer.nodes.common.node_handle import (
     NodeHandle,
     PlaybackFollower,
@@ -28,7 +28,7 @@ from process_visualizer.nodes.robot.message_reader import (
     TopicReader,
     Wrench,
 )
-from process_visualizer.nodes.robot.robot_display import FrameWatch, RobotDisplay, ToolMotion
+from process_visualizer.nodes.robot.robot_display import FrameWatch, RobotDisplay, ShownMotion
 from process_visualizer.nodes.robot.tool_input import BaseFrames, ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
 from process_visualizer.nodes.robot.twist_source import (
@@ -81,7 +81,7 @@ class RobotProcessor:
         self._frames = FrameWatch(node, self._complaints, parameters.base_frame, model.links)
         self._tool = ToolPlacer(node, parameters, model, self._complaints)
         self._base_frames = BaseFrames(node, parameters, model, self._on_static)
-        self._drawing = Pace(1.0 / parameters.marker_rate_hz)
+        self._drawing = RefreshRate(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
         self._pose_time_s = self._came_s = 0.0
@@ -271,7 +271,7 @@ class RobotProcessor:
                                             self._joints_age_s(data_s))
             self._markers.publish(MarkerArray(markers))
 
-    def _motion(self, data_s: float) -> Optional[ToolMotion]:
+    def _motion(self, data_s: float) -> Optional[ShownMotion]:
         if self._pose is None:
             return None
         twist, shown = self._twist.twist(), self._twist.shown()
@@ -283,7 +283,7 @@ class RobotProcessor:
         self._frames.want(place.frame, self._parameters.tool_center_frame.name
                           or self._parameters.joint_states.name)
         time_s = data_s - shown.age_s if self._twist.is_recorded else self._pose_time_s
-        return ToolMotion(place, shown.velocity, time_s)
+        return ShownMotion(place, shown.velocity, time_s)
 
 
 def robot_model(node: NodeHandle, complaints: Complaints) -> Kinematics:

@@ -26,7 +26,7 @@ from process_visualizer.launching.cell_watch import (
 from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
 from process_visualizer.nodes.common.live_number import private_parameters
-from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
+from process_visualizer.nodes.common.markers import RefreshRate, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle, start_node
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.reading import ParameterError
@@ -64,8 +64,8 @@ class SceneWatch:
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
-        self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
-        self._lookups, self._log = Pace(LOOKUP_PERIOD_S), Pace(LOG_PERIOD_S)
+        self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
+        self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
         self._is_master_silent = False
         self._seen = frozenset(map(str, node.param(SEEN, [])))  # by its last process
         known = {name for meanings in self._meanings.values() for name in meanings}

@@ -13,7 +13,7 @@ from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.complaints import Complaints, LimitState
 from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
-from process_visualizer.nodes.common.markers import ShownValue, TextPlace, ValueBoard, VectorSample
+from process_visualizer.nodes.common.markers import ShownValue, ValueBoard, ValuePlace, VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.common.node_handle import (
     NodeHandle,
@@ -43,7 +43,7 @@ from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import VARIABLE_PROC
 
 
-class Variable:
+class ShownVariable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
 
     def __init__(self, node: NodeHandle, complaints: Complaints, parameters: VariableParameters,
@@ -149,10 +149,11 @@ class VariableProcessor:
         feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)
         complaints = Complaints(node, device)
-        self._variables = [Variable(node, complaints, variable, topics[variable.topic], foot)
+        self._variables = [ShownVariable(node, complaints, variable, topics[variable.topic], foot)
                            for variable, foot in zip(shown, feet)]
         self._judged = [variable for variable in self._variables if variable.has_limits] + [
-            Variable(node, complaints, variable, topics[variable.topic]) for variable in hidden]
+            ShownVariable(node, complaints, variable, topics[variable.topic]) for variable in hidden
+        ]
         self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = node.every(1.0 / parameters.marker_rate_hz, self._on_timer)
 
@@ -192,7 +193,7 @@ def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
             for number, name in enumerate(names, start=1)]
 
 
-def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> List[TextPlace]:
+def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> List[ValuePlace]:
     """Return the place of each variable's text: texts in one frame are lines of one block.
 
     Args:
@@ -208,7 +209,7 @@ def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> L
         block = blocks[frame]
         position = parameters.text_position or text_position(
             [vectors[member] for member in block], len(block) * parameters.text_height_m)
-        places.append(TextPlace(frame, position, block.index(index), len(block)))
+        places.append(ValuePlace(frame, position, block.index(index), len(block)))
     return places
 
 

@@ -25,7 +25,7 @@ from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
 from process_visualizer.remote.link_words import listening_address, ports_of
-from process_visualizer.remote.offer import DEFAULT_PORTS, Offer, Topic, named_topics
+from process_visualizer.remote.offer import DEFAULT_PORTS, Offer, OfferedTopic, named_topics
 from process_visualizer.remote.shown_view import (
     mesh_paths,
     model_parameters,
@@ -135,7 +135,7 @@ class ViewRelay:
     def _view(self) -> str:
         return Path(self._view_file).read_text(encoding='utf-8')
 
-    def _topics(self) -> Dict[str, Topic]:
+    def _topics(self) -> Dict[str, OfferedTopic]:
         """Return what the view shows, and what is published of it."""
         view = parsed_view(self._view())
         wanted = {*named_topics(view), *rospy.get_param('~topics', []), TF_TOPIC, STATIC_TF_TOPIC}
@@ -166,9 +166,11 @@ class ViewRelay:
                 link.offer_topics(topics)
 
 
-def _topic(name: str, kind: str) -> Optional[Topic]:
+def _topic(name: str, kind: str) -> Optional[OfferedTopic]:
     found: Optional[Connection] = installed_connection(name, kind)
-    return None if found is None else Topic(found.type, found.md5sum, found.message_definition)
+    return (
+        None if found is None else OfferedTopic(found.type, found.md5sum, found.message_definition)
+    )
 
 
 def _content(path: str) -> bytes:

@@ -24,15 +24,15 @@ import rospy
 from process_visualizer.remote.frames import (
     GREETING,
     MAX_BYTES,
-    Frame,
-    FrameReader,
     FramesBroken,
     Kind,
+    LinkFrame,
+    LinkFrameReader,
     frame_bytes,
     json_frame,
     times_frame,
 )
-from process_visualizer.remote.offer import Offer, Topic, topics_message
+from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
 from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
 
 # The topics of a cell that viewers want: subscribed once, for as long as one of them does.
@@ -40,7 +40,7 @@ from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
 _BUFFER_BYTES = 16 << 20
 
 
-class Channel(NamedTuple):
+class FeedChannel(NamedTuple):
     """One publisher of a topic, by its number."""
 
     number: int
@@ -50,15 +50,15 @@ class Channel(NamedTuple):
     caller: str
 
 
-class Taker(Protocol):
+class FeedListener(Protocol):
     """Takes messages of topics; called in threads of rospy, must not wait."""
 
-    def take(self, channel: Channel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
+    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
         """Take a message; one that ``is_kept`` is latched, and has to arrive."""
 
 
 class _Latched(NamedTuple):
-    channel: Channel
+    channel: FeedChannel
     arrived_ns: int
     data: bytes
 
@@ -69,12 +69,12 @@ class TopicFeed:
     def __init__(self) -> None:
         """Nothing is subscribed."""
         self._lock = threading.Lock()
-        self._wanted: Dict[str, List[Taker]] = {}
+        self._wanted: Dict[str, List[FeedListener]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
-        self._channels: Dict[Any, Channel] = {}
+        self._channels: Dict[Any, FeedChannel] = {}
         self._latched: Dict[int, _Latched] = {}
 
-    def want(self, taker: Taker, topics: Collection[str]) -> None:
+    def want(self, taker: FeedListener, topics: Collection[str]) -> None:
         """Pass on the messages of these topics to a taker, and no others."""
         with self._lock:
             new = [topic for topic in topics if taker not in self._wanted.get(topic, [])]
@@ -116,11 +116,11 @@ class TopicFeed:
         for taker in takers:
             taker.take(channel, arrived_ns, data, is_kept)
 
-    def _channel(self, topic: str, header: Dict[str, str]) -> Channel:
+    def _channel(self, topic: str, header: Dict[str, str]) -> FeedChannel:
         kind, md5sum = header.get('type', ''), header.get('md5sum', '')
         key = topic, kind, md5sum, header.get('callerid', '')
         if key not in self._channels:
-            self._channels[key] = Channel(len(self._channels) + 1, *key)
+            self._channels[key] = FeedChannel(len(self._channels) + 1, *key)
         return self._channels[key]
 
 
@@ -143,12 +143,12 @@ class ViewerLink:
         self._files: Files = {}
         self._changed = threading.Condition()
         self._outbox, self._window = Outbox(), LinkWindow()
-        self._announced: Dict[int, Channel] = {}
+        self._announced: Dict[int, FeedChannel] = {}
         self._offered: Set[str] = set()
         self._is_closed = False
         self._tell_s = 0.0
 
-    def start(self, offer: Offer, files: Files, topics: Mapping[str, Topic]) -> None:
+    def start(self, offer: Offer, files: Files, topics: Mapping[str, OfferedTopic]) -> None:
         """Greet, offer, and begin to listen."""
         connection = self._connection
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -163,14 +163,14 @@ class ViewerLink:
         self._files = files
         self._put_frame(frame_bytes(Kind.OFFER, json.dumps(offer.values()).encode()))
 
-    def offer_topics(self, topics: Mapping[str, Topic]) -> None:
+    def offer_topics(self, topics: Mapping[str, OfferedTopic]) -> None:
         """Offer more topics."""
         new = {name: topic for name, topic in topics.items() if name not in self._offered}
         if new:
             self._offered |= new.keys()
             self._put_frame(json_frame(Kind.TOPICS, topics=topics_message(new)))
 
-    def take(self, channel: Channel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
+    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
         """See Taker."""
         if len(data) > MAX_BYTES:
             return
@@ -197,7 +197,7 @@ class ViewerLink:
             return  # it has gone already
 
     def _read(self) -> None:
-        reader = FrameReader(_ASKED_BYTES)
+        reader = LinkFrameReader(_ASKED_BYTES)
         try:
             while True:
                 data = self._connection.recv(_RECEIVED_BYTES)
@@ -212,7 +212,7 @@ class ViewerLink:
         self.close()
         self._on_end(self)
 
-    def _answer(self, frame: Frame) -> None:
+    def _answer(self, frame: LinkFrame) -> None:
         if frame.kind == Kind.PING:
             self._put_frame(times_frame(Kind.PONG, frame.number(), time.time_ns()))
             self._tell_left_out()

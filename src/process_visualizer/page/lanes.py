@@ -12,7 +12,7 @@ from process_visualizer.curves.curves import Curve, curve_of, recorded_alarms
 from process_visualizer.curves.samples import Samples
 from process_visualizer.curves.value_scale import tick_texts, tidy_scale, with_near_limits
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.robots import Span
+from process_visualizer.page.robots import PageSpan
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.run import Key
 
@@ -34,7 +34,7 @@ class Grid(NamedTuple):
         return self.duration_s / self.columns
 
 
-def grid_over(duration_s: float, span: Span) -> Grid:
+def grid_over(duration_s: float, span: PageSpan) -> Grid:
     """Return columns that show a part of a recording in detail."""
     length_s = max(span.end_s - span.begin_s, 1e-3)
     columns = int(min(max(math.ceil(_COLUMNS * max(duration_s, 1e-3) / length_s), 1),
@@ -88,7 +88,7 @@ def _scale(columns: Sequence[np.ndarray], limits: Sequence[float]) -> Dict[str, 
 
 
 def alarm_entries(devices: Sequence[Device], curves: Sequence[Curve],
-                  span: Span) -> List[Dict[str, Any]]:
+                  span: PageSpan) -> List[Dict[str, Any]]:
     """Return the alarms of variables with limits."""
     return [{'device': it.device, 'text': it.text, 'begin': it.begin_s, 'end': it.end_s}
             for it in recorded_alarms(devices, curves)

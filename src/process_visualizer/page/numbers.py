@@ -12,7 +12,7 @@ from process_visualizer.cell.model import Cell, Color, Device, Variable
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Samples, Series
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.robots import Places, Span
+from process_visualizer.page.robots import FramePlaces, PageSpan
 from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.parameters.reading import opaque
 from process_visualizer.parameters.variable_parameters import VariableColors
@@ -27,7 +27,7 @@ from process_visualizer.robot.arrows import (
 )
 from process_visualizer.robot.recorded_velocity import WINDOW_S, segments, slope_windows
 from process_visualizer.robot.velocity import GAP_S
-from process_visualizer.runs.comparison.ghost import GhostArrow
+from process_visualizer.runs.comparison.ghost import ReferenceArrow
 
 _MOMENT_S = MOMENT_NS / 1e9
 _AFTER_S = 1e-6
@@ -54,7 +54,7 @@ def is_whole(recording: Recording, series: Series) -> bool:
     return False
 
 
-def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Span
+def number_entry(device: Device, found: SourceSamples, packed: Packed, span: PageSpan
                  ) -> Dict[str, Any]:
     """Return a source's numbers as the page has them."""
     source = found.samples.source
@@ -88,7 +88,7 @@ def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
     return times_s, values
 
 
-def _speed(device: Device, samples: Samples, packed: Packed, span: Span) -> Dict[str, Any]:
+def _speed(device: Device, samples: Samples, packed: Packed, span: PageSpan) -> Dict[str, Any]:
     times_s, slopes = velocity_rows(samples.times_s, samples.values)
     rows = span.rows(times_s)
     style = configured_arrow(device, 'velocity')
@@ -190,9 +190,15 @@ def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color
 
 # The arrows of a page: those of the run, and those of its reference.
 
-def arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], begin_s: float,
-                  sources: Sequence[CurveSource], places: Places, packed: Packed, span: Span
-                  ) -> List[Dict[str, Any]]:
+def arrow_entries(
+    cell: Cell,
+    arrows: Sequence[ReferenceArrow],
+    begin_s: float,
+    sources: Sequence[CurveSource],
+    places: FramePlaces,
+    packed: Packed,
+    span: PageSpan,
+) -> List[Dict[str, Any]]:
     """Return the arrows of a run, which began at ``begin_s`` of its recording."""
     found = []
     for arrow in arrows:
@@ -210,8 +216,13 @@ def arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], begin_s: float,
     return found
 
 
-def ghost_arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], places: Places, packed: Packed,
-                        span: Span) -> List[Dict[str, Any]]:
+def ghost_arrow_entries(
+    cell: Cell,
+    arrows: Sequence[ReferenceArrow],
+    places: FramePlaces,
+    packed: Packed,
+    span: PageSpan,
+) -> List[Dict[str, Any]]:
     """Return the arrows of the reference, which are over the time of the recording already."""
     found = []
     for arrow in arrows:
@@ -224,8 +235,8 @@ def ghost_arrow_entries(cell: Cell, arrows: Sequence[GhostArrow], places: Places
     return found
 
 
-def _entry(arrow: GhostArrow, places: Places, packed: Packed,
-           span: Span) -> Optional[Dict[str, Any]]:
+def _entry(arrow: ReferenceArrow, places: FramePlaces, packed: Packed,
+           span: PageSpan) -> Optional[Dict[str, Any]]:
     frame, foot_frame = places.number(arrow.frame), places.number(arrow.foot_frame)
     if frame is None or foot_frame is None:
         return None
@@ -235,5 +246,5 @@ def _entry(arrow: GhostArrow, places: Places, packed: Packed,
             'vectors': packed.plain(arrow.vectors[rows].astype(np.float32))}
 
 
-def _device_of(cell: Cell, arrow: GhostArrow) -> Optional[Device]:
+def _device_of(cell: Cell, arrow: ReferenceArrow) -> Optional[Device]:
     return next((it for it in cell.devices if arrow.name.startswith(f'{it.name}/')), None)

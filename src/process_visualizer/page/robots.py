@@ -19,7 +19,7 @@ from process_visualizer.runs.comparison.ghost import GhostTrack
 _TURN_STEPS = 32_767
 
 
-class Span(NamedTuple):
+class PageSpan(NamedTuple):
     """A part of a recording [s from its begin]."""
 
     begin_s: float
@@ -41,10 +41,10 @@ class Moving(NamedTuple):
 Place = Union[Placement, Moving]
 
 
-class Places:
+class FramePlaces:
     """Frames by name; those that something refers to come into the page."""
 
-    def __init__(self, packed: Packed, span: Span) -> None:
+    def __init__(self, packed: Packed, span: PageSpan) -> None:
         """Take where columns go, and the part of the recording that is shown."""
         self._packed, self._span = packed, span
         self._frames: Dict[str, Place] = {}
@@ -190,7 +190,7 @@ def shown_spans(track: JointTrack) -> List[Tuple[float, float]]:
 
 
 def deviation_entry(track: GhostTrack, kinematics: Kinematics, base: Placement, packed: Packed,
-                    span: Span) -> Optional[Dict[str, Any]]:
+                    span: PageSpan) -> Optional[Dict[str, Any]]:
     """Return the distance of a tool from its place in the reference, as the page has it.
 
     Rows are the tool's place in the reference and the way from there [m], in the cell's frame.

@@ -25,9 +25,9 @@ from process_visualizer.page.numbers import (
 )
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import (
-    Places,
+    FramePlaces,
+    PageSpan,
     RowsOfJoints,
-    Span,
     base_place,
     carried,
     deviation_entry,
@@ -43,7 +43,7 @@ from process_visualizer.robot.visuals import link_visuals
 from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.ghost import (
-    Arm,
+    GhostArm,
     arms,
     ghost_arrows,
     ghost_tracks,
@@ -59,7 +59,7 @@ MAX_ROWS = 12
 
 
 def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
-              span: Span) -> Dict[str, Any]:
+              span: PageSpan) -> Dict[str, Any]:
     """Return the texts of a run, as the page has them; times are those of the recording."""
     words: Dict[str, Any] = {'name': run.name, 'begin': span.begin_s, 'end': span.end_s,
                              'state': 'plain', 'verdict': 'not held against good runs',
@@ -83,7 +83,7 @@ def _departure(comparison: Comparison, row: int) -> Dict[str, Any]:
             'worst_s': begin_s + comparison.run_s(it.worst_s), 'amount': amount(it)}
 
 
-def _moments(run: Run, span: Span) -> List[Dict[str, Any]]:
+def _moments(run: Run, span: PageSpan) -> List[Dict[str, Any]]:
     """Events of the process and marks."""
     return [{'label': it.name, 'at': at_s} for it in run.events
             for at_s in [run.begin_s + it.time_s] if span.begin_s <= at_s <= span.end_s]
@@ -148,13 +148,13 @@ class PageCell:
         return meshes, parts
 
 
-def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Span,
+def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: PageSpan,
               packed: Packed) -> Dict[str, Any]:
     """Return the data of a run; ``span`` is what of its recording is shown."""
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
-    places = Places(packed, span)
+    places = FramePlaces(packed, span)
     tracks = {it.device: it for it in reference_tracks(cell, run, shared.models)}
     for name, arm in shared.arms.items():
         track = tracks.get(name)
@@ -193,7 +193,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Span
     return entry
 
 
-def _add_arm(places: Places, arm: Arm, rows: RowsOfJoints) -> None:
+def _add_arm(places: FramePlaces, arm: GhostArm, rows: RowsOfJoints) -> None:
     """Add the links of a model, and the frames of the configuration that are fixed to them."""
     base = base_place(arm.device)
     found = link_places(arm.kinematics, base, rows)
@@ -205,7 +205,7 @@ def _add_arm(places: Places, arm: Arm, rows: RowsOfJoints) -> None:
             places.add(frame, carried(found[fixed[0]], fixed[1]))
 
 
-def _add_static(places: Places, recording: Recording) -> None:
+def _add_static(places: FramePlaces, recording: Recording) -> None:
     """Add the frames that the recording itself fixes to known ones; what is known stays."""
     index = recording.index
     found: Dict[str, Tuple[str, Placement]] = {}
@@ -225,7 +225,7 @@ def _add_static(places: Places, recording: Recording) -> None:
 
 
 def _numbers(cell: Cell, recording: Recording, packed: Packed,
-             span: Span) -> Tuple[List[SourceSamples], List[Dict[str, Any]]]:
+             span: PageSpan) -> Tuple[List[SourceSamples], List[Dict[str, Any]]]:
     series = colored(found_series(recording, curve_sources(cell.devices), cell.devices))
     samples = [SourceSamples(found, is_whole(recording, it))
                for it, found in zip(series, read_samples(recording, series))]
@@ -235,15 +235,15 @@ def _numbers(cell: Cell, recording: Recording, packed: Packed,
     return samples, entries
 
 
-def _ghost(shared: PageCell, judged: Judged, places: Places, packed: Packed,
-           span: Span) -> Optional[Dict[str, Any]]:
+def _ghost(shared: PageCell, judged: Judged, places: FramePlaces, packed: Packed,
+           span: PageSpan) -> Optional[Dict[str, Any]]:
     """The reference in step with the run."""
     comparison, good = judged.comparison, judged.good
     if comparison is None or good is None or comparison.why_not:
         return None
     cell, models = shared.cell, shared.models
     robots, deviations = [], []
-    frames = Places(packed, span)
+    frames = FramePlaces(packed, span)
     frames.entries = places.entries
     for track in ghost_tracks(cell, good.reference, [comparison], models):
         arm = shared.arms[track.device]

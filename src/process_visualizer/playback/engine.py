@@ -7,7 +7,6 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.playback.course import Course
 from process_visualizer.playback.message_loader import MessageLoader
 from process_visualizer.playback.playback_event import BACKWARD, FORWARD, EventMaker, ReadAhead
 from process_visualizer.playback.scheduled_output import Output, ScheduledOutput
@@ -20,15 +19,16 @@ from process_visualizer.playback.steps import (
     step_by_time,
     target_in_time,
 )
-from process_visualizer.playback.timeline import NS_PER_S, Basis, Clock, Timeline
+from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline, TimelineState
+from process_visualizer.playback.uneven_parts import UnevenParts
 
 # The published scene: the state of playback, as a value.
 
 class ShownScene(NamedTuple):
     """The scene that so many messages of the recording make, which are visible, or replaced.
 
-    ``scene`` is that of the timeline (Basis.scene) to which it belongs. ``paused_ns`` is the
-    position [bag ns] for which it was published; None where it moves.
+    ``scene`` is that of the timeline (TimelineState.scene) to which it belongs. ``paused_ns`` is
+    the position [bag ns] for which it was published; None where it moves.
     """
 
     passed: int
@@ -55,22 +55,22 @@ class ShownScene(NamedTuple):
         """Return the one of so many messages at a position [bag ns] where play stands still."""
         return self._replace(passed=passed, paused_ns=bag_ns)
 
-    def visible(self, index: BagIndex, basis: Basis, bag_ns: int) -> int:
+    def visible(self, index: BagIndex, state: TimelineState, bag_ns: int) -> int:
         """Return how many messages are visible at a position [bag ns], whatever was published.
 
         Where it stands still after a step, these are the ones up to which that led: others may
         have the same time.
         """
-        stands = basis.scene == self.scene and (basis.paused, bag_ns) == (True, self.paused_ns)
+        stands = state.scene == self.scene and (state.paused, bag_ns) == (True, self.paused_ns)
         return self.passed if stands else index.count_until(bag_ns)
 
 
-def scene_after_jump(index: BagIndex, basis: Basis) -> ShownScene:
-    """Return the scene at the position of a basis; messages of just that time are played then."""
-    if basis.paused:
-        return ShownScene(index.count_until(basis.bag_ns), basis.scene, basis.bag_ns)
-    count = index.count_before if basis.forward else index.count_until
-    return ShownScene(count(basis.bag_ns), basis.scene)
+def scene_after_jump(index: BagIndex, state: TimelineState) -> ShownScene:
+    """Return the scene at the position of a state; messages of just that time are played then."""
+    if state.paused:
+        return ShownScene(index.count_until(state.bag_ns), state.scene, state.bag_ns)
+    count = index.count_before if state.forward else index.count_until
+    return ShownScene(count(state.bag_ns), state.scene)
 
 
 LEAD_BYTES = 32 << 20
@@ -93,15 +93,15 @@ class Playback:
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
                  restamp: bool = True, clock: Optional[Clock] = None,
-                 lead_bytes: int = LEAD_BYTES, course: Optional[Course] = None) -> None:
+                 lead_bytes: int = LEAD_BYTES, uneven_parts: Optional[UnevenParts] = None) -> None:
         """Take a recording, a timeline within it, and where the messages go to.
 
         With ``restamp`` the stamps in messages are moved to the present. About ``lead_bytes`` at
-        most are given to the output before they are due. Without a ``course`` play goes on evenly.
+        most are given to the output before they are due. Without ``uneven_parts`` play is even.
         """
         self._index: BagIndex = recording.index
         self._timeline = timeline
-        self.course = course or Course(timeline)
+        self.uneven_parts = uneven_parts or UnevenParts(timeline)
         self._clock = clock or Clock()
         mapping = StampMapping(self._clock) if restamp else None
         self._output = ScheduledOutput(output, self._clock, mapping, lead_bytes)
@@ -109,8 +109,8 @@ class Playback:
         self._events = EventMaker(self._index, self._loader, recording.begin_ns)
         self._ahead = ReadAhead(self._events, len(self._index))
         self._steps = StepRequests()
-        self._shown = ShownScene(0, timeline.basis.scene)
-        self._version = -1  # of the basis for which what was given to the output is due
+        self._shown = ShownScene(0, timeline.state.scene)
+        self._version = -1  # of the state for which what was given to the output is due
         self._repeat, self._settles = False, True
         self._runs = self._closed = False
 
@@ -143,9 +143,9 @@ class Playback:
 
     def prepare(self) -> None:
         """Begin to read what comes first, before ``run``."""
-        basis = self._timeline.basis
-        first = ShownScene(self._index.count_before(basis.bag_ns), basis.scene)
-        self._ahead.begin(*first.next_message(basis.forward))
+        state = self._timeline.state
+        first = ShownScene(self._index.count_before(state.bag_ns), state.scene)
+        self._ahead.begin(*first.next_message(state.forward))
 
     def close(self) -> None:
         """End ``run``."""
@@ -185,65 +185,65 @@ class Playback:
         """Publish until ``close``, or until the end where the output says so."""
         self._runs = True
         try:
-            basis = self._timeline.basis
-            self._jump(basis, begins=not basis.paused)
-            basis = self._timeline.basis
-            while not self._closed:  # asked after the basis was read: a later close ends its waits
-                self._work(basis)
-                basis = self._timeline.basis
+            state = self._timeline.state
+            self._jump(state, begins=not state.paused)
+            state = self._timeline.state
+            while not self._closed:  # asked after the state was read: a later close ends its waits
+                self._work(state)
+                state = self._timeline.state
         finally:
             self._ahead.close()
             self._steps.refuse('the player ends')
 
-    def _jump(self, basis: Basis, begins: bool = False) -> None:
+    def _jump(self, state: TimelineState, begins: bool = False) -> None:
         """Publish the scene at the position from anywhere, or where playback only ``begins``."""
-        self._shown = scene_after_jump(self._index, basis)
-        self._output.jump(basis.bag_ns)
-        self._restore(basis, begins)
-        if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
-            self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
+        self._shown = scene_after_jump(self._index, state)
+        self._output.jump(state.bag_ns)
+        self._restore(state, begins)
+        if not state.paused:  # restoring took its time; what follows comes at its pace, in no burst
+            self._timeline.slip_to(state.bag_ns, state.version, begins=True)
 
-    def _work(self, basis: Basis) -> None:
-        if basis.version != self._version:
-            self._version = basis.version
+    def _work(self, state: TimelineState) -> None:
+        if state.version != self._version:
+            self._version = state.version
             self._take_back()
         if not self._steps.is_empty:
             self._steps.answer(self._step)
-        elif basis.scene != self._shown.scene:
-            self._jump(basis)
+        elif state.scene != self._shown.scene:
+            self._jump(state)
         elif self._repeat:
-            self._publish_again(basis)
-        elif basis.paused:
-            self._rest(basis)
+            self._publish_again(state)
+        elif state.paused:
+            self._rest(state)
         else:
-            self._play(basis)
+            self._play(state)
 
-    def _publish_again(self, basis: Basis) -> None:
+    def _publish_again(self, state: TimelineState) -> None:
         """Publish the scene once more, with new stamps."""
         self._repeat = False
         self._take_back()
         self._output.forget_stamps()
-        if basis.paused:
-            visible = self._shown.visible(self._index, basis, basis.bag_ns)
-            self._shown = self._shown.standing(visible, basis.bag_ns)
-        self._restore(basis)
+        if state.paused:
+            visible = self._shown.visible(self._index, state, state.bag_ns)
+            self._shown = self._shown.standing(visible, state.bag_ns)
+        self._restore(state)
         if self._settles:
             self._output.settle()
         self._settles = True
 
-    def _play(self, basis: Basis) -> None:
+    def _play(self, state: TimelineState) -> None:
         """Publish the next message when it is due, unless a command comes before."""
         self._shown = self._shown.moving()
-        position, step = self._shown.next_message(basis.forward)
-        if not self._is_before_limit(position, basis):
-            if self._timeline.wait_until_due(basis.limit_ns, basis.version):
-                self._pass_limit(basis)
+        position, step = self._shown.next_message(state.forward)
+        if not self._is_before_limit(position, state):
+            if self._timeline.wait_until_due(state.limit_ns, state.version):
+                self._pass_limit(state)
             return
-        if not self.course.goes_on(self._index, position, basis):
+        if not self.uneven_parts.goes_on(self._index, position, state):
             return
         event = self._ahead.take(position, step)
-        due = self._timeline.wait_until_due(event.time_ns, basis.version, self._output.lead_ns())
-        now = self._kept_up(event.time_ns, basis.version) if due else None
+        due = self._timeline.wait_until_due(event.time_ns, state.version, self._output.lead_ns())
+        now = self._kept_up(event.time_ns, state.version) if due else None
         if now is None:
             self._ahead.put_back(position, step, event)
         else:
@@ -259,81 +259,81 @@ class Playback:
             self._shown = self._shown.without(position, step)
             self._ahead.put_back(position, step, event)
 
-    def _rest(self, basis: Basis) -> None:
+    def _rest(self, state: TimelineState) -> None:
         """Wait for a command; once it has been quiet for a while, publish the scene once more.
 
         Receivers that match messages with similar stamps take a pair only when the next one has
         come: without that they would show what was before.
         """
-        self._catch_up(basis)
-        until_ns = None if basis.held else self._output.settled_ns
-        if not self._timeline.wait_for_command(until_ns, basis.version):
-            self._publish_again(basis)
+        self._catch_up(state)
+        until_ns = None if state.held else self._output.settled_ns
+        if not self._timeline.wait_for_command(until_ns, state.version):
+            self._publish_again(state)
 
-    def _catch_up(self, basis: Basis) -> None:
+    def _catch_up(self, state: TimelineState) -> None:
         """Publish what had become visible already, and was not published yet, when paused."""
-        if self._shown.paused_ns != basis.bag_ns:
-            passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
-            self._shown = self._shown.standing(count, basis.bag_ns)
-            self._show_from(passed, basis)
+        if self._shown.paused_ns != state.bag_ns:
+            passed, count = self._shown.passed, self._index.count_until(state.bag_ns)
+            self._shown = self._shown.standing(count, state.bag_ns)
+            self._show_from(passed, state)
 
-    def _show_from(self, passed: int, basis: Basis) -> None:
+    def _show_from(self, passed: int, state: TimelineState) -> None:
         """Publish one by one what makes the scene of so many messages the one to be shown."""
         for position in range(passed, self._shown.passed):
-            self._output.show(self._events.forward(position), basis)
+            self._output.show(self._events.forward(position), state)
         for position in reversed(range(self._shown.passed, passed)):
-            self._output.show(self._events.backward(position), basis)
+            self._output.show(self._events.backward(position), state)
 
-    def _pass_limit(self, basis: Basis) -> None:
-        self._timeline.pass_limit(basis.version)
-        if self._timeline.basis.paused and not basis.loop and self._output.finish():
+    def _pass_limit(self, state: TimelineState) -> None:
+        self._timeline.pass_limit(state.version)
+        if self._timeline.state.paused and not state.loop and self._output.finish():
             self._closed = True
 
-    def _is_before_limit(self, position: int, basis: Basis) -> bool:
+    def _is_before_limit(self, position: int, state: TimelineState) -> bool:
         if not 0 <= position < len(self._index):
             return False
         time_ns = int(self._index.time_ns[position])
-        return time_ns <= basis.limit_ns if basis.forward else time_ns > basis.limit_ns
+        return time_ns <= state.limit_ns if state.forward else time_ns > state.limit_ns
 
-    def _kept_up(self, bag_ns: int, version: int) -> Optional[Basis]:
-        """Slip if a message comes too late; return the basis then, None if a command came."""
-        due_ns = self._timeline.basis.due_ns(bag_ns)
+    def _kept_up(self, bag_ns: int, version: int) -> Optional[TimelineState]:
+        """Slip if a message comes too late; return the state then, None if a command came."""
+        due_ns = self._timeline.state.due_ns(bag_ns)
         if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATENESS_LIMIT_NS:
             self._timeline.slip_to(bag_ns, version)
-        basis = self._timeline.basis
-        return basis if basis.version == version else None
+        state = self._timeline.state
+        return state if state.version == version else None
 
     def _step(self, step: Step) -> StepTarget:
         """Go to the target of a step, from the scene at the position or what stays of another."""
-        before, target, basis = self._stepped(step)
+        before, target, state = self._stepped(step)
         self._take_back()
-        shown, self._shown = self._shown, ShownScene(target.count, basis.scene, basis.bag_ns)
+        shown, self._shown = self._shown, ShownScene(target.count, state.scene, state.bag_ns)
         jumped = before.scene != shown.scene
         if jumped:  # a command came just before, and nothing is published for it alone
             self._output.jump(target.bag_ns)
         if not jumped and 0 <= target.count - shown.passed <= MAX_STEPPED:
-            self._show_from(shown.passed, basis)
+            self._show_from(shown.passed, state)
         else:
-            self._restore(basis)
+            self._restore(state)
         return target
 
-    def _stepped(self, step: Step) -> Tuple[Basis, StepTarget, Basis]:
-        """Let the timeline step; return its basis before, the target, and its basis afterwards."""
+    def _stepped(self, step: Step) -> Tuple[TimelineState, StepTarget, TimelineState]:
+        """Let the timeline step; return its state before, the target, and its state afterwards."""
         while True:
             before, now_ns = self._timeline.now()
             target = self._target(step, before, before.position_at(now_ns))
-            basis = self._timeline.step_to(target.bag_ns, before.version)
-            if basis is not None:
-                return before, target, basis
+            state = self._timeline.step_to(target.bag_ns, before.version)
+            if state is not None:
+                return before, target, state
 
-    def _target(self, step: Step, basis: Basis, bag_ns: int) -> StepTarget:
+    def _target(self, step: Step, state: TimelineState, bag_ns: int) -> StepTarget:
         if step.count:
-            visible = self._shown.visible(self._index, basis, bag_ns)
-            return step_by_messages(self._index, basis.end_ns, visible, step.count, step.topic)
-        return step_by_time(self._index, basis, bag_ns + step.duration_ns)
+            visible = self._shown.visible(self._index, state, bag_ns)
+            return step_by_messages(self._index, state.end_ns, visible, step.count, step.topic)
+        return step_by_time(self._index, state, bag_ns + step.duration_ns)
 
-    def _restore(self, basis: Basis, begins: bool = False) -> None:
+    def _restore(self, state: TimelineState, begins: bool = False) -> None:
         """Publish the scene to be shown, unless a newer one is asked for already."""
         event = self._events.scene(self._shown.passed, begins)
-        if self._timeline.basis.scene == basis.scene:
-            self._output.restore(event, basis)
+        if self._timeline.state.scene == state.scene:
+            self._output.restore(event, state)

@@ -8,7 +8,7 @@ LOST_AFTER_S = 1.0  # without a state of the player, which sends ten a second
 _MEMORY = 64  # states: some seconds
 
 
-class PlaybackState(NamedTuple):
+class ClockState(NamedTuple):
     """The player's own state (process_visualizer/PlayerState)."""
 
     stamp_s: float  # wall time for which the position holds
@@ -52,10 +52,10 @@ class PlaybackClock:
     """
 
     def __init__(self) -> None:
-        self._states: Tuple[PlaybackState, ...] = ()
+        self._states: Tuple[ClockState, ...] = ()
         self._age_basis = (0.0, 0.0, 1.0)  # wall time, data time, data seconds per second
 
-    def add(self, state: PlaybackState) -> None:
+    def add(self, state: ClockState) -> None:
         """Take the player's next state; when its clock was set back, start anew."""
         if self._states and state.stamp_s < self._states[-1].stamp_s:
             self._states = ()
@@ -65,7 +65,7 @@ class PlaybackClock:
                            min(abs(state.speed()), 1.0))
 
     @property
-    def state(self) -> Optional[PlaybackState]:
+    def state(self) -> Optional[ClockState]:
         """Return what the player said last; None without one."""
         return self._states[-1] if self._states else None
 
@@ -75,7 +75,7 @@ class PlaybackClock:
 
     def bag_time(self, wall_s: float) -> Optional[BagTime]:
         """Return the bag time that was played at a wall time [s]; None without a player."""
-        following: Optional[PlaybackState] = None
+        following: Optional[ClockState] = None
         for state in reversed(self._states):
             if state.begin_s() <= wall_s:
                 return _extrapolated(state, wall_s, following)
@@ -107,8 +107,8 @@ class PlaybackClock:
         return data_s + followed_s * speed + (elapsed_s - followed_s)
 
 
-def _extrapolated(state: PlaybackState, wall_s: float,
-                  following: Optional[PlaybackState]) -> BagTime:
+def _extrapolated(state: ClockState, wall_s: float,
+                  following: Optional[ClockState]) -> BagTime:
     time_s = state.position_at(wall_s)
     if (following is not None and following.segment == state.segment
             and not state.paused and not following.paused):  # a step pauses, and may lead back

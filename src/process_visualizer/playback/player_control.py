@@ -9,9 +9,9 @@ from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.steps import Step
 from process_visualizer.playback.timeline import (
     NS_PER_S,
-    Basis,
     CommandRefused,
     Timeline,
+    TimelineState,
     duration_s,
 )
 
@@ -52,11 +52,11 @@ class PlayerControl:
 
     def status(self) -> PlayerStatus:
         """Return what the player does now."""
-        basis, now_ns = self._timeline.now()
-        loop = basis.loop and (self._seconds(basis.loop[0]), self._seconds(basis.loop[1]))
-        return PlayerStatus(self._seconds(basis.position_at(now_ns)), duration_s(basis),
-                            basis.rate, self._timeline.achieved_rate(), basis.paused, loop,
-                            basis.segment, basis.monotonic_ns, now_ns)
+        state, now_ns = self._timeline.now()
+        loop = state.loop and (self._seconds(state.loop[0]), self._seconds(state.loop[1]))
+        return PlayerStatus(self._seconds(state.position_at(now_ns)), duration_s(state),
+                            state.rate, self._timeline.achieved_rate(), state.paused, loop,
+                            state.segment, state.monotonic_ns, now_ns)
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""
@@ -73,7 +73,7 @@ class PlayerControl:
     def toggle_paused(self) -> str:
         """Play if paused, pause if playing."""
         self._timeline.toggle_paused()
-        self._pause_requested = self._timeline.basis.paused
+        self._pause_requested = self._timeline.state.paused
         return self._where('paused' if self._pause_requested else 'playing')
 
     def stop(self) -> str:
@@ -88,7 +88,7 @@ class PlayerControl:
 
     def repeat(self) -> str:
         """Publish what is shown once more if it stands still: what it is seen by has changed."""
-        if not self._timeline.basis.paused:
+        if not self._timeline.state.paused:
             return self._where('playing on')
         self._playback.show_again()
         return self._where('shown again')
@@ -113,7 +113,7 @@ class PlayerControl:
 
     def toggle_pause_topics(self) -> str:
         """Pause no more before the messages of some topics, or again."""
-        pauses = self._playback.course.toggle_pauses()
+        pauses = self._playback.uneven_parts.toggle_pauses()
         return 'pausing at topics' if pauses else 'not pausing at topics'
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
@@ -121,13 +121,13 @@ class PlayerControl:
         if not loop:
             self._timeline.clear_loop()
             return 'no loop'
-        basis = self._timeline.basis
+        state = self._timeline.state
         if not (begin_s or end_s):
-            begin_ns, end_ns = basis.begin_ns, basis.end_ns
+            begin_ns, end_ns = state.begin_ns, state.end_ns
         else:
             begin_ns = self._bag_ns('the begin of the loop', begin_s)
             end_ns = self._bag_ns('the end of the loop', end_s)
-        inner_ns = max(begin_ns, basis.begin_ns), min(end_ns, basis.end_ns)
+        inner_ns = max(begin_ns, state.begin_ns), min(end_ns, state.end_ns)
         self._timeline.set_loop(*inner_ns)
         changed = '' if inner_ns == (begin_ns, end_ns) else (
             f' instead of {begin_s:.3f} to {end_s:.3f} s, which is more than there is')
@@ -143,11 +143,11 @@ class PlayerControl:
         return f'{verb} {self._seconds(self._timeline.position_ns()):.3f} s'
 
     def _seconds(self, bag_ns: int) -> float:
-        return (bag_ns - self._timeline.basis.begin_ns) / NS_PER_S
+        return (bag_ns - self._timeline.state.begin_ns) / NS_PER_S
 
     def _bag_ns(self, what: str, position_s: float) -> int:
-        basis: Basis = self._timeline.basis
-        return basis.begin_ns + _nanoseconds(what, position_s)
+        state: TimelineState = self._timeline.state
+        return state.begin_ns + _nanoseconds(what, position_s)
 
 
 def _nanoseconds(what: str, seconds: float) -> int:
@@ -159,7 +159,7 @@ def _nanoseconds(what: str, seconds: float) -> int:
     return round(seconds * NS_PER_S)
 
 
-class Progress(NamedTuple):
+class PlaybackProgress(NamedTuple):
     """Progress of playback; times in seconds from the beginning of the recording."""
 
     position_s: float

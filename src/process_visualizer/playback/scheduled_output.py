@@ -9,7 +9,7 @@ from process_visualizer.bagio.message_layout import Data, with_stamps_moved
 from process_visualizer.playback.message_loader import LoadedMessage
 from process_visualizer.playback.playback_event import PlaybackEvent
 from process_visualizer.playback.stamp_mapping import StampMapping
-from process_visualizer.playback.timeline import NS_PER_S, Basis, Clock
+from process_visualizer.playback.timeline import NS_PER_S, Clock, TimelineState
 
 # Messages given to the output before they are due, so that they can be taken back.
 
@@ -24,7 +24,7 @@ class Scheduled(NamedTuple):
     stamps: int  # StampMapping.remembered before it
 
 
-class Schedule:
+class SendSchedule:
     """Events in the order in which they were given, as the output will send them."""
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class ScheduledOutput:
         self._clock = clock
         self._mapping = mapping
         self._lead_bytes = lead_bytes
-        self._schedule = Schedule()
+        self._schedule = SendSchedule()
         self._given = 0  # messages, withdrawn ones too, to the output
         self._published = 0
         self._settled_ns: Optional[int] = None
@@ -126,16 +126,16 @@ class ScheduledOutput:
         self._schedule.forget_due(self._clock.monotonic_ns())
         return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
 
-    def give(self, event: PlaybackEvent, position: int, step: int, basis: Basis) -> None:
+    def give(self, event: PlaybackEvent, position: int, step: int, state: TimelineState) -> None:
         """Give the event of passing the message at a position, to be sent when it is due.
 
-        The basis is one that plays.
+        The state is one that plays.
         """
         stamps = 0 if self._mapping is None else self._mapping.remembered
-        due_ns = basis.due_ns(event.time_ns)
+        due_ns = state.due_ns(event.time_ns)
         assert due_ns is not None, 'it plays'
         self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
-        self.show(event, basis, due_ns)
+        self.show(event, state, due_ns)
         self._unsettle(due_ns)  # also where a sensor's picture is to be seen only later
 
     def take_back(self) -> List[Scheduled]:
@@ -151,16 +151,16 @@ class ScheduledOutput:
                 self._mapping.forget_since(scheduled.stamps)
         return taken_back
 
-    def show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
+    def show(self, event: PlaybackEvent, state: TimelineState, due_ns: int = AT_ONCE) -> None:
         """Send an event at a monotonic time [ns]."""
         for message in event.messages:
-            stamper = self._stamper(basis, message.time_ns, event.time_ns, due_ns)
+            stamper = self._stamper(state, message.time_ns, event.time_ns, due_ns)
             self._publish(message, stamper, due_ns)
 
-    def restore(self, event: PlaybackEvent, basis: Basis) -> None:
+    def restore(self, event: PlaybackEvent, state: TimelineState) -> None:
         """Send a scene now, with stamps of now."""
         for message in event.messages:
-            self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns), AT_ONCE)
+            self._publish(message, lambda stamp_ns: self._present(state, stamp_ns), AT_ONCE)
 
     def forget_stamps(self) -> None:
         """Stamp anew what is published again."""
@@ -179,15 +179,15 @@ class ScheduledOutput:
         """Tell the output that play has reached its end; return whether nothing is to follow."""
         return self._output.finish()
 
-    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int,
+    def _stamper(self, state: TimelineState, message_ns: int, shown_ns: int,
                  due_ns: int) -> Callable[[int], int]:
         mapping = self._mapping
         if mapping is None:
             return lambda stamp_ns: stamp_ns
-        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns, due_ns)
+        return lambda stamp_ns: mapping.stamp(state, stamp_ns, message_ns, shown_ns, due_ns)
 
-    def _present(self, basis: Basis, stamp_ns: int) -> int:
-        return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
+    def _present(self, state: TimelineState, stamp_ns: int) -> int:
+        return stamp_ns if self._mapping is None else self._mapping.present(state, stamp_ns)
 
     def _publish(self, message: LoadedMessage, mapping: Callable[[int], int],
                  due_ns: int) -> None:

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections import OrderedDict
 from typing import List, Optional
 
-from process_visualizer.playback.timeline import NS_PER_S, Basis, Clock
+from process_visualizer.playback.timeline import NS_PER_S, Clock, TimelineState
 
 MAX_DISTANCE_NS = NS_PER_S  # of a stamp from the time of its message
 MAX_AGE_NS = 3 * NS_PER_S  # of a wall stamp: tf2 forgets after 10 s
@@ -46,7 +46,7 @@ class StampMapping:
         """Return how many different stamps were mapped so far: a mark for ``forget_since``."""
         return self._remembered
 
-    def stamp(self, basis: Basis, stamp_ns: int, message_ns: int,
+    def stamp(self, state: TimelineState, stamp_ns: int, message_ns: int,
               shown_ns: Optional[int] = None, sent_ns: int = 0) -> int:
         """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns].
 
@@ -54,23 +54,23 @@ class StampMapping:
         at the time when it was recorded, as in playing backwards, ``shown_ns`` is the bag time at
         which it is; its stamps move with it.
         """
-        if basis.paused:
-            return self.present(basis, stamp_ns)
-        now_ns = self._follow(basis)
+        if state.paused:
+            return self.present(state, stamp_ns)
+        now_ns = self._follow(state)
         if stamp_ns not in self._known:
-            near_ns = nearby(basis, stamp_ns, message_ns)
+            near_ns = nearby(state, stamp_ns, message_ns)
             sent_wall_ns = max(now_ns, sent_ns + self._offset_ns)
-            if shown_ns is not None and shown_ns <= near_ns <= message_ns and not basis.forward:
-                wall_ns = self._reached(basis, near_ns, sent_wall_ns)
+            if shown_ns is not None and shown_ns <= near_ns <= message_ns and not state.forward:
+                wall_ns = self._reached(state, near_ns, sent_wall_ns)
             else:
                 near_ns += 0 if shown_ns is None else shown_ns - message_ns
-                wall_ns = self._moved(basis, near_ns, sent_wall_ns)
+                wall_ns = self._moved(state, near_ns, sent_wall_ns)
             self._remember(stamp_ns, wall_ns)
         return self._known[stamp_ns]
 
-    def present(self, basis: Basis, stamp_ns: int) -> int:
+    def present(self, state: TimelineState, stamp_ns: int) -> int:
         """Return the wall stamp [ns] of a bag stamp in a message that is restored: now."""
-        now_ns = self._follow(basis)
+        now_ns = self._follow(state)
         if stamp_ns not in self._known:
             self._remember(stamp_ns, now_ns)
             self._floor_ns = now_ns
@@ -87,34 +87,34 @@ class StampMapping:
             self._known.popitem()
         self._remembered = remembered
 
-    def _reached(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
+    def _reached(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
         """Map what has been reached just as it is: it needs no lag."""
-        return max(min(self._due_wall(basis, near_ns), sent_ns), self._floor_ns)
+        return max(min(self._due_wall(state, near_ns), sent_ns), self._floor_ns)
 
-    def _moved(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
-        wall_ns = self._due_wall(basis, near_ns)
+    def _moved(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
+        wall_ns = self._due_wall(state, near_ns)
         self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
-        return self._order.fit(near_ns if basis.forward else -near_ns,
+        return self._order.fit(near_ns if state.forward else -near_ns,
                                max(wall_ns - self._lag_ns, self._floor_ns))
 
-    def _due_wall(self, basis: Basis, near_ns: int) -> int:
-        due_ns = basis.due_ns(near_ns)
-        assert due_ns is not None, 'the basis is not paused'
+    def _due_wall(self, state: TimelineState, near_ns: int) -> int:
+        due_ns = state.due_ns(near_ns)
+        assert due_ns is not None, 'the state is not paused'
         return due_ns + self._offset_ns
 
-    def _follow(self, basis: Basis) -> int:
+    def _follow(self, state: TimelineState) -> int:
         """Take note of commands and of the wall clock; return the wall time [ns]."""
         monotonic_ns, now_ns = self._clock.monotonic_ns(), self._clock.wall_ns()
         error_ns = now_ns - monotonic_ns - self._offset_ns
         set_back = now_ns < self._wall_ns
-        if basis.scene != self._scene or set_back:
+        if state.scene != self._scene or set_back:
             self._known.clear()
-        if basis.command != self._command or set_back or abs(error_ns) > CLOCK_SET_NS:
+        if state.command != self._command or set_back or abs(error_ns) > CLOCK_SET_NS:
             self._floor_ns, self._lag_ns, self._order = now_ns, 0, OrderKeeper()
             self._offset_ns += error_ns
         else:  # the wall clock may be slewed
             self._offset_ns += min(max(error_ns, -SLEW_NS), SLEW_NS)
-        self._scene, self._command, self._wall_ns = basis.scene, basis.command, now_ns
+        self._scene, self._command, self._wall_ns = state.scene, state.command, now_ns
         return now_ns
 
     def _remember(self, stamp_ns: int, wall_ns: int) -> None:
@@ -145,7 +145,7 @@ class OrderKeeper:
         return wall_ns
 
 
-def nearby(basis: Basis, stamp_ns: int, message_ns: int) -> int:
+def nearby(state: TimelineState, stamp_ns: int, message_ns: int) -> int:
     """Return the stamp [bag ns], moved near to the time of its message where it is far from it."""
-    reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(basis.rate)))
+    reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(state.rate)))
     return min(max(stamp_ns, message_ns - reach_ns), message_ns + reach_ns)

@@ -11,7 +11,7 @@ from typing import Callable, NoReturn, Optional, Tuple
 import numpy as np
 
 from process_visualizer.bagio.bag_index import BagIndex
-from process_visualizer.playback.timeline import Basis, Clock, CommandRefused, within
+from process_visualizer.playback.timeline import Clock, CommandRefused, TimelineState, within
 
 # Steps, and where one leads: how many messages are passed afterwards, and at what time.
 
@@ -64,9 +64,9 @@ def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
     return replace(target, changed=f'only {stepped} of {abs(count)} messages are left{of_topic}')
 
 
-def step_by_time(index: BagIndex, basis: Basis, bag_ns: int) -> StepTarget:
+def step_by_time(index: BagIndex, state: TimelineState, bag_ns: int) -> StepTarget:
     """Return the target of a step to a bag time [ns], at most to the nearer end."""
-    target_ns, changed = within(basis, bag_ns)
+    target_ns, changed = within(state, bag_ns)
     return StepTarget(index.count_until(target_ns), target_ns, changed)
 
 

@@ -87,7 +87,7 @@ class CommandRefused(Exception):
 
 
 @dataclass(frozen=True)
-class Basis:
+class TimelineState:
     """Playback time as a function of the monotonic clock, from one command to the next.
 
     Times of the recording are bag times [ns since 1970]. Arithmetic is exact: the rate is taken
@@ -147,9 +147,9 @@ class Basis:
 
 
 class Timeline:
-    """The basis of playback, changed by commands from any thread, and waits that these interrupt.
+    """The state of playback, changed by commands from any thread, and waits that these interrupt.
 
-    Reaching the limit (Basis.limit_ns) does nothing by itself: whoever publishes calls
+    Reaching the limit (TimelineState.limit_ns) does nothing by itself: whoever publishes calls
     pass_limit() once all messages up to it are published, so that none is lost.
     """
 
@@ -169,23 +169,23 @@ class Timeline:
         self._head_start_ns = head_start_ns
         self._changed = threading.Condition()
         now_ns = self._clock.monotonic_ns()
-        self._basis = Basis(begin_ns, now_ns, begin_ns, end_ns)
+        self._state = TimelineState(begin_ns, now_ns, begin_ns, end_ns)
         self._achieved = AchievedRate(now_ns)
 
     @property
-    def basis(self) -> Basis:
-        """Return the present basis; it is immutable."""
-        return self._basis
+    def state(self) -> TimelineState:
+        """Return the present state; it is immutable."""
+        return self._state
 
-    def now(self) -> Tuple[Basis, int]:
-        """Return the present basis and the monotonic time [ns] for which it was asked."""
+    def now(self) -> Tuple[TimelineState, int]:
+        """Return the present state and the monotonic time [ns] for which it was asked."""
         with self._changed:
-            return self._basis, self._clock.monotonic_ns()
+            return self._state, self._clock.monotonic_ns()
 
     def position_ns(self) -> int:
         """Return the present position [bag ns]."""
         with self._changed:
-            return self._basis.position_at(self._clock.monotonic_ns())
+            return self._state.position_at(self._clock.monotonic_ns())
 
     def achieved_rate(self) -> float:
         """Return the rate that was kept lately: nearer to zero than the rate if there were slips.
@@ -193,16 +193,16 @@ class Timeline:
         It is 0 while paused.
         """
         with self._changed:
-            if self._basis.paused:
+            if self._state.paused:
                 return 0.0
-            return self._basis.rate * self._achieved.share(self._clock.monotonic_ns())
+            return self._state.rate * self._achieved.share(self._clock.monotonic_ns())
 
     # Commands: each re-bases, with the position as it is now, and interrupts waits.
 
     def play(self) -> None:
         """Play on from the position; from the limit, where nothing is left, start over."""
         with self._changed:
-            if self._basis.paused:
+            if self._state.paused:
                 self._start()
 
     def begin(self) -> None:
@@ -218,7 +218,7 @@ class Timeline:
     def toggle_paused(self) -> None:
         """Play if paused, pause if playing."""
         with self._changed:
-            if self._basis.paused:
+            if self._state.paused:
                 self._start()
             else:
                 self._rebase(paused=True)
@@ -226,7 +226,7 @@ class Timeline:
     def stop(self) -> None:
         """Stand still at the beginning of the recording, whatever the direction."""
         with self._changed:
-            self._jump(self._basis.begin_ns, paused=True)
+            self._jump(self._state.begin_ns, paused=True)
 
     def set_rate(self, rate: float) -> None:
         """Change the rate (below zero: backwards); the position goes on from where it is.
@@ -238,10 +238,10 @@ class Timeline:
         """
         checked_rate(rate)
         with self._changed:
-            basis = self._basis
-            turned = (rate > 0.0) != basis.forward
-            self._rebase(rate=float(rate), scene=basis.scene + turned,
-                         paused=basis.paused and not basis.held)
+            state = self._state
+            turned = (rate > 0.0) != state.forward
+            self._rebase(rate=float(rate), scene=state.scene + turned,
+                         paused=state.paused and not state.held)
 
     def seek(self, bag_ns: int) -> str:
         """Go to a bag time [ns] and keep playing or pausing; return what had to be changed.
@@ -250,25 +250,25 @@ class Timeline:
         empty if all went as asked.
         """
         with self._changed:
-            target_ns, changed = within(self._basis, bag_ns)
+            target_ns, changed = within(self._state, bag_ns)
             self._jump(target_ns)
         return changed
 
-    def step_to(self, bag_ns: int, version: Optional[int] = None) -> Optional[Basis]:
+    def step_to(self, bag_ns: int, version: Optional[int] = None) -> Optional[TimelineState]:
         """Pause at a bag time [ns] within the recording: a step, which begins no new segment.
 
         A step back begins a new scene: what was published is published again. Returns the new
-        basis. With a version, nothing happens if a command came in between (see wait_until_due):
+        state. With a version, nothing happens if a command came in between (see wait_until_due):
         then it returns None.
         """
         with self._changed:
-            basis = self._basis
-            if version not in (None, basis.version):
+            state = self._state
+            if version not in (None, state.version):
                 return None
-            target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
-            back = target_ns < basis.position_at(self._clock.monotonic_ns())
-            self._rebase(bag_ns=target_ns, paused=True, scene=basis.scene + back)
-            return self._basis
+            target_ns = min(max(bag_ns, state.begin_ns), state.end_ns)
+            back = target_ns < state.position_at(self._clock.monotonic_ns())
+            self._rebase(bag_ns=target_ns, paused=True, scene=state.scene + back)
+            return self._state
 
     def set_loop(self, begin_ns: int, end_ns: int) -> None:
         """Repeat what is between two bag times [ns]; the position does not jump yet.
@@ -288,7 +288,7 @@ class Timeline:
     def interrupt(self) -> None:
         """End all waits, for another reason than a command."""
         with self._changed:
-            self._basis = replace(self._basis, version=self._basis.version + 1)
+            self._state = replace(self._state, version=self._state.version + 1)
             self._changed.notify_all()
 
     # For the one who publishes.
@@ -296,12 +296,12 @@ class Timeline:
     def wait_until_due(self, bag_ns: Optional[int], version: int, lead_ns: int = 0) -> bool:
         """Wait until a bag time [ns] is due (None: for ever); False if a command came first.
 
-        With a lead, the wait ends so much earlier [ns]. The version is that of the basis from
+        With a lead, the wait ends so much earlier [ns]. The version is that of the state from
         which the caller concluded what to wait for: a command since then ends the wait before it
         begins.
         """
         with self._changed:
-            while self._basis.version == version:
+            while self._state.version == version:
                 remaining_ns = self._remaining_ns(bag_ns) - lead_ns
                 if remaining_ns <= 0:
                     return True
@@ -314,7 +314,7 @@ class Timeline:
         See wait_until_due for the version.
         """
         with self._changed:
-            while self._basis.version == version:
+            while self._state.version == version:
                 remaining_ns = (FOREVER_NS if until_ns is None
                                 else until_ns - self._clock.monotonic_ns())
                 if remaining_ns <= 0:
@@ -331,11 +331,11 @@ class Timeline:
         if the time is still to come, or if a command came in between (see wait_until_due).
         """
         with self._changed:
-            due_ns, now_ns = self._basis.due_ns(bag_ns), self._clock.monotonic_ns()
-            if self._basis.version != version or due_ns is None or due_ns >= now_ns:
+            due_ns, now_ns = self._state.due_ns(bag_ns), self._clock.monotonic_ns()
+            if self._state.version != version or due_ns is None or due_ns >= now_ns:
                 return
             later_ns = now_ns + (self._head_start_ns if begins else 0)
-            self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=later_ns)
+            self._state = replace(self._state, bag_ns=bag_ns, monotonic_ns=later_ns)
             self._achieved.lose(now_ns, later_ns - due_ns)
 
     def skip_to(self, bag_ns: int, version: int) -> None:
@@ -344,26 +344,26 @@ class Timeline:
         Nothing happens if a command came in between (see wait_until_due); so with the next two.
         """
         with self._changed:
-            if self._basis.version == version:
-                self._rebase(bag_ns=bag_ns, segment=self._basis.segment + 1,
+            if self._state.version == version:
+                self._rebase(bag_ns=bag_ns, segment=self._state.segment + 1,
                              monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
 
     def pause_at(self, bag_ns: int, version: int) -> None:
         """Pause at a bag time [ns] that has just been reached."""
         with self._changed:
-            if self._basis.version == version:
+            if self._state.version == version:
                 self._rebase(bag_ns=bag_ns, paused=True)
 
     def hold(self, version: int) -> None:
         """Stand still until ``release``, or a command."""
         with self._changed:
-            if self._basis.version == version:
+            if self._state.version == version:
                 self._rebase(paused=True, held=True)
 
     def release(self) -> None:
         """Play on, if it is held."""
         with self._changed:
-            if self._basis.held:
+            if self._state.held:
                 self._rebase(paused=False)
 
     def pass_limit(self, version: int) -> None:
@@ -372,72 +372,72 @@ class Timeline:
         Nothing happens elsewhere, or if a command came in between (see wait_until_due).
         """
         with self._changed:
-            basis = self._basis
-            position_ns = basis.position_at(self._clock.monotonic_ns())
-            if basis.version != version or basis.paused or position_ns != basis.limit_ns:
+            state = self._state
+            position_ns = state.position_at(self._clock.monotonic_ns())
+            if state.version != version or state.paused or position_ns != state.limit_ns:
                 return
-            if basis.loop:
-                self._jump(basis.loop[0] if basis.forward else basis.loop[1])
+            if state.loop:
+                self._jump(state.loop[0] if state.forward else state.loop[1])
             else:
                 self._rebase(paused=True)
 
     def _remaining_ns(self, bag_ns: Optional[int]) -> int:
-        due_ns = None if bag_ns is None else self._basis.due_ns(bag_ns)
+        due_ns = None if bag_ns is None else self._state.due_ns(bag_ns)
         now_ns = self._clock.monotonic_ns()
         return FOREVER_NS if due_ns is None else due_ns - now_ns
 
     def _start(self) -> None:
-        basis = self._basis
-        if basis.loop or basis.bag_ns != basis.limit_ns:
+        state = self._state
+        if state.loop or state.bag_ns != state.limit_ns:
             self._play_on()
         else:
-            self._jump(basis.begin_ns if basis.forward else basis.end_ns, paused=False)
+            self._jump(state.begin_ns if state.forward else state.end_ns, paused=False)
 
     def _play_on(self) -> None:
         self._rebase(paused=False, monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
 
     def _jump(self, bag_ns: int, **changes: Any) -> None:
-        basis = self._basis
-        changes.setdefault('paused', basis.paused and not basis.held)
-        self._rebase(bag_ns=bag_ns, segment=basis.segment + 1, scene=basis.scene + 1, **changes)
+        state = self._state
+        changes.setdefault('paused', state.paused and not state.held)
+        self._rebase(bag_ns=bag_ns, segment=state.segment + 1, scene=state.scene + 1, **changes)
 
     def _rebase(self, **changes: Any) -> None:
-        basis, now_ns = self._basis, self._clock.monotonic_ns()
-        changes.setdefault('bag_ns', basis.position_at(now_ns))
+        state, now_ns = self._state, self._clock.monotonic_ns()
+        changes.setdefault('bag_ns', state.position_at(now_ns))
         changes.setdefault('monotonic_ns', now_ns)
         if 'paused' in changes:
             changes.setdefault('held', False)
-        self._basis = replace(basis, command=basis.command + 1, version=basis.version + 1,
+        self._state = replace(state, command=state.command + 1, version=state.version + 1,
                               **changes)
         self._achieved.restart(now_ns)
         self._changed.notify_all()
 
     def _check_loop(self, begin_ns: int, end_ns: int) -> None:
-        basis = self._basis
-        begin_s = (begin_ns - basis.begin_ns) / NS_PER_S
-        end_s = (end_ns - basis.begin_ns) / NS_PER_S
+        state = self._state
+        begin_s = (begin_ns - state.begin_ns) / NS_PER_S
+        end_s = (end_ns - state.begin_ns) / NS_PER_S
         if end_ns - begin_ns < MIN_LOOP_NS:
             raise CommandRefused(f'a loop from {begin_s:.3f} to {end_s:.3f} s: its end must be '
                                  f'at least {MIN_LOOP_NS / NS_PER_S} s after its beginning')
-        if begin_ns < basis.begin_ns or end_ns > basis.end_ns:
+        if begin_ns < state.begin_ns or end_ns > state.end_ns:
             raise CommandRefused(f'a loop from {begin_s:.3f} to {end_s:.3f} s is outside of the '
-                                 f'recording (0 to {duration_s(basis):.3f} s)')
+                                 f'recording (0 to {duration_s(state):.3f} s)')
 
 
-def within(basis: Basis, bag_ns: int) -> Tuple[int, str]:
+def within(state: TimelineState, bag_ns: int) -> Tuple[int, str]:
     """Return the nearest bag time [ns] within the recording, and what had to be changed."""
-    target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
+    target_ns = min(max(bag_ns, state.begin_ns), state.end_ns)
     if target_ns == bag_ns:
         return target_ns, ''
-    asked_s, length_s = (bag_ns - basis.begin_ns) / NS_PER_S, duration_s(basis)
+    asked_s, length_s = (bag_ns - state.begin_ns) / NS_PER_S, duration_s(state)
     where = 'the beginning' if bag_ns < target_ns else 'the end'
     return target_ns, (f'{asked_s:.3f} s is outside of the recording (0 to {length_s:.3f} s): '
                        f'moved to {where}')
 
 
-def duration_s(basis: Basis) -> float:
+def duration_s(state: TimelineState) -> float:
     """Return how long the recording is [s]."""
-    return (basis.end_ns - basis.begin_ns) / NS_PER_S
+    return (state.end_ns - state.begin_ns) / NS_PER_S
 
 
 def checked_rate(rate: float) -> None:

@@ -23,13 +23,13 @@ from process_visualizer.health.other_publishers import (
 )
 from process_visualizer.msg import PlayerState, TopicCount
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.playback.course import Course
 from process_visualizer.playback.engine import Playback
-from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
-from process_visualizer.playback.player_control import PlayerControl, Progress
+from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
+from process_visualizer.playback.player_control import PlaybackProgress, PlayerControl
 from process_visualizer.playback.scene import sources
 from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
+from process_visualizer.playback.uneven_parts import UnevenParts
 from process_visualizer.player.bag_publishers import (
     BagPublishers,
     OtherNodes,
@@ -195,11 +195,11 @@ class BagPlayer:
         self._failure: Optional[PlaybackFailed] = None
         self._repeats, self._repeated_ns = settings.restamp, 0
         self._timeline = _timeline(recording, settings.end_s, self._clock)
-        self._begin = _ros_time(self._timeline.basis.begin_ns)
+        self._begin = _ros_time(self._timeline.state.begin_ns)
         self._publishers = surroundings.publishers(
             self._topics, sources(recording.index.connections), settings.queue_size, self)
         self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp,
-                                  self._clock, course=_course(self._timeline, settings))
+                                  self._clock, uneven_parts=_uneven_parts(self._timeline, settings))
         self._stays = settings.keep_alive
         self._published_states = PlaybackClock()
         self._control_rate(settings)
@@ -251,7 +251,7 @@ class BagPlayer:
         """
         self.control.set_rate(rate)
         end_s = self.control.status().duration_s
-        if start_s is not None and self._bag_ns(start_s) > self._timeline.basis.end_ns:
+        if start_s is not None and self._bag_ns(start_s) > self._timeline.state.end_ns:
             raise NothingToPlay(f'there are no messages to play from {start_s:g} s on: the '
                                 f'recording is {end_s:.3f} s long; choose an earlier --start')
         if loop:
@@ -309,12 +309,19 @@ class BagPlayer:
             self._quitting = True
             self._changed.notify_all()
 
-    def progress(self) -> Progress:
+    def progress(self) -> PlaybackProgress:
         """Return the position of playback."""
         status = self.control.status()
-        return Progress(status.position_s, status.duration_s, status.rate, status.achieved_rate,
-                        status.paused, status.loop, self.dropped,
-                        self._mark(status.position_s))
+        return PlaybackProgress(
+            status.position_s,
+            status.duration_s,
+            status.rate,
+            status.achieved_rate,
+            status.paused,
+            status.loop,
+            self.dropped,
+            self._mark(status.position_s),
+        )
 
     def close(self) -> None:
         """End; published messages are still sent, if that does not take too long."""
@@ -335,7 +342,7 @@ class BagPlayer:
     def state_message(self) -> PlayerState:
         """Return the present state of the player."""
         status, offset_ns = self.control.status(), self._wall_offset_ns()
-        self._published_states.add(PlaybackState(
+        self._published_states.add(ClockState(
             (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
             status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
         begin_s, end_s = status.loop or (0.0, 0.0)
@@ -369,7 +376,7 @@ class BagPlayer:
         return '' if mark is None else mark.label
 
     def _bag_ns(self, position_s: float) -> int:
-        return self._timeline.basis.begin_ns + round(position_s * NS_PER_S)
+        return self._timeline.state.begin_ns + round(position_s * NS_PER_S)
 
     def _choose(self, recording: Recording, settings: PlayerSettings) -> List[str]:
         topics, problems = published_topics(recording.index.connections,
@@ -405,12 +412,12 @@ class BagPlayer:
         if settings.rate_control_topic:
             RateControl(settings.rate_control_topic,
                         self._played_at if settings.restamp else lambda stamp_ns: stamp_ns,
-                        self._playback.course.heard, self._node)
+                        self._playback.uneven_parts.heard, self._node)
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
         """The bag time [ns] that was played at a wall time; None before a jump."""
         time = self._published_states.bag_time(stamp_ns / NS_PER_S)
-        if time is None or time.segment != self._timeline.basis.segment:
+        if time is None or time.segment != self._timeline.state.segment:
             return None
         return self._bag_ns(time.time_s)
 
@@ -421,9 +428,9 @@ class BagPlayer:
             self.print_problems()
 
     def _repeat_while_paused(self) -> None:
-        basis, now_ns = self._timeline.basis, self._clock.monotonic_ns()
-        quiet_ns = now_ns - max(basis.monotonic_ns, self._repeated_ns)
-        if self._repeats and basis.paused and not basis.held and quiet_ns >= REPEAT_S * NS_PER_S:
+        state, now_ns = self._timeline.state, self._clock.monotonic_ns()
+        quiet_ns = now_ns - max(state.monotonic_ns, self._repeated_ns)
+        if self._repeats and state.paused and not state.held and quiet_ns >= REPEAT_S * NS_PER_S:
             self._repeated_ns = now_ns
             self._playback.repeat_scene()
 
@@ -461,7 +468,7 @@ class BagPlayer:
         """Note a new subscriber; while paused, it receives the scene at once."""
         with self._changed:
             self._changed.notify_all()
-        if self._timeline.basis.paused and self._started:
+        if self._timeline.state.paused and self._started:
             self._playback.repeat_scene()
 
 
@@ -481,9 +488,9 @@ def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Tim
     return Timeline(recording.begin_ns, end_ns, clock, HEAD_START_NS)
 
 
-def _course(timeline: Timeline, settings: PlayerSettings) -> Course:
+def _uneven_parts(timeline: Timeline, settings: PlayerSettings) -> UnevenParts:
     skip_s, delay_s = settings.skip_empty_s, settings.rate_control_max_delay_s
-    return Course(timeline, None if skip_s is None else round(skip_s * NS_PER_S),
+    return UnevenParts(timeline, None if skip_s is None else round(skip_s * NS_PER_S),
                   settings.pause_topics,
                   round(delay_s * NS_PER_S) if settings.rate_control_topic else None)
 

@@ -33,37 +33,37 @@ class Command(Enum):
     QUIT = 'quit'
 
 
-class Action(NamedTuple):
+class KeyAction(NamedTuple):
     """A command with its distance: messages for STEP, seconds for SEEK_BY, otherwise 0."""
 
     command: Command
     amount: int = 0
 
 
-_KEYS: Tuple[Tuple[str, Action], ...] = (
-    (' ', Action(Command.TOGGLE_PAUSED)),
-    ('s', Action(Command.STEP, 1)),
-    ('.', Action(Command.STEP, 1)),
-    ('S', Action(Command.STEP, -1)),
-    (',', Action(Command.STEP, -1)),
-    ('left', Action(Command.SEEK_BY, -1)),
-    ('right', Action(Command.SEEK_BY, 1)),
-    ('down', Action(Command.SEEK_BY, -10)),
-    ('up', Action(Command.SEEK_BY, 10)),
-    ('home', Action(Command.SEEK_TO_BEGIN)),
-    ('end', Action(Command.SEEK_TO_END)),
-    ('[', Action(Command.SLOWER)),
-    (']', Action(Command.FASTER)),
-    ('r', Action(Command.REVERSE)),
-    ('l', Action(Command.TOGGLE_LOOP)),
-    ('t', Action(Command.TOGGLE_PAUSE_TOPICS)),
-    ('a', Action(Command.LOOP_BEGIN)),
-    ('b', Action(Command.LOOP_END)),
-    ('?', Action(Command.HELP)),
-    ('q', Action(Command.QUIT)),
-    ('\x03', Action(Command.QUIT)),  # Ctrl-C where the terminal makes no signal of it
+_KEYS: Tuple[Tuple[str, KeyAction], ...] = (
+    (' ', KeyAction(Command.TOGGLE_PAUSED)),
+    ('s', KeyAction(Command.STEP, 1)),
+    ('.', KeyAction(Command.STEP, 1)),
+    ('S', KeyAction(Command.STEP, -1)),
+    (',', KeyAction(Command.STEP, -1)),
+    ('left', KeyAction(Command.SEEK_BY, -1)),
+    ('right', KeyAction(Command.SEEK_BY, 1)),
+    ('down', KeyAction(Command.SEEK_BY, -10)),
+    ('up', KeyAction(Command.SEEK_BY, 10)),
+    ('home', KeyAction(Command.SEEK_TO_BEGIN)),
+    ('end', KeyAction(Command.SEEK_TO_END)),
+    ('[', KeyAction(Command.SLOWER)),
+    (']', KeyAction(Command.FASTER)),
+    ('r', KeyAction(Command.REVERSE)),
+    ('l', KeyAction(Command.TOGGLE_LOOP)),
+    ('t', KeyAction(Command.TOGGLE_PAUSE_TOPICS)),
+    ('a', KeyAction(Command.LOOP_BEGIN)),
+    ('b', KeyAction(Command.LOOP_END)),
+    ('?', KeyAction(Command.HELP)),
+    ('q', KeyAction(Command.QUIT)),
+    ('\x03', KeyAction(Command.QUIT)),  # Ctrl-C where the terminal makes no signal of it
 )
-_ACTIONS: Dict[str, Action] = dict(_KEYS)
+_ACTIONS: Dict[str, KeyAction] = dict(_KEYS)
 
 KEY_HELP = """\
   space         pause or play
@@ -77,7 +77,7 @@ KEY_HELP = """\
 """The keys in lines for a terminal 80 columns wide."""
 
 
-def key_action(key: str) -> Optional[Action]:
+def key_action(key: str) -> Optional[KeyAction]:
     """Return the action of a key (as KeyDecoder names it), or None if it has none."""
     return _ACTIONS.get(key)
 

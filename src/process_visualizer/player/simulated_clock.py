@@ -10,7 +10,7 @@ from genpy import Time
 from rosgraph_msgs.msg import Clock
 
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.playback.timeline import NS_PER_S, Basis, Timeline
+from process_visualizer.playback.timeline import NS_PER_S, Timeline, TimelineState
 
 # The time on /clock: the position, which goes back only where playback jumps or turns.
 
@@ -30,12 +30,12 @@ class SimulatedTime:
         self._scene = -1
         self._last_ns = 0
 
-    def at(self, basis: Basis, bag_ns: int) -> Tuple[int, bool]:
+    def at(self, state: TimelineState, bag_ns: int) -> Tuple[int, bool]:
         """Return the bag time [ns] to be told at a position, and whether it goes back."""
         last_ns = self._last_ns
-        if basis.scene == self._scene:
-            bag_ns = max(bag_ns, last_ns) if basis.forward else min(bag_ns, last_ns)
-        self._scene, self._last_ns = basis.scene, bag_ns
+        if state.scene == self._scene:
+            bag_ns = max(bag_ns, last_ns) if state.forward else min(bag_ns, last_ns)
+        self._scene, self._last_ns = state.scene, bag_ns
         return bag_ns, bag_ns < last_ns
 
 
@@ -67,7 +67,7 @@ class SimulatedClock:
     def jump(self, bag_ns: int) -> None:
         """Publish a bag time [ns] now, before its scene is published."""
         with self._lock:
-            self._publish(self._timeline.basis, bag_ns)
+            self._publish(self._timeline.state, bag_ns)
 
     def close(self) -> None:
         """Publish nothing more."""
@@ -78,8 +78,8 @@ class SimulatedClock:
         with self._lock:
             if self._closed:
                 return None
-            basis, now_ns = self._timeline.now()
-            self._publish(basis, basis.position_at(now_ns))
+            state, now_ns = self._timeline.now()
+            self._publish(state, state.position_at(now_ns))
         now_s = self._node.monotonic_s()
         if now_s >= self._settled_s:
             self._settled_s = float('inf')
@@ -87,8 +87,8 @@ class SimulatedClock:
         self._due_s = next_tick_s(self._due_s, now_s, self._period_s)
         return max(self._due_s - self._node.monotonic_s(), 0.0)
 
-    def _publish(self, basis: Basis, bag_ns: int) -> None:
-        told_ns, goes_back = self._time.at(basis, bag_ns)
+    def _publish(self, state: TimelineState, bag_ns: int) -> None:
+        told_ns, goes_back = self._time.at(state, bag_ns)
         if goes_back:
             self._settled_s = self._node.monotonic_s() + SETTLING_S
         try:

@@ -44,7 +44,7 @@ class Kind(IntEnum):
     FETCH = 20
 
 
-class Frame(NamedTuple):
+class LinkFrame(NamedTuple):
     """A frame; ``channel`` numbers a publisher of a topic, 0 where it is about none."""
 
     kind: int
@@ -109,7 +109,7 @@ def message_frames(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes
         yield frame_bytes(Kind.PART, data[begin:begin + PART_BYTES], channel)
 
 
-class FrameReader:
+class LinkFrameReader:
     """Makes frames of bytes as they come; one side's longest frame is limited."""
 
     def __init__(self, most_bytes: int = FRAME_BYTES) -> None:
@@ -118,7 +118,7 @@ class FrameReader:
         self._buffer = bytearray()
         self._is_greeted = False
 
-    def take(self, data: bytes) -> List[Frame]:
+    def take(self, data: bytes) -> List[LinkFrame]:
         """Return the frames that are complete now.
 
         Raises:
@@ -135,7 +135,7 @@ class FrameReader:
             self._is_greeted = True
         return list(self._frames())
 
-    def _frames(self) -> Iterator[Frame]:
+    def _frames(self) -> Iterator[LinkFrame]:
         position = 0
         while len(self._buffer) - position >= _HEAD.size:
             kind, channel, length = _HEAD.unpack_from(self._buffer, position)
@@ -144,7 +144,7 @@ class FrameReader:
             end = position + _HEAD.size + length
             if len(self._buffer) < end:
                 break
-            yield Frame(kind, channel, bytes(self._buffer[position + _HEAD.size:end]))
+            yield LinkFrame(kind, channel, bytes(self._buffer[position + _HEAD.size:end]))
             position = end
         del self._buffer[:position]
 
@@ -164,7 +164,7 @@ class MessageParts:
         """Nothing is under way."""
         self._open: Dict[int, Tuple[int, int, bytearray]] = {}
 
-    def begin(self, frame: Frame) -> List[Message]:
+    def begin(self, frame: LinkFrame) -> List[Message]:
         """Take the begin of a message; return it if it is empty.
 
         Raises:
@@ -176,7 +176,7 @@ class MessageParts:
         self._open[frame.channel] = arrived_ns, size, bytearray()
         return self._completed(frame.channel)
 
-    def part(self, frame: Frame) -> List[Message]:
+    def part(self, frame: LinkFrame) -> List[Message]:
         """Take a part; return the message if it is complete.
 
         Raises:

@@ -8,7 +8,7 @@ import socket
 from typing import Mapping, NamedTuple, Optional, Tuple
 from urllib.parse import urlparse
 
-from process_visualizer.remote.offer import DEFAULT_PORTS, Topic
+from process_visualizer.remote.offer import DEFAULT_PORTS, OfferedTopic
 
 # Addresses and ports as users write them, and where a program of this computer listens.
 
@@ -172,7 +172,7 @@ def versions_differ(theirs: str, ours: str) -> Optional[str]:
             'if something is missing in the picture, install the same version')
 
 
-def types_differ(topics: Mapping[str, Topic], ours: Mapping[str, str]) -> Tuple[str, ...]:
+def types_differ(topics: Mapping[str, OfferedTopic], ours: Mapping[str, str]) -> Tuple[str, ...]:
     """Name the types that are others here; ``ours`` has their MD5 sums as installed here."""
     found = {topic.type for topic in topics.values()
              if ours.get(topic.type) not in (None, topic.md5sum)}

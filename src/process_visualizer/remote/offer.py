@@ -20,7 +20,7 @@ _MD5 = re.compile('[0-9a-f]{32}')
 _MAX_TOPICS = 2000
 
 
-class Topic(NamedTuple):
+class OfferedTopic(NamedTuple):
     """A topic that viewers may have: ``type`` is `package/Type`."""
 
     type: str
@@ -28,7 +28,7 @@ class Topic(NamedTuple):
     definition: str
 
 
-class Mesh(NamedTuple):
+class OfferedMesh(NamedTuple):
     """A file that a model names: how long it is [bytes], and its SHA-256."""
 
     size: int
@@ -46,7 +46,7 @@ class Offer(NamedTuple):
     mode: str
     view: str
     models: Dict[str, str]
-    meshes: Dict[str, Mesh]
+    meshes: Dict[str, OfferedMesh]
 
     def values(self) -> Dict[str, Any]:
         """Return it as an object of JSON."""
@@ -66,7 +66,7 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
         if not (isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
                 and 0 <= pair[0] <= MAX_MESH_BYTES and isinstance(pair[1], str)):
             raise ValueError('"meshes" does not say how long a mesh is')
-        meshes[uri] = Mesh(pair[0], pair[1])
+        meshes[uri] = OfferedMesh(pair[0], pair[1])
     models = dict(_pairs(values, 'models'))
     for name, text in models.items():
         if not rosgraph.names.is_legal_name(name) or not isinstance(text, str):
@@ -78,18 +78,18 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
     return Offer(version, mode, view, models, meshes)
 
 
-def topics_of(values: Mapping[str, Any]) -> Dict[str, Topic]:
+def topics_of(values: Mapping[str, Any]) -> Dict[str, OfferedTopic]:
     """Return the topics by name in an object of JSON.
 
     Raises:
         ValueError: it is none, or a name or type is not allowed.
     """
-    found: Dict[str, Topic] = {}
+    found: Dict[str, OfferedTopic] = {}
     for name, parts in _pairs(values, 'topics'):
         if not (isinstance(parts, list) and len(parts) == 3
                 and all(isinstance(it, str) for it in parts)):
             raise ValueError(f'the topic {name!a} has no type')
-        topic = Topic(*parts)
+        topic = OfferedTopic(*parts)
         if not name.startswith('/') or not rosgraph.names.is_legal_name(name):
             raise ValueError(f'{name!a} is no topic')
         if not _TYPE.fullmatch(topic.type) or not _MD5.fullmatch(topic.md5sum):
@@ -100,7 +100,7 @@ def topics_of(values: Mapping[str, Any]) -> Dict[str, Topic]:
     return found
 
 
-def topics_message(topics: Mapping[str, Topic]) -> Dict[str, Any]:
+def topics_message(topics: Mapping[str, OfferedTopic]) -> Dict[str, Any]:
     """Return topics as values of JSON."""
     return {name: list(topic) for name, topic in topics.items()}
 

@@ -13,7 +13,7 @@ import yaml
 
 from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.values import plain_yaml
-from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, Mesh, digest_of
+from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, OfferedMesh, digest_of
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.rviz.views import onlooker_view
 
@@ -186,17 +186,17 @@ def mesh_paths(models: Mapping[str, str]) -> Dict[str, str]:
     return found
 
 
-def offered_meshes(paths: Mapping[str, str]) -> Dict[str, Mesh]:
+def offered_meshes(paths: Mapping[str, str]) -> Dict[str, OfferedMesh]:
     """Return what is said of files to viewers, by URI; what cannot be read is left out."""
-    found: Dict[str, Mesh] = {}
+    found: Dict[str, OfferedMesh] = {}
     for uri, path in paths.items():
         digest = _digest(path)
         if digest is not None:
-            found[uri] = Mesh(os.path.getsize(path), digest)
+            found[uri] = OfferedMesh(os.path.getsize(path), digest)
     return found
 
 
-def shown_models(models: Mapping[str, str], meshes: Mapping[str, Mesh], folder: str
+def shown_models(models: Mapping[str, str], meshes: Mapping[str, OfferedMesh], folder: str
                  ) -> ShownModels:
     """Return the models with the meshes that this computer has, or gets from the cell.
 
@@ -263,7 +263,7 @@ def _ending(uri: str) -> str:
     return ending if ending in MESH_ENDINGS else ''
 
 
-def _is_here(uri: str, mesh: Mesh, packages: rospkg.RosPack) -> bool:
+def _is_here(uri: str, mesh: OfferedMesh, packages: rospkg.RosPack) -> bool:
     path = resource_path(uri, packages) if uri.startswith('package://') else ''
     return bool(path) and os.path.isfile(path) and os.path.getsize(path) == mesh.size \
         and _digest(path) == mesh.digest

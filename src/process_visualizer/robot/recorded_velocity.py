@@ -286,23 +286,23 @@ MAX_S = 4.0  # that is read at once
 _SLACK_S = 0.1  # of real time and of the recording: where playback is when that has been read
 
 
-class Part(NamedTuple):
+class PosePart(NamedTuple):
     """A part of a recording [s from its beginning]."""
 
     begin_s: float
     end_s: float
 
-    def holds(self, part: 'Part') -> bool:
+    def holds(self, part: 'PosePart') -> bool:
         """Return whether another part lies within this one."""
         return self.begin_s <= part.begin_s and part.end_s <= self.end_s
 
-    def around(self, margin_s: float) -> 'Part':
+    def around(self, margin_s: float) -> 'PosePart':
         """Return the part that goes further by a margin on either side."""
-        return Part(self.begin_s - margin_s, self.end_s + margin_s)
+        return PosePart(self.begin_s - margin_s, self.end_s + margin_s)
 
-    def within(self, part: 'Part') -> 'Part':
+    def within(self, part: 'PosePart') -> 'PosePart':
         """Return what of this part lies within another one."""
-        return Part(min(max(self.begin_s, part.begin_s), part.end_s),
+        return PosePart(min(max(self.begin_s, part.begin_s), part.end_s),
                     max(min(self.end_s, part.end_s), part.begin_s))
 
 
@@ -318,7 +318,7 @@ class RecordedPose(NamedTuple):
 class RecordedPoses(NamedTuple):
     """All poses of a part of a recording, in the order of recording."""
 
-    part: Part
+    part: PosePart
     poses: List[RecordedPose]
 
     def joined(self, more: 'RecordedPoses') -> 'RecordedPoses':
@@ -326,9 +326,9 @@ class RecordedPoses(NamedTuple):
         if more.part.begin_s < self.part.begin_s:
             return more.joined(self)
         new = [pose for pose in more.poses if pose.recorded_s > self.part.end_s]
-        return RecordedPoses(Part(self.part.begin_s, more.part.end_s), self.poses + new)
+        return RecordedPoses(PosePart(self.part.begin_s, more.part.end_s), self.poses + new)
 
-    def only(self, part: Part) -> 'RecordedPoses':
+    def only(self, part: PosePart) -> 'RecordedPoses':
         """Return those that lie within a part; all where that is another part altogether."""
         if part.begin_s >= self.part.end_s or part.end_s <= self.part.begin_s:
             return self
@@ -349,13 +349,13 @@ class RecordedPoses(NamedTuple):
                                 quaternions, window_s)
 
 
-def needed_part(position_s: float, duration_s: float) -> Part:
+def needed_part(position_s: float, duration_s: float) -> PosePart:
     """Return what has to be known of a recording for the velocity at a position."""
-    return Part(position_s, position_s).around(MARGIN_S).within(Part(0.0, duration_s))
+    return PosePart(position_s, position_s).around(MARGIN_S).within(PosePart(0.0, duration_s))
 
 
-def next_part(known: Optional[Part], position_s: float, speed: float,
-              duration_s: float) -> Optional[Part]:
+def next_part(known: Optional[PosePart], position_s: float, speed: float,
+              duration_s: float) -> Optional[PosePart]:
     """Return what is to be read next: what is needed first, then what will be soon.
 
     Args:
@@ -363,7 +363,7 @@ def next_part(known: Optional[Part], position_s: float, speed: float,
         position_s: in the recording, which is as long as duration_s.
         speed: bag seconds per second; below 0 backwards, 0 while paused.
     """
-    whole, needed = Part(0.0, duration_s), needed_part(position_s, duration_s)
+    whole, needed = PosePart(0.0, duration_s), needed_part(position_s, duration_s)
     if known is None or known.begin_s > needed.end_s or known.end_s < needed.begin_s:
         return needed.around(_SLACK_S * (1.0 + abs(speed))).within(whole)
     for wanted in (needed, _wanted_part(needed, speed)):
@@ -373,19 +373,19 @@ def next_part(known: Optional[Part], position_s: float, speed: float,
     return None
 
 
-def kept_part(position_s: float, speed: float) -> Part:
+def kept_part(position_s: float, speed: float) -> PosePart:
     """Return the part whose poses are worth keeping."""
-    return _wanted_part(Part(position_s, position_s).around(MARGIN_S), speed).around(MAX_S)
+    return _wanted_part(PosePart(position_s, position_s).around(MARGIN_S), speed).around(MAX_S)
 
 
-def _wanted_part(needed: Part, speed: float) -> Part:
+def _wanted_part(needed: PosePart, speed: float) -> PosePart:
     ahead_s = AHEAD_S * speed
-    return Part(needed.begin_s + min(ahead_s, -BESIDE_S), needed.end_s + max(ahead_s, BESIDE_S))
+    return PosePart(needed.begin_s + min(ahead_s, -BESIDE_S), needed.end_s + max(ahead_s, BESIDE_S))
 
 
-def _beside(known: Part, wanted: Part, speed: float) -> Optional[Part]:
+def _beside(known: PosePart, wanted: PosePart, speed: float) -> Optional[PosePart]:
     """Return what is beside the known part where that is too short; the side of play is first."""
     before = wanted.begin_s < known.begin_s
     if wanted.end_s > known.end_s and (speed >= 0.0 or not before):
-        return Part(known.end_s, known.end_s + MAX_S)
-    return Part(known.begin_s - MAX_S, known.begin_s) if before else None
+        return PosePart(known.end_s, known.end_s + MAX_S)
+    return PosePart(known.begin_s - MAX_S, known.begin_s) if before else None

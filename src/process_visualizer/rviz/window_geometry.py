@@ -74,7 +74,7 @@ _MIN_PART, _MAX_PART = 0.38, 0.42
 _ENOUGH_UPPER_PX = 620
 
 
-class Frame(NamedTuple):
+class WindowFrame(NamedTuple):
     """The window manager's frame around a window [px]."""
 
     left: int = 0
@@ -93,7 +93,7 @@ class Sizes:
     """Whether the launcher is at the right of RViz."""
 
 
-class Places(NamedTuple):
+class WindowPlaces(NamedTuple):
     """The windows' places: x and y of their frames' corners, sizes without frames."""
 
     launcher: Rectangle
@@ -101,7 +101,7 @@ class Places(NamedTuple):
     timeline: Rectangle
 
 
-def places(room: Rectangle, frame: Frame, sizes: Sizes, is_wide: bool) -> Places:
+def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> WindowPlaces:
     """Return the places in the usable part of a screen: none overlaps another one.
 
     The timeline, which has no frame, is below RViz or, if it is wide, below both. On a screen that
@@ -116,7 +116,7 @@ def places(room: Rectangle, frame: Frame, sizes: Sizes, is_wide: bool) -> Places
     x, rviz_x = (rest, 0) if sizes.is_right else (0, width)
     timeline = Rectangle(room.x + (0 if is_wide else rviz_x), room.y + upper,
                          max(room.width if is_wide else rest, 1), max(lower, 1))
-    return Places(
+    return WindowPlaces(
         _inside(Rectangle(room.x + x, room.y, width, upper if is_wide else room.height), frame),
         _inside(Rectangle(room.x + rviz_x, room.y, rest, upper), frame), timeline)
 
@@ -146,7 +146,7 @@ def _share(total: int, wanted: int, least: int, least_rest: int) -> int:
     return min(max(wanted, least), total - least_rest)
 
 
-def _inside(outer: Rectangle, frame: Frame) -> Rectangle:
+def _inside(outer: Rectangle, frame: WindowFrame) -> Rectangle:
     return Rectangle(outer.x, outer.y, max(outer.width - frame.left - frame.right, 1),
                      max(outer.height - frame.top - frame.bottom, 1))
 

@@ -11,16 +11,16 @@ from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional
 
 from process_visualizer.remote.frames import (
     GREETING,
-    Frame,
-    FrameReader,
     FramesBroken,
     Kind,
+    LinkFrame,
+    LinkFrameReader,
     Message,
     MessageParts,
     json_frame,
     number_frame,
 )
-from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, Topic, offer_of, topics_of
+from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
 
 _LATEST = 30
 _NS_PER_S = 1e9
@@ -65,7 +65,7 @@ _CONNECT_S, _AGAIN_S = 0.5, 0.1
 _RECEIVED_BYTES = 128 << 10
 
 
-class Source(NamedTuple):
+class RelaySource(NamedTuple):
     """One publisher of a topic at the cell."""
 
     topic: str
@@ -80,10 +80,10 @@ class Listener(Protocol):
     def on_offer(self, offer: Offer) -> None:
         """Take what the cell offers; a connection begins with it."""
 
-    def on_topics(self, topics: Dict[str, Topic]) -> None:
+    def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
         """Take further topics."""
 
-    def on_message(self, source: Source, message: Message) -> None:
+    def on_message(self, source: RelaySource, message: Message) -> None:
         """Take a message."""
 
     def on_left_out(self, counts: Dict[str, int]) -> None:
@@ -208,8 +208,8 @@ class _Talk:
 
     def __init__(self, connection: RelayConnection, listener: Listener) -> None:
         self._connection, self._listener = connection, listener
-        self._reader, self._parts = FrameReader(), MessageParts()
-        self._sources: Dict[int, Source] = {}
+        self._reader, self._parts = LinkFrameReader(), MessageParts()
+        self._sources: Dict[int, RelaySource] = {}
 
     def take(self, data: bytes) -> None:
         """Take bytes as they come.
@@ -220,7 +220,7 @@ class _Talk:
         for frame in self._reader.take(data):
             self._take_frame(frame)
 
-    def _take_frame(self, frame: Frame) -> None:
+    def _take_frame(self, frame: LinkFrame) -> None:
         if frame.kind == Kind.BEGIN:
             self._deliver(self._parts.begin(frame))
         elif frame.kind == Kind.PART:
@@ -239,13 +239,13 @@ class _Talk:
         elif frame.kind == Kind.REFUSED:
             raise OSError(str(frame.json().get('reason', 'refused'))[:300])
 
-    def _add_source(self, frame: Frame) -> None:
+    def _add_source(self, frame: LinkFrame) -> None:
         values = frame.json()
         texts = [values.get(it) for it in ('topic', 'type', 'md5sum', 'caller')]
         number = values.get('channel')
         if not isinstance(number, int) or not all(isinstance(it, str) for it in texts):
             raise FramesBroken('a channel of nothing')
-        self._sources[number] = Source(*map(str, texts))
+        self._sources[number] = RelaySource(*map(str, texts))
 
     def _deliver(self, messages: List[Message]) -> None:
         for message in messages:
@@ -255,5 +255,5 @@ class _Talk:
                 self._listener.on_message(self._sources[message.channel], message)
 
 
-def _counts(frame: Frame) -> Dict[str, int]:
+def _counts(frame: LinkFrame) -> Dict[str, int]:
     return {name: count for name, count in frame.json().items() if isinstance(count, int)}

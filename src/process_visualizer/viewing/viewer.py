@@ -22,8 +22,8 @@ from process_visualizer.bagio.message_definition import (
 )
 from process_visualizer.bagio.message_layout import MessageDamaged, StampLocator
 from process_visualizer.bagio.message_parts import fetched_mesh
-from process_visualizer.generate.launch_writer import Tag, write_document
-from process_visualizer.launching.run import Run
+from process_visualizer.generate.launch_writer import LaunchTag, write_document
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.player.bag_publishers import TopicPublisher
 from process_visualizer.player.timed_sender import TimedSender
@@ -34,7 +34,7 @@ from process_visualizer.remote.link_words import (
     types_differ,
     versions_differ,
 )
-from process_visualizer.remote.offer import Offer, Topic, digest_of
+from process_visualizer.remote.offer import Offer, OfferedTopic, digest_of
 from process_visualizer.remote.shown_view import (
     LINK_TOPIC,
     ShownModels,
@@ -44,7 +44,7 @@ from process_visualizer.remote.shown_view import (
 )
 from process_visualizer.ros_names import PACKAGE, RVIZ, TF_TOPIC
 from process_visualizer.rviz.views import read_view
-from process_visualizer.viewing.relay_connection import RelayConnection, Source
+from process_visualizer.viewing.relay_connection import RelayConnection, RelaySource
 
 _QUEUE = 20
 _AMBER = (1.0, 0.7, 0.1, 1.0)
@@ -61,11 +61,11 @@ class OwnScene:
         self._on_subscribe = on_subscribe
         self._lock = threading.Lock()
         self._topics: Dict[str, _OwnTopic] = {}
-        self._sources: Dict[Source, int] = {}
+        self._sources: Dict[RelaySource, int] = {}
         self._problems: Dict[str, None] = {}
         self._link = rospy.Publisher(LINK_TOPIC, MarkerArray, queue_size=1, latch=True)
 
-    def advertise(self, topics: Dict[str, Topic]) -> None:
+    def advertise(self, topics: Dict[str, OfferedTopic]) -> None:
         """Publish further topics."""
         for name, topic in topics.items():
             with self._lock:
@@ -84,7 +84,7 @@ class OwnScene:
         with self._lock:
             return {name for name, it in self._topics.items() if it.publisher.subscriber_count}
 
-    def show(self, source: Source, message: Message) -> None:
+    def show(self, source: RelaySource, message: Message) -> None:
         """Publish a message, if it is what its topic says."""
         with self._lock:
             own = self._topics.get(source.topic)
@@ -120,7 +120,7 @@ class _OwnTopic:
         self._connection, self._locator = connection, locator
         self.publisher = publisher
 
-    def problem(self, source: Source, data: bytes) -> str:
+    def problem(self, source: RelaySource, data: bytes) -> str:
         """Return what is wrong with a message; empty if nothing is."""
         if source.md5sum != self._connection.md5sum:
             return f'{source.caller} sends another {source.type}'
@@ -132,7 +132,7 @@ class _OwnTopic:
         return '' if mesh is None else f'RViz would fetch {mesh}'
 
 
-def _own_topic(name: str, topic: Topic, sender: TimedSender,
+def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
                on_subscribe: Callable[[], None]) -> Optional[_OwnTopic]:
     connection = Connection(name, topic.type, topic.md5sum, topic.definition, False, '')
     try:
@@ -167,7 +167,7 @@ class Viewer:
         self._connection = RelayConnection(host, port, self)
         self._said: Dict[str, str] = {}
         self._offer: Optional[Offer] = None
-        self._run: Optional[Run] = None
+        self._run: Optional[LaunchRun] = None
         self._frame = ''
         self._lost_s: Optional[float] = None
         self._wanted: Tuple[str, ...] = ()
@@ -200,7 +200,7 @@ class Viewer:
         """See Listener."""
         self._events.put(partial(self._take_offer, offer))
 
-    def on_topics(self, topics: Dict[str, Topic]) -> None:
+    def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
         """See Listener."""
         self._scene.advertise(topics)
         ours = {it.type: installed_connection('/', it.type) for it in topics.values()}
@@ -208,7 +208,7 @@ class Viewer:
         for sentence in types_differ(topics, sums):
             self._events.put(partial(self._tell, sentence, sentence))
 
-    def on_message(self, source: Source, message: Message) -> None:
+    def on_message(self, source: RelaySource, message: Message) -> None:
         """See Listener."""
         self._scene.show(source, message)
 
@@ -250,7 +250,7 @@ class Viewer:
             self._say(f'the cell does not send the mesh {_printable(uri)}: it is not shown')
         Path(self._folder, VIEW_FILE).write_text(yaml.safe_dump(view, sort_keys=False),
                                                  encoding='utf-8')
-        launch = Tag('launch')
+        launch = LaunchTag('launch')
         for number, (name, text) in enumerate(models.texts.items()):
             Path(self._folder, f'{number}.urdf').write_text(text, encoding='utf-8')
             launch.add('param', {'name': name, 'textfile': f'$(dirname)/{number}.urdf'})
@@ -287,7 +287,7 @@ class Viewer:
             self._launch()
 
     def _launch(self) -> None:
-        self._run = Run(os.path.join(self._folder, LAUNCH_FILE), lambda report: None,
+        self._run = LaunchRun(os.path.join(self._folder, LAUNCH_FILE), lambda report: None,
                         on_end=lambda code: self._events.put(partial(self._take_end, code)))
         self._say('RViz is starting' if self._with_rviz else 'ready')
 

@@ -17,10 +17,10 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.bagio.message_definition import Connection
-from process_visualizer.playback.course import Course
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.player_control import PlayerControl
 from process_visualizer.playback.timeline import Timeline
+from process_visualizer.playback.uneven_parts import UnevenParts
 
 BEGIN_NS = 1_600_000_000_000_000_000
 MS = 1_000_000
@@ -282,11 +282,15 @@ class Stage:
         recording = MemoryRecording(self.messages)
         end_ns = recording.end_ns if end_ms is None else BEGIN_NS + end_ms * MS
         self.timeline = Timeline(recording.begin_ns, end_ns, self.clock)
-        self.course = Course(self.timeline, skip_empty_ms and skip_empty_ms * MS, pause_topics,
-                             max_delay_ms and max_delay_ms * MS)
+        self.uneven_parts = UnevenParts(
+            self.timeline,
+            skip_empty_ms and skip_empty_ms * MS,
+            pause_topics,
+            max_delay_ms and max_delay_ms * MS,
+        )
         self.viewer = Viewer(self.clock)
         self.playback = Playback(recording, self.timeline, self.viewer, restamp, self.clock,
-                                 lead_bytes, self.course)
+                                 lead_bytes, self.uneven_parts)
         self.control = PlayerControl(self.timeline, self.playback)
         self.clock.at_end = self.playback.close
 

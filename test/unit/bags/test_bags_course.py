@@ -24,11 +24,11 @@ def test_what_is_empty_for_long_is_skipped() -> None:
     stage = Stage(MOSTLY_EMPTY, skip_empty_ms=1000)
     stage.viewer.ends = True
     stage.control.play()
-    segment = stage.timeline.basis.segment
+    segment = stage.timeline.state.segment
     stage.run()
     assert stage.numbers() == [0, 1, 2, 3, 4]
     assert seen_ms(stage) == [0, 100, 100, 200, 200]
-    assert stage.timeline.basis.segment == segment + 2
+    assert stage.timeline.state.segment == segment + 2
     assert stage.timeline.position_ns() == stage.messages[-1].time_ns
 
 
@@ -75,12 +75,12 @@ def test_it_waits_for_a_node_that_has_not_come_so_far() -> None:
     stage = Stage([Message(0, 100 * number) for number in range(11)], max_delay_ms=250)
     stage.viewer.ends = True
     stage.control.play()
-    stage.clock.at(1000, lambda: stage.course.heard(BEGIN_NS + 10 * MS))
-    stage.clock.at(2000, lambda: stage.course.heard(BEGIN_NS + 300 * MS))
-    stage.clock.at(2100, lambda: stage.course.heard(BEGIN_NS + 900 * MS))
+    stage.clock.at(1000, lambda: stage.uneven_parts.heard(BEGIN_NS + 10 * MS))
+    stage.clock.at(2000, lambda: stage.uneven_parts.heard(BEGIN_NS + 300 * MS))
+    stage.clock.at(2100, lambda: stage.uneven_parts.heard(BEGIN_NS + 900 * MS))
     held = []
     for time_ms in (500, 1500, 2050):
-        stage.clock.at(time_ms, lambda: held.append(stage.timeline.basis.held))
+        stage.clock.at(time_ms, lambda: held.append(stage.timeline.state.held))
     stage.run()
     assert held == [True, True, False]
     assert stage.numbers() == list(range(11))  # nothing is repeated meanwhile
@@ -91,7 +91,7 @@ def test_who_is_held_can_be_paused() -> None:
     stage = Stage([Message(0, 100 * number) for number in range(11)], max_delay_ms=250)
     stage.control.play()
     stage.clock.at(1000, stage.control.pause)
-    stage.clock.at(2000, lambda: stage.course.heard(BEGIN_NS + 900 * MS))
+    stage.clock.at(2000, lambda: stage.uneven_parts.heard(BEGIN_NS + 900 * MS))
     stage.run()
     assert max(stage.numbers()) == 3
 
@@ -103,9 +103,9 @@ def test_who_is_held_goes_on_at_a_command(command: Callable[[PlayerControl], obj
     bases = []
 
     def go_on() -> None:
-        bases.append(stage.timeline.basis)
+        bases.append(stage.timeline.state)
         command(stage.control)
-        bases.append(stage.timeline.basis)
+        bases.append(stage.timeline.state)
 
     stage.control.play()
     stage.clock.at(1000, go_on)

@@ -14,7 +14,7 @@ from hypothesis import assume, given, settings
 from rosbags.rosbag1 import Reader
 from small_bags import BEGIN_S, whole_bags
 
-from process_visualizer.bagio.bag_cut import Span, cut
+from process_visualizer.bagio.bag_cut import CutSpan, cut
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.marks import Mark, add_mark, read_marks
 from process_visualizer.bagio.recorder_topics import CONFIGURATION, recorded_configuration
@@ -39,7 +39,7 @@ def test_every_message_of_the_span_is_there_and_no_other(
         compression: str) -> None:
     folder = tmp_path_factory.mktemp('cut')
     times_ns = sorted(row.time_ns for row in rows)
-    span = Span(times_ns[len(times_ns) // 4], times_ns[3 * len(times_ns) // 4])
+    span = CutSpan(times_ns[len(times_ns) // 4], times_ns[3 * len(times_ns) // 4])
     wanted = [it for it in in_time(rows) if span.begin_ns <= it.time_ns <= span.end_ns]
     path = str(folder / 'part.bag')
     with Recording([write_bag(folder / 'a.bag', rows, source, 300)]) as recording:
@@ -60,7 +60,7 @@ def test_it_begins_with_what_held_then(whole: str, tmp_path: Path) -> None:
     path = str(tmp_path / 'part.bag')
     with Recording([whole]) as recording:
         stored = recorded_configuration(recording)
-        done = cut(recording, Span(BEGIN_NS + 10 ** 9, BEGIN_NS + 2 * 10 ** 9), path)
+        done = cut(recording, CutSpan(BEGIN_NS + 10 ** 9, BEGIN_NS + 2 * 10 ** 9), path)
     assert done.held_count == 4
     with rosbag.Bag(path) as bag:
         first = [(topic, time.to_nsec()) for topic, _, time in bag.read_messages()][:4]
@@ -79,7 +79,7 @@ def test_it_begins_with_what_held_then(whole: str, tmp_path: Path) -> None:
 def test_chosen_topics_keep_the_cell(whole: str, tmp_path: Path) -> None:
     path = str(tmp_path / 'part.bag')
     with Recording([whole]) as recording:
-        cut(recording, Span(BEGIN_NS, BEGIN_NS + 10 ** 9), path, ['/edge'])
+        cut(recording, CutSpan(BEGIN_NS, BEGIN_NS + 10 ** 9), path, ['/edge'])
     with Recording([path]) as part:
         assert {it.topic for it in part.index.connections} == {CONFIGURATION, '/edge'}
 
@@ -90,7 +90,7 @@ def test_added_marks_of_the_span_come_along(whole: str, tmp_path: Path) -> None:
     add_mark(whole, inside)
     add_mark(whole, outside)
     with Recording([whole]) as recording:
-        cut(recording, Span(BEGIN_NS, BEGIN_NS + 10 ** 9), path)
+        cut(recording, CutSpan(BEGIN_NS, BEGIN_NS + 10 ** 9), path)
     with Recording([path]) as part:
         assert read_marks(part) == [inside]
 
@@ -102,7 +102,9 @@ def test_messages_that_cannot_be_read_are_counted(tmp_path: Path) -> None:
     data[at:at + 3] = b'xxx'
     source.write_bytes(data)
     with Recording([str(source)]) as recording:
-        done = cut(recording, Span(recording.begin_ns, recording.end_ns), str(tmp_path / 'b.bag'))
+        done = cut(
+            recording, CutSpan(recording.begin_ns, recording.end_ns), str(tmp_path / 'b.bag')
+        )
     assert done.lost_count > 0 and done.message_count + done.lost_count == 100
     assert main(['cut', str(source), '--from', '0', '-o', str(tmp_path / 'c.bag')]) == 2
 
@@ -113,7 +115,7 @@ def test_what_cannot_be_written_leaves_nothing(whole: str, tmp_path: Path, name:
                                                span_s: 'tuple[int, int]') -> None:
     before, files = Path(whole).read_bytes(), sorted(os.listdir(tmp_path))
     with Recording([whole]) as recording, pytest.raises(BagError):
-        cut(recording, Span(*(BEGIN_NS + it * 10 ** 9 for it in span_s)), str(tmp_path / name))
+        cut(recording, CutSpan(*(BEGIN_NS + it * 10 ** 9 for it in span_s)), str(tmp_path / name))
     assert Path(whole).read_bytes() == before and sorted(os.listdir(tmp_path)) == files
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.player.keyboard import ESCAPE, UNKNOWN, KeyDecoder
-from process_visualizer.player.player_options import KEY_HELP, Action, Command, key_action
+from process_visualizer.player.player_options import KEY_HELP, Command, KeyAction, key_action
 
 SEQUENCES = {
     '\x1b[A': 'up', '\x1b[B': 'down', '\x1b[C': 'right', '\x1b[D': 'left', '\x1bOA': 'up',
@@ -70,19 +70,36 @@ def test_broken_characters_do_no_harm():
     assert KeyDecoder().feed(b'\xff\xfes') == ['\ufffd', '\ufffd', 's']
 
 
-@pytest.mark.parametrize('key, action', [
-    (' ', Action(Command.TOGGLE_PAUSED)), ('s', Action(Command.STEP, 1)),
-    ('.', Action(Command.STEP, 1)), ('S', Action(Command.STEP, -1)),
-    (',', Action(Command.STEP, -1)), ('left', Action(Command.SEEK_BY, -1)),
-    ('right', Action(Command.SEEK_BY, 1)), ('down', Action(Command.SEEK_BY, -10)),
-    ('up', Action(Command.SEEK_BY, 10)), ('home', Action(Command.SEEK_TO_BEGIN)),
-    ('end', Action(Command.SEEK_TO_END)), ('[', Action(Command.SLOWER)),
-    (']', Action(Command.FASTER)), ('r', Action(Command.REVERSE)),
-    ('l', Action(Command.TOGGLE_LOOP)), ('a', Action(Command.LOOP_BEGIN)),
-    ('b', Action(Command.LOOP_END)), ('?', Action(Command.HELP)), ('q', Action(Command.QUIT)),
-    ('\x03', Action(Command.QUIT)),
-    ('x', None), ('', None), (ESCAPE, None), (UNKNOWN, None), ('\x1a', None),
-])
+@pytest.mark.parametrize(
+    'key, action',
+    [
+        (' ', KeyAction(Command.TOGGLE_PAUSED)),
+        ('s', KeyAction(Command.STEP, 1)),
+        ('.', KeyAction(Command.STEP, 1)),
+        ('S', KeyAction(Command.STEP, -1)),
+        (',', KeyAction(Command.STEP, -1)),
+        ('left', KeyAction(Command.SEEK_BY, -1)),
+        ('right', KeyAction(Command.SEEK_BY, 1)),
+        ('down', KeyAction(Command.SEEK_BY, -10)),
+        ('up', KeyAction(Command.SEEK_BY, 10)),
+        ('home', KeyAction(Command.SEEK_TO_BEGIN)),
+        ('end', KeyAction(Command.SEEK_TO_END)),
+        ('[', KeyAction(Command.SLOWER)),
+        (']', KeyAction(Command.FASTER)),
+        ('r', KeyAction(Command.REVERSE)),
+        ('l', KeyAction(Command.TOGGLE_LOOP)),
+        ('a', KeyAction(Command.LOOP_BEGIN)),
+        ('b', KeyAction(Command.LOOP_END)),
+        ('?', KeyAction(Command.HELP)),
+        ('q', KeyAction(Command.QUIT)),
+        ('\x03', KeyAction(Command.QUIT)),
+        ('x', None),
+        ('', None),
+        (ESCAPE, None),
+        (UNKNOWN, None),
+        ('\x1a', None),
+    ],
+)
 def test_action_of_a_key(key, action):
     assert key_action(key) == action
 

@@ -27,7 +27,7 @@ from process_visualizer.bagio.number_places import (
     FloatArrayLocator,
     JointLocator,
     Locator,
-    Places,
+    NumberPlaces,
     TransformLocator,
 )
 
@@ -38,7 +38,7 @@ def serialised(message: genpy.Message) -> bytes:
     return buffer.getvalue()
 
 
-def located(message: Any, *paths: str) -> Places:
+def located(message: Any, *paths: str) -> NumberPlaces:
     return FieldLocator(message._type, message._full_text, paths).places(serialised(message))
 
 

@@ -260,7 +260,7 @@ def test_playing_at_a_loop_repeats_exactly_the_messages_within() -> None:
     again = numbers.index(20, begin + 1)
     assert numbers[begin:begin + 21] == round_
     assert numbers[again:again + 21] == round_
-    assert stage.timeline.basis.segment >= 3
+    assert stage.timeline.state.segment >= 3
 
 
 def test_when_the_receiver_is_too_slow_all_slows_down_and_nothing_is_lost() -> None:

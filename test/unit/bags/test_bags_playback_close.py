@@ -10,21 +10,21 @@ from playback_stage import MemoryRecording, Message
 
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.scheduled_output import Output
-from process_visualizer.playback.timeline import Basis, Timeline
+from process_visualizer.playback.timeline import Timeline, TimelineState
 
 
 class ClosedMeanwhile(Timeline):
-    """Closes playback just before its basis is read, once the first wait without an end is over."""
+    """Closes playback just before its state is read, once the first wait without an end is over."""
 
     close: Optional[Callable[[], None]] = None
     _waited = False
 
     @property
-    def basis(self) -> Basis:
+    def state(self) -> TimelineState:
         if self._waited and self.close is not None:
             close, self.close = self.close, None
             close()
-        return super().basis
+        return super().state
 
     def wait_for_command(self, until_ns: Optional[int], version: int) -> bool:
         if self._waited or until_ns is not None:

@@ -95,7 +95,7 @@ def test_a_step_by_messages(count: int, topic: str, expected: int) -> None:
     stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(count, topic, 0))))
     stage.run()
     assert answers[0].result(0).count == stage.playback.passed == expected
-    assert stage.timeline.basis.paused
+    assert stage.timeline.state.paused
 
 
 def test_a_step_beyond_the_end_is_refused_and_changes_nothing() -> None:

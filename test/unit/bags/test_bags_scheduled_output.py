@@ -34,7 +34,7 @@ class OutputMachine(RuleBasedStateMachine):
                                       lead * EVENTS.forward(0).size)
         timeline = Timeline(RECORDING.begin_ns, RECORDING.end_ns, self.clock)
         timeline.play()
-        self.basis = timeline.basis
+        self.state = timeline.state
         self.count = 0  # of messages given and not taken back
         self.ahead: Dict[int, int] = {}  # by position, when those are due that were not shown now
         self.quiet_since_ns = 0
@@ -47,14 +47,14 @@ class OutputMachine(RuleBasedStateMachine):
     @rule()
     def give(self) -> None:
         event = self.next_event()
-        due_ns = self.basis.due_ns(event.time_ns)
-        self.output.give(event, self.count - 1, FORWARD, self.basis)
+        due_ns = self.state.due_ns(event.time_ns)
+        self.output.give(event, self.count - 1, FORWARD, self.state)
         self.ahead[self.count - 1] = due_ns
         self.quiet_since_ns = max(self.clock.now_ns, due_ns)
 
     @rule()
     def show_at_once(self) -> None:
-        self.output.show(self.next_event(), self.basis)
+        self.output.show(self.next_event(), self.state)
         self.quiet_since_ns = self.clock.now_ns
 
     @rule(passed_ms=st.integers(0, 30))

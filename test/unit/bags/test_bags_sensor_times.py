@@ -104,7 +104,7 @@ def test_at_the_beginning_of_the_recording_the_first_picture_is_seen_backwards_t
     stage.clock.at(500, lambda: stage.control.set_rate(-0.1))  # it has long been quiet
     stage.clock.at(900, stage.control.play)
     stage.run()
-    assert stage.timeline.position_ns() == stage.timeline.basis.begin_ns
+    assert stage.timeline.position_ns() == stage.timeline.state.begin_ns
     assert stage.viewer.seen[PICTURE] == 0
 
 

@@ -12,34 +12,34 @@ from playback_stage import BEGIN_NS, MS, MemoryRecording, Message
 
 from process_visualizer.playback.engine import ShownScene, scene_after_jump
 from process_visualizer.playback.playback_event import BACKWARD, FORWARD
-from process_visualizer.playback.timeline import Basis
+from process_visualizer.playback.timeline import TimelineState
 
 TIMES_MS = (0, 10, 10, 10, 20)
 INDEX = MemoryRecording([Message(0, time_ms) for time_ms in TIMES_MS]).index
 COUNT = len(TIMES_MS)
-AT_10 = Basis(BEGIN_NS + 10 * MS, 0, BEGIN_NS, BEGIN_NS + 20 * MS, scene=3)
+AT_10 = TimelineState(BEGIN_NS + 10 * MS, 0, BEGIN_NS, BEGIN_NS + 20 * MS, scene=3)
 PLAYING = replace(AT_10, paused=False)
 
 
-@pytest.mark.parametrize('basis, expected', [
+@pytest.mark.parametrize('state, expected', [
     (AT_10, ShownScene(4, 3, AT_10.bag_ns)),
     (PLAYING, ShownScene(1, 3)),  # those of just that time are played then
     (replace(PLAYING, rate=-1.0), ShownScene(4, 3)),
 ])
-def test_after_a_jump(basis: Basis, expected: ShownScene) -> None:
-    assert scene_after_jump(INDEX, basis) == expected
+def test_after_a_jump(state: TimelineState, expected: ShownScene) -> None:
+    assert scene_after_jump(INDEX, state) == expected
 
 
-@pytest.mark.parametrize('basis, bag_ns, expected', [
+@pytest.mark.parametrize('state, bag_ns, expected', [
     (AT_10, AT_10.bag_ns, 2),
     (AT_10, AT_10.bag_ns + 1, 4),
     (PLAYING, AT_10.bag_ns, 4),
     (replace(AT_10, scene=4), AT_10.bag_ns, 4),
 ])
 def test_where_it_stands_after_a_step_the_messages_of_the_step_are_visible(
-        basis: Basis, bag_ns: int, expected: int) -> None:
+        state: TimelineState, bag_ns: int, expected: int) -> None:
     shown = ShownScene(1, 3).standing(2, AT_10.bag_ns)
-    assert shown.visible(INDEX, basis, bag_ns) == expected
+    assert shown.visible(INDEX, state, bag_ns) == expected
 
 
 def test_what_moves_stands_nowhere() -> None:

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.timeline import Basis
+from process_visualizer.playback.timeline import TimelineState
 from process_visualizer.player.simulated_clock import SimulatedTime, next_tick_s
 
-BASIS = Basis(0, 0, 0, 10 ** 9)
+BASIS = TimelineState(0, 0, 0, 10 ** 9)
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 1000)), min_size=1, max_size=60),

@@ -28,12 +28,12 @@ def mapping(clock):
 
 
 def played(timeline, clock, mapping, messages):
-    """Return the wall stamps of (message time, stamp) [ns after the basis], each when due."""
-    origin, walls = timeline.basis.bag_ns, []
+    """Return the wall stamps of (message time, stamp) [ns after the state], each when due."""
+    origin, walls = timeline.state.bag_ns, []
     for message, stamp in messages:
-        basis = timeline.basis
-        clock.now_ns = max(clock.now_ns, basis.due_ns(origin + message))
-        walls.append(mapping.stamp(basis, origin + stamp, origin + message))
+        state = timeline.state
+        clock.now_ns = max(clock.now_ns, state.due_ns(origin + message))
+        walls.append(mapping.stamp(state, origin + stamp, origin + message))
         assert walls[-1] <= clock.wall_ns()
     return walls
 
@@ -78,36 +78,36 @@ def test_delay_of_a_slow_topic_remains_backwards(timeline, clock, mapping):
 def test_stepped_messages_are_stamped_now_and_equal_ones_alike(timeline, clock, mapping):
     stamp = BEGIN + 501 * NS_PER_S
     timeline.step_to(stamp + MS)
-    image = mapping.stamp(timeline.basis, stamp, stamp + MS)
+    image = mapping.stamp(timeline.state, stamp, stamp + MS)
     assert image == clock.wall_ns()
     clock.now_ns += NS_PER_S
     timeline.step_to(stamp + 2 * MS)
-    assert mapping.stamp(timeline.basis, stamp, stamp + 2 * MS) == image
-    assert mapping.stamp(timeline.basis, stamp + MS, stamp + 2 * MS) == clock.wall_ns()
+    assert mapping.stamp(timeline.state, stamp, stamp + 2 * MS) == image
+    assert mapping.stamp(timeline.state, stamp + MS, stamp + 2 * MS) == clock.wall_ns()
 
 
 def test_equal_stamps_stay_equal_from_playing_to_stepping_to_playing(timeline, clock, mapping):
-    origin = timeline.basis.bag_ns
+    origin = timeline.state.bag_ns
     timeline.play()
     first, _ = played(timeline, clock, mapping, [(100 * MS, 90 * MS), (120 * MS, 115 * MS)])
     timeline.pause()
     clock.now_ns += NS_PER_S
     timeline.step_to(origin + 130 * MS)
-    assert mapping.stamp(timeline.basis, origin + 90 * MS, origin + 130 * MS) == first
+    assert mapping.stamp(timeline.state, origin + 90 * MS, origin + 130 * MS) == first
     timeline.set_rate(2.0)
     timeline.play()
-    assert mapping.stamp(timeline.basis, origin + 90 * MS, origin + 140 * MS) == first
+    assert mapping.stamp(timeline.state, origin + 90 * MS, origin + 140 * MS) == first
 
 
 @pytest.mark.parametrize('again', [
     lambda timeline: timeline.seek(BEGIN + 500 * NS_PER_S),
     lambda timeline: timeline.step_to(BEGIN + 499 * NS_PER_S)])
 def test_what_is_published_again_is_stamped_now(timeline, clock, mapping, again):
-    stamp = timeline.basis.bag_ns - 10 * MS
-    first = mapping.present(timeline.basis, stamp)
+    stamp = timeline.state.bag_ns - 10 * MS
+    first = mapping.present(timeline.state, stamp)
     clock.now_ns += 60 * NS_PER_S
     again(timeline)
-    second = mapping.present(timeline.basis, stamp)
+    second = mapping.present(timeline.state, stamp)
     assert first < second == clock.wall_ns()
 
 
@@ -116,7 +116,7 @@ def test_restored_while_playing_is_now_and_goes_on_from_there(timeline, clock, m
     timeline.set_rate(rate)
     timeline.play()
     clock.now_ns += 20 * MS
-    old = mapping.present(timeline.basis, BEGIN)
+    old = mapping.present(timeline.state, BEGIN)
     assert old == clock.wall_ns()
     sign = 1 if rate > 0 else -1
     walls = played(timeline, clock, mapping,
@@ -136,10 +136,10 @@ def test_clock_of_another_computer_disturbs_nobody(timeline, clock, mapping, rat
     for index in range(2000):
         messages.append((sign * index * 5 * MS, sign * index * 5 * MS))
         messages.append((sign * index * 5 * MS, sign * index * 5 * MS + far_s * NS_PER_S))
-    origin, walls = timeline.basis.bag_ns, []
+    origin, walls = timeline.state.bag_ns, []
     for message, stamp in messages:
-        clock.now_ns = timeline.basis.due_ns(origin + message)
-        wall = mapping.stamp(timeline.basis, origin + stamp, origin + message)
+        clock.now_ns = timeline.state.due_ns(origin + message)
+        wall = mapping.stamp(timeline.state, origin + stamp, origin + message)
         assert -6.001 * NS_PER_S <= wall - clock.wall_ns() <= 0
         walls.append(wall)
     assert walls[-2] - walls[-4] == walls[-1] - walls[-3] == 5 * MS / abs(rate)
@@ -149,7 +149,7 @@ def test_slip_keeps_order(timeline, clock, mapping):
     timeline.play()
     first, = played(timeline, clock, mapping, [(100 * MS, 99 * MS)])
     clock.now_ns += 300 * MS
-    timeline.slip_to(timeline.basis.bag_ns + 110 * MS, timeline.basis.version)
+    timeline.slip_to(timeline.state.bag_ns + 110 * MS, timeline.state.version)
     # From here on, times are after the slipped message.
     earlier, later = played(timeline, clock, mapping, [(0, -12 * MS), (MS, MS)])
     assert earlier == first < later
@@ -157,11 +157,11 @@ def test_slip_keeps_order(timeline, clock, mapping):
 
 def test_slewed_wall_clock_is_followed(timeline, clock, mapping):
     timeline.play()
-    origin = timeline.basis.bag_ns
+    origin = timeline.state.bag_ns
     for index in range(1, 5000):
-        clock.now_ns = timeline.basis.due_ns(origin + index * MS)
+        clock.now_ns = timeline.state.due_ns(origin + index * MS)
         clock.wall_offset_ns -= 500
-        wall = mapping.stamp(timeline.basis, origin + index * MS, origin + index * MS)
+        wall = mapping.stamp(timeline.state, origin + index * MS, origin + index * MS)
         assert 0 <= clock.wall_ns() - wall <= 2 * MS
 
 

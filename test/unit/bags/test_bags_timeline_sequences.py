@@ -25,44 +25,44 @@ class TimelineMachine(RuleBasedStateMachine):
         self.in_scene = {}  # bag stamp -> wall stamp, since the scene began
         self.in_command = []  # (bag stamp, wall stamp) first seen since the command, playing
         self.latest_before = self.latest = 0  # wall stamps before the command, and until now
-        self.seen = self.timeline.basis
+        self.seen = self.timeline.state
 
     def at(self, share):
         return BEGIN + round(share * (self.end - BEGIN))
 
     def continuous(self, command):
         """Carry out a command that must not move the position, nor begin a segment."""
-        before, segment = self.timeline.position_ns(), self.timeline.basis.segment
+        before, segment = self.timeline.position_ns(), self.timeline.state.segment
         command()
         assert self.timeline.position_ns() == before
-        assert self.timeline.basis.segment == segment
+        assert self.timeline.state.segment == segment
 
     def jumping(self, command, target):
-        segment, scene = self.timeline.basis.segment, self.timeline.basis.scene
+        segment, scene = self.timeline.state.segment, self.timeline.state.scene
         command()
         assert self.timeline.position_ns() == target
-        assert self.timeline.basis.segment == segment + 1
-        assert self.timeline.basis.scene == scene + 1
+        assert self.timeline.state.segment == segment + 1
+        assert self.timeline.state.scene == scene + 1
 
     @rule(passed=st.one_of(st.integers(0, 100), st.integers(0, 3 * NS_PER_S)))
     def time_passes(self, passed):
-        basis, before = self.timeline.basis, self.timeline.position_ns()
-        waits = min(max(basis.monotonic_ns - self.clock.now_ns, 0), passed)  # for the head start
+        state, before = self.timeline.state, self.timeline.position_ns()
+        waits = min(max(state.monotonic_ns - self.clock.now_ns, 0), passed)  # for the head start
         self.clock.now_ns += passed
         change = self.timeline.position_ns() - before
-        if basis.paused:
+        if state.paused:
             assert change == 0
-        elif self.timeline.position_ns() == basis.limit_ns:
-            assert change * basis.rate >= 0
+        elif self.timeline.position_ns() == state.limit_ns:
+            assert change * state.rate >= 0
         else:
-            assert abs(change - (passed - waits) * basis.rate) <= 1.001
-            assert change * basis.rate >= 0
+            assert abs(change - (passed - waits) * state.rate) <= 1.001
+            assert change * state.rate >= 0
 
     @rule()
     def play(self):
-        basis = self.timeline.basis
-        if basis.paused and not basis.loop and basis.bag_ns == basis.limit_ns:
-            self.jumping(self.timeline.play, BEGIN if basis.forward else self.end)
+        state = self.timeline.state
+        if state.paused and not state.loop and state.bag_ns == state.limit_ns:
+            self.jumping(self.timeline.play, BEGIN if state.forward else self.end)
         else:
             self.continuous(self.timeline.play)
 
@@ -98,52 +98,52 @@ class TimelineMachine(RuleBasedStateMachine):
 
     @rule(share=SHARES)
     def step(self, share):
-        segment = self.timeline.basis.segment
+        segment = self.timeline.state.segment
         self.timeline.step_to(self.at(share))
         assert self.timeline.position_ns() == min(max(self.at(share), BEGIN), self.end)
-        assert self.timeline.basis.segment == segment
+        assert self.timeline.state.segment == segment
 
     @rule()
     def pass_limit(self):
-        basis, position = self.timeline.basis, self.timeline.position_ns()
-        if basis.paused or position != basis.limit_ns or not basis.loop:
-            self.continuous(lambda: self.timeline.pass_limit(basis.version))
+        state, position = self.timeline.state, self.timeline.position_ns()
+        if state.paused or position != state.limit_ns or not state.loop:
+            self.continuous(lambda: self.timeline.pass_limit(state.version))
         else:
-            self.jumping(lambda: self.timeline.pass_limit(basis.version),
-                         basis.loop[0 if basis.forward else 1])
+            self.jumping(lambda: self.timeline.pass_limit(state.version),
+                         state.loop[0 if state.forward else 1])
 
-    @precondition(lambda self: not self.timeline.basis.paused)
+    @precondition(lambda self: not self.timeline.state.paused)
     @rule(back=st.integers(0, NS_PER_S))
     def slip(self, back):
-        basis, before = self.timeline.basis, self.timeline.position_ns()
-        message = before - back if basis.forward else before + back
+        state, before = self.timeline.state, self.timeline.position_ns()
+        message = before - back if state.forward else before + back
         assume(BEGIN <= message <= self.end)
-        self.timeline.slip_to(message, basis.version)
+        self.timeline.slip_to(message, state.version)
         after = self.timeline.position_ns()
-        assert (after - before) * basis.rate <= 0
-        assert (before - message) * basis.rate > 0 or after == before
+        assert (after - before) * state.rate <= 0
+        assert (before - message) * state.rate > 0 or after == before
         if after != before:
             assert after == message
-            assert self.timeline.basis.due_ns(message) == self.clock.now_ns
+            assert self.timeline.state.due_ns(message) == self.clock.now_ns
 
     @rule(latency=st.one_of(st.integers(-3, 3).map(lambda it: it * 50_000_000),
                             st.integers(-3 * NS_PER_S, 3 * NS_PER_S)),
           grid=st.sampled_from([1, 100_000_000]), restored=st.booleans())
     def publish(self, latency, grid, restored):
-        basis, message = self.timeline.basis, self.timeline.position_ns()
+        state, message = self.timeline.state, self.timeline.position_ns()
         stamp = (message - latency) // grid * grid
         if restored:
-            wall = self.mapping.present(basis, stamp)
+            wall = self.mapping.present(state, stamp)
         else:
-            wall = self.mapping.stamp(basis, stamp, message)
-        self.check_stamp(basis, stamp, message, wall, restored)
+            wall = self.mapping.stamp(state, stamp, message)
+        self.check_stamp(state, stamp, message, wall, restored)
 
-    def check_stamp(self, basis, stamp, message, wall, restored):
-        if basis.scene != self.seen.scene:
+    def check_stamp(self, state, stamp, message, wall, restored):
+        if state.scene != self.seen.scene:
             self.in_scene.clear()
-        if basis.command != self.seen.command:
+        if state.command != self.seen.command:
             self.in_command, self.latest_before = [], self.latest
-        self.seen = basis
+        self.seen = state
         assert wall <= self.clock.wall_ns(), 'in the future'
         if stamp in self.in_scene:
             assert wall == self.in_scene[stamp], 'equal stamps stay equal'
@@ -151,12 +151,12 @@ class TimelineMachine(RuleBasedStateMachine):
         assert wall >= self.latest_before, 'before what was stamped until the command'
         self.in_scene[stamp] = wall
         self.latest = max(wall, self.latest)
-        if basis.paused or restored:
+        if state.paused or restored:
             assert wall == self.clock.wall_ns()
             self.in_command = []
             return
-        near = nearby(basis, stamp, message)
-        sign = 1 if basis.forward else -1
+        near = nearby(state, stamp, message)
+        sign = 1 if state.forward else -1
         for other, other_wall in self.in_command:
             assert (near - other) * (wall - other_wall) * sign >= 0, 'order'
         self.in_command.append((near, wall))
@@ -167,25 +167,25 @@ class TimelineMachine(RuleBasedStateMachine):
 
     @invariant()
     def position_is_due(self):
-        basis, position = self.timeline.basis, self.timeline.position_ns()
-        due = basis.due_ns(position)
+        state, position = self.timeline.state, self.timeline.position_ns()
+        due = state.due_ns(position)
         if due is None:
-            assert basis.paused
+            assert state.paused
         else:
-            assert basis.monotonic_ns <= self.clock.now_ns + self.head_start
-            assert due <= max(self.clock.now_ns, basis.monotonic_ns)
-            if position not in (basis.limit_ns, basis.bag_ns):
-                assert self.clock.now_ns - due <= 1 / abs(basis.rate) + 1
+            assert state.monotonic_ns <= self.clock.now_ns + self.head_start
+            assert due <= max(self.clock.now_ns, state.monotonic_ns)
+            if position not in (state.limit_ns, state.bag_ns):
+                assert self.clock.now_ns - due <= 1 / abs(state.rate) + 1
 
     @invariant()
     def reached_exactly_when_due(self):
-        basis = self.timeline.basis
-        ahead = (basis.bag_ns + basis.limit_ns) // 2
-        if basis.paused or ahead in (basis.bag_ns, basis.limit_ns):
+        state = self.timeline.state
+        ahead = (state.bag_ns + state.limit_ns) // 2
+        if state.paused or ahead in (state.bag_ns, state.limit_ns):
             return
-        due = basis.due_ns(ahead)
-        assert (basis.position_at(due) - ahead) * basis.rate >= 0
-        assert (basis.position_at(due - 1) - ahead) * basis.rate < 0
+        due = state.due_ns(ahead)
+        assert (state.position_at(due) - ahead) * state.rate >= 0
+        assert (state.position_at(due - 1) - ahead) * state.rate < 0
 
 
 TimelineMachine.TestCase.settings = settings(max_examples=80, stateful_step_count=40,

@@ -8,11 +8,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.launch_writer import LaunchTag, write_document
 
 
 def test_document() -> None:
-    root = Tag('launch')
+    root = LaunchTag('launch')
     root.comment('what follows')
     group = root.add('group', {'ns': 'd'})
     node = group.add('node', {'name': 'n', 'args': '<"a" & b>'})
@@ -40,13 +40,13 @@ def test_document() -> None:
 
 
 def test_no_parameters_make_no_element() -> None:
-    tag = Tag('node')
+    tag = LaunchTag('node')
     tag.parameters({})
     assert tag.children == []
 
 
 def test_text_keeps_its_relative_indentation() -> None:
-    tag = Tag('group')
+    tag = LaunchTag('group')
     tag.add('rosparam', {}, '\n\n      a:\n        b: 1\n      c: 2\n  ')
     text = ElementTree.fromstring(write_document(tag))[0].text
     assert yaml.safe_load(text or '') == {'a': {'b': 1}, 'c': 2}
@@ -63,7 +63,7 @@ VALUES = st.recursive(
 @settings(max_examples=50)
 @given(st.dictionaries(st.sampled_from(['one', 'two', 'three']), VALUES, min_size=1))
 def test_parameters_come_back(values: 'dict[str, object]') -> None:
-    root = Tag('launch')
+    root = LaunchTag('launch')
     root.parameters(values)
     text = ElementTree.fromstring(write_document(root))[0].text
     assert yaml.safe_load(text or '') == values
@@ -71,7 +71,7 @@ def test_parameters_come_back(values: 'dict[str, object]') -> None:
 
 @given(st.text(st.sampled_from('->< !&'), max_size=20))
 def test_any_comment_is_well_formed(text: str) -> None:
-    root = Tag('launch')
+    root = LaunchTag('launch')
     root.comment(text)
     root.add('node', {})
     assert [child.tag for child in ElementTree.fromstring(write_document(root))] == ['node']

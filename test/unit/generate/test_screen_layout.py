@@ -14,25 +14,25 @@ from process_visualizer.rviz.window_geometry import (
     MIN_RVIZ_PX,
     MIN_TIMELINE_PX,
     MIN_UPPER_PX,
-    Frame,
-    Places,
     Rectangle,
     Sizes,
+    WindowFrame,
+    WindowPlaces,
     followed,
     places,
     settings_of,
     sizes_from,
 )
 
-FRAME = Frame(1, 20, 1, 2)
-FRAMES = st.builds(Frame, *(4 * [st.integers(0, 40)]))
+FRAME = WindowFrame(1, 20, 1, 2)
+FRAMES = st.builds(WindowFrame, *(4 * [st.integers(0, 40)]))
 SIZES = st.builds(Sizes, st.integers(-10, 9000), st.none() | st.integers(-10, 9000), st.booleans())
 POSITIONS = st.integers(-4000, 4000)
 SCREENS = st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(240, 8000),
                     st.integers(240, 5000))
 
 
-def framed(found: Places, frame: Frame) -> List[Rectangle]:
+def framed(found: WindowPlaces, frame: WindowFrame) -> List[Rectangle]:
     """The windows with their frames."""
     upper = [Rectangle(it.x, it.y, it.width + frame.left + frame.right,
                        it.height + frame.top + frame.bottom) for it in found[:2]]
@@ -52,12 +52,12 @@ def overlap(one: Rectangle, other: Rectangle) -> bool:
 @pytest.mark.parametrize('height, timeline', [
     (700, 266), (1000, 380), (1040, 420), (1080, 454), (2000, 840)])
 def test_the_timeline_has_a_larger_part_of_a_screen_with_room(height: int, timeline: int) -> None:
-    found = places(Rectangle(0, 0, 1600, height), Frame(), Sizes(), is_wide=True)
+    found = places(Rectangle(0, 0, 1600, height), WindowFrame(), Sizes(), is_wide=True)
     assert found.timeline.height == timeline
 
 
 @given(SCREENS, FRAMES, SIZES, st.booleans())
-def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame,
+def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: WindowFrame,
                                                  sizes: Sizes, is_wide: bool) -> None:
     found = places(room, frame, sizes, is_wide)
     windows = framed(found, frame)
@@ -67,7 +67,7 @@ def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame,
 
 
 @given(SCREENS, FRAMES, SIZES, st.booleans())
-def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Frame,
+def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: WindowFrame,
                                                      sizes: Sizes, is_wide: bool) -> None:
     launcher, rviz, timeline = places(room, frame, sizes, is_wide)
     sides = frame.left + frame.right
@@ -80,7 +80,7 @@ def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Fra
 
 @given(st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(-5, 300), st.integers(-5, 300)),
        FRAMES, SIZES, st.booleans())
-def test_every_screen_has_an_answer(room: Rectangle, frame: Frame, sizes: Sizes,
+def test_every_screen_has_an_answer(room: Rectangle, frame: WindowFrame, sizes: Sizes,
                                     is_wide: bool) -> None:
     found = places(room, frame, sizes, is_wide)
     assert all(it.width > 0 and it.height > 0 for it in found)
@@ -96,7 +96,7 @@ def test_what_the_operator_chose_is_kept(width: int, height: int) -> None:
 
 
 def test_launcher_at_the_right() -> None:
-    launcher, rviz, timeline = places(Rectangle(10, 30, 1600, 970), Frame(),
+    launcher, rviz, timeline = places(Rectangle(10, 30, 1600, 970), WindowFrame(),
                                       Sizes(timeline_height=300, is_right=True), False)
     assert launcher == Rectangle(1150, 30, 460, 970)
     assert rviz == Rectangle(10, 30, 1140, 670)

@@ -24,10 +24,10 @@ from process_visualizer.gui.app.event_notes import EventNotes, events_path, writ
 from process_visualizer.gui.cell.alarm_strip import AlarmChip, AlarmStrip, EventsView
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
-from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.playback.bag_model import CurvesModel
 from process_visualizer.gui.recording.recording_state import RecordingState
-from process_visualizer.gui.recording.recording_types import Mark
+from process_visualizer.gui.recording.recording_types import RecordedMark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
@@ -58,7 +58,7 @@ class Stand:
 
     def run(self, mode: Mode) -> None:
         self.launch.running = Choice(CELL, mode, (ARM,))
-        self.launch.phase = Phase.RUNNING
+        self.launch.phase = LaunchPhase.RUNNING
         self.report('arm', NodeState.RUNNING)
 
     def report(self, part: str, state: NodeState, code: 'int | None' = None) -> None:
@@ -185,7 +185,7 @@ def test_the_strip_keeps_its_height(stand: Stand) -> None:
 
 def test_quitting_ends_all_alarms(stand: Stand) -> None:
     stand.report('arm', NodeState.EXITED, 1)
-    stand.launch.phase = Phase.QUITTING
+    stand.launch.phase = LaunchPhase.QUITTING
     stand.launch.changed.emit()
     assert stand.texts() == []
 
@@ -262,7 +262,12 @@ def noted(stand: Stand) -> Tuple[Stand, Recording]:
 
 def test_launching_and_restarting(noted: Tuple[Stand, Recording]) -> None:
     stand, _ = noted
-    for phase in (Phase.QUITTING, Phase.IDLE, Phase.LAUNCHING, Phase.RUNNING):
+    for phase in (
+        LaunchPhase.QUITTING,
+        LaunchPhase.IDLE,
+        LaunchPhase.LAUNCHING,
+        LaunchPhase.RUNNING,
+    ):
         stand.launch.phase = phase
         stand.launch.changed.emit()
     for state in (PartState.STOPPING, PartState.STOPPED, PartState.STARTING, PartState.RUNNING):
@@ -280,7 +285,7 @@ def test_events_are_saved_beside_the_bag(noted: Tuple[Stand, Recording], tmp_pat
     path = str(tmp_path / 'seam.bag')
     recording.become(path=path)
     stand.beyond(True)
-    recording.become(marks=(Mark(1.0, 'seam begins'),))
+    recording.become(marks=(RecordedMark(1.0, 'seam begins'),))
     recording.become(path='')
     recording.finished.emit(path)
     lines = Path(events_path(path)).read_text(encoding='utf-8').splitlines()

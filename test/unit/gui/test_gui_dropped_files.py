@@ -18,7 +18,7 @@ from process_visualizer.gui.app.dropped_files import Dropped, sort_out
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def test_nothing_is_opened_during_a_recording(window: LauncherApp, tmp_path: Pat
 def test_a_cell_that_runs_is_left_only_if_that_is_wanted(window: LauncherApp, bags: List[str],
                                                          monkeypatch: pytest.MonkeyPatch) -> None:
     launch, quit_calls = window._launcher.launch, []
-    monkeypatch.setattr(launch, 'phase', Phase.RUNNING)
+    monkeypatch.setattr(launch, 'phase', LaunchPhase.RUNNING)
     monkeypatch.setattr(launch, 'quit', lambda: quit_calls.append(True))
     drop_files(window, bags)
     question = window.findChild(QMessageBox, 'question')

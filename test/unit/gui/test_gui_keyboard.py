@@ -24,7 +24,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.cell.alarm_strip import EventsView
 from process_visualizer.gui.cell.devices_panel import WarningsView
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ class RvizKeys:
             shortcut.activated.disconnect()
             shortcut.activated.connect(partial(self.done.append, shortcut.key().toString()))
         launcher.cell.set_mode(mode)
-        launcher.launch.phase = Phase.RUNNING
+        launcher.launch.phase = LaunchPhase.RUNNING
         launcher.launch.changed.emit()
 
     def _take(self, keys: Sequence[str]) -> None:
@@ -157,7 +157,7 @@ def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
     assert {'Space', 'Shift+Left', 'M', '['} <= set(rviz.told) and 'R' not in rviz.told
     window._launcher.link.key_pressed.emit('Space')
     assert rviz.done[2:] == ['Space']
-    window._launcher.launch.phase = Phase.IDLE
+    window._launcher.launch.phase = LaunchPhase.IDLE
     window._launcher.launch.changed.emit()
     assert not {'R', 'M', 'Space'} & set(rviz.told)
 

@@ -11,7 +11,7 @@ from held_tasks import HeldTasks
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.generate.plan import Part, Plan, PlanError
 from process_visualizer.gui.cell import launch_model
-from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
@@ -53,7 +53,7 @@ class Launching:
         for part in parts:
             self.model._reported.emit(PartReport(part, PartState.RUNNING))
         self.answer(Plan(parts=dict.fromkeys(parts, PART)))
-        assert self.model.phase is Phase.RUNNING
+        assert self.model.phase is LaunchPhase.RUNNING
 
     def _count(self) -> None:
         self.stops += 1
@@ -84,7 +84,7 @@ def test_a_launch_that_fails_leaves_nothing_running(launching: Launching,
                                                     error: Exception) -> None:
     launching.model.launch(FIRST)
     launching.fail(error)
-    assert (launching.model.running, launching.model.phase) == (None, Phase.IDLE)
+    assert (launching.model.running, launching.model.phase) == (None, LaunchPhase.IDLE)
     assert launching.told == [str(error)]
 
 
@@ -105,9 +105,9 @@ def test_a_launch_that_fails_while_all_is_quit_does_not_end_the_quitting(
     launching.model.launch(FIRST)
     launching.model.quit()
     launching.fail(REFUSED)
-    assert (launching.model.phase, launching.stops) == (Phase.QUITTING, 0)
+    assert (launching.model.phase, launching.stops) == (LaunchPhase.QUITTING, 0)
     launching.answer(None)
-    assert (launching.model.phase, launching.stops) == (Phase.IDLE, 1)
+    assert (launching.model.phase, launching.stops) == (LaunchPhase.IDLE, 1)
 
 
 def test_quitting_that_fails_says_so_and_can_be_followed_by_a_launch(
@@ -115,7 +115,7 @@ def test_quitting_that_fails_says_so_and_can_be_followed_by_a_launch(
     launching.run('robot')
     launching.model.quit()
     launching.fail(OSError('no more processes'))
-    assert (launching.model.phase, launching.stops) == (Phase.IDLE, 1)
+    assert (launching.model.phase, launching.stops) == (LaunchPhase.IDLE, 1)
     assert launching.told == ['no more processes']
 
 

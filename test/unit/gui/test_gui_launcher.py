@@ -15,8 +15,8 @@ from process_visualizer.generate.choice import RvizStart
 from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.main import words_to_go_on
-from process_visualizer.gui.cell.launch_model import Phase
-from process_visualizer.gui.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 DEVICES = '''<visualizer>
@@ -50,7 +50,7 @@ def loaded(launcher: Launcher, qtbot: Any, config: Path) -> Launcher:
 def run(launcher: Launcher) -> None:
     """As if all that is chosen had been launched."""
     launcher.launch.running = launcher.choice()
-    launcher.launch.phase = Phase.RUNNING
+    launcher.launch.phase = LaunchPhase.RUNNING
 
 
 def test_why_nothing_can_be_launched(loaded: Launcher) -> None:
@@ -121,7 +121,7 @@ def test_devices_are_not_changed_during_a_recording(loaded: Launcher,
     monkeypatch.setattr(type(loaded.recording), 'is_recording', property(lambda _: True))
     loaded.apply()
     assert 'stop it before' in messages[0]
-    assert loaded.launch.phase is Phase.RUNNING
+    assert loaded.launch.phase is LaunchPhase.RUNNING
 
 
 def test_a_recorder_has_ended_when_its_process_has(loaded: Launcher) -> None:

@@ -24,7 +24,7 @@ from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.health.device_state import Level
@@ -115,7 +115,7 @@ def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, confi
             QRect(still[-1].mapTo(window, QPoint()), QSize(still[-1].width(), 0))]
 
     before = places()
-    launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+    launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
     launcher.launch.changed.emit()
     for device in launcher.cell.devices[:7]:
         launcher.cell.tick(device.name, False)
@@ -133,7 +133,7 @@ def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, confi
         assert places() == before
     launcher.cell.set_mode(Mode.PLAYBACK)
     assert places() == before
-    launcher.launch.running, launcher.launch.phase = None, Phase.IDLE
+    launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
     launcher.launch.changed.emit()
     assert places() == before
 
@@ -262,7 +262,7 @@ class Quitting:
         self.now_s, self.quits = 100.0, 0
         self._window = window
         launcher = window._launcher
-        launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+        launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
         monkeypatch.setattr(launcher.launch, 'quit', self._note)
         self.command = AfterQuit(window, launcher, lambda: self.now_s)
 
@@ -283,7 +283,7 @@ def quitting(window: LauncherApp, qtbot: Any, config: Path,
              monkeypatch: pytest.MonkeyPatch) -> Iterator[Quitting]:
     load(window, qtbot, config, UNSAVED)
     yield Quitting(window, monkeypatch)
-    window._launcher.launch.running, window._launcher.launch.phase = None, Phase.IDLE
+    window._launcher.launch.running, window._launcher.launch.phase = None, LaunchPhase.IDLE
 
 
 def test_quitting_can_be_taken_back_for_some_seconds(quitting: Quitting) -> None:
@@ -323,11 +323,11 @@ def test_quitting_asks_where_something_would_be_lost(
 
 def test_the_button_says_that_quitting_can_be_undone(window: LauncherApp) -> None:
     button = window.launch.launch
-    window.launch.show_phase(Phase.RUNNING, True, '')
+    window.launch.show_phase(LaunchPhase.RUNNING, True, '')
     width = button.minimumSizeHint().width()
     window.launch.show_grace(4)
     assert button.text() == 'Keep running (quits in 4 s)'
-    window.launch.show_phase(Phase.RUNNING, True, '')
+    window.launch.show_phase(LaunchPhase.RUNNING, True, '')
     window.launch.show_grace(0)
     assert (button.text(), button.minimumSizeHint().width()) == ('Quit all nodes', width)
 
@@ -361,7 +361,7 @@ def test_an_object_near_a_robot_is_told_until_it_is_gone(
     now_s = [1000.0]
     monkeypatch.setattr(launcher.objects.model, '_wall_s', lambda: now_s[0])
     load(window, qtbot, config, NEAR)
-    launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+    launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
     launcher.launch.changed.emit()
     qtbot.waitUntil(lambda: followed == [('kinect',)])
 
@@ -384,5 +384,5 @@ def test_an_object_near_a_robot_is_told_until_it_is_gone(
         'kinect: object 3 is 0.31', 'kinect: object 3 is 0.12', 'kinect: object 3 is 0.12']
     spans = window.live.timeline.near
     assert len(times(spans, Level.WARNING)) == len(times(spans, Level.BAD)) == 1
-    launcher.launch.running, launcher.launch.phase = None, Phase.IDLE
+    launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
     launcher.launch.changed.emit()

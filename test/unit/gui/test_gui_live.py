@@ -30,7 +30,7 @@ from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.live.replay_model import ReplayPhase
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import Span
+from process_visualizer.health.near_objects import NearSpan
 
 MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder')
 
@@ -262,8 +262,8 @@ def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:
 def test_objects_near_robots_are_bars_below_the_slider(stand: Stand) -> None:
     stand.come(*stand.parts)
     end_s = stand.panel._end_s()
-    stand.panel.set_near([Span('kinect', Level.WARNING, end_s - 3.0, end_s - 1.0),
-                          Span('kinect', Level.BAD, end_s - 2.0, end_s - 1.5)])
+    stand.panel.set_near([NearSpan('kinect', Level.WARNING, end_s - 3.0, end_s - 1.0),
+                          NearSpan('kinect', Level.BAD, end_s - 2.0, end_s - 1.5)])
     assert [(it.level, round(it.begin_s, 3)) for it in stand.timeline.near] == [
         (Level.WARNING, -3.0), (Level.BAD, -2.0)]
     picture, below = stand.timeline.grab().toImage(), TRACK_Y + 9

@@ -16,12 +16,19 @@ from process_visualizer.gui.playback.playback_state import (
     Marks,
     PlacedMark,
     PlaybackState,
-    Sought,
+    SeekTarget,
 )
 
 LENGTH_S = PAUSED.duration_s
-CHOSEN = PlaybackState(PAUSED, Sought(7.0, PAUSED.segment), LoopPoints(2.0, 5.0), True, TIMES[0],
-                       Marks.of([PlacedMark(3.0, 'seam')]), PAUSED.files)
+CHOSEN = PlaybackState(
+    PAUSED,
+    SeekTarget(7.0, PAUSED.segment),
+    LoopPoints(2.0, 5.0),
+    True,
+    TIMES[0],
+    Marks.of([PlacedMark(3.0, 'seam')]),
+    PAUSED.files,
+)
 SENT_S = PAUSED.stamp_s
 times = st.floats(-1.0, LENGTH_S + 1.0)
 
@@ -72,13 +79,13 @@ def test_a_seek_holds_until_the_player_tells_of_it(segment: int, stamp_s: float,
 def test_without_a_player_nothing_is_sought() -> None:
     gone = CHOSEN._replace(snapshot=None)
     assert gone.arrived(None).sought is None
-    assert gone.failed(Sought(9.0, 1)).sought is None
+    assert gone.failed(SeekTarget(9.0, 1)).sought is None
 
 
 def test_a_failure_leads_back_to_what_the_player_does() -> None:
     looping = CHOSEN._replace(snapshot=PAUSED._replace(loop=(4.0, 8.0)))
     assert looping.failed(None) == looping._replace(sought=None, points=LoopPoints(4.0, 8.0))
-    assert CHOSEN.failed(Sought(9.0, 1)) == CHOSEN._replace(sought=Sought(9.0, 1))
+    assert CHOSEN.failed(SeekTarget(9.0, 1)) == CHOSEN._replace(sought=SeekTarget(9.0, 1))
 
 
 @pytest.mark.parametrize('changes, differs', [

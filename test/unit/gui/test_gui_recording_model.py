@@ -12,7 +12,7 @@ from recording_stand_in import StandInRecorder, devices, told
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
 from process_visualizer.gui.recording.recording_choices import NameChoice
 from process_visualizer.gui.recording.recording_model import RecordingModel
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 
@@ -53,7 +53,7 @@ def model(tasks: Tasks, client: StandInRecorder, clock: Clock, tmp_path: Path) -
 @pytest.fixture
 def recording(model: RecordingModel, client: StandInRecorder, qtbot) -> RecordingModel:
     model.start()
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     model.take_state(told('recording', files=(client.path,), duration_s=1.0, time_left_s=4000.0,
                           free_bytes=10 ** 11))
     return model
@@ -66,20 +66,20 @@ def messages_of(model: RecordingModel) -> List[str]:
 def test_a_recording_from_start_to_end(model, client, qtbot):
     client.gate.clear()
     model.start()
-    assert model.phase is Phase.STARTING and model.is_recording
+    assert model.phase is RecordingPhase.STARTING and model.is_recording
     model.take_state(told('idle'))  # told before the recorder took the command
-    assert model.phase is Phase.STARTING
+    assert model.phase is RecordingPhase.STARTING
     client.gate.set()
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     assert model.state.path == client.path
     client.gate.clear()
     model.stop()
-    assert model.phase is Phase.STOPPING
+    assert model.phase is RecordingPhase.STOPPING
     model.take_state(told('idle', files=(client.path,), duration_s=2.0, problems=('p',)))
     with qtbot.waitSignal(model.finished) as signal:
         client.gate.set()
     assert signal.args == [client.path]
-    assert model.phase is Phase.IDLE and not model.is_recording
+    assert model.phase is RecordingPhase.IDLE and not model.is_recording
     assert model.state.finished.files == (client.path,) and model.state.finished.problems == ('p',)
     assert client.commands == ['start', 'stop'] and messages_of(model) == []
 
@@ -88,24 +88,24 @@ def test_the_finished_bag_is_told_once(recording, client, qtbot):
     paths: List[str] = []
     recording.finished.connect(paths.append)
     recording.stop()
-    qtbot.waitUntil(lambda: recording.phase is Phase.IDLE)
+    qtbot.waitUntil(lambda: recording.phase is RecordingPhase.IDLE)
     recording.take_state(told('stopping', files=(client.path,)))  # sent before the answer
     recording.take_state(told('idle', files=(client.path,)))
-    assert recording.phase is Phase.IDLE and paths == [client.path]
+    assert recording.phase is RecordingPhase.IDLE and paths == [client.path]
 
 
 def test_a_state_from_before_the_answer_does_not_end_a_recording(model, client, qtbot):
     model.start()
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     model.take_state(told('idle', files=('/bags/earlier.bag',)))
-    assert model.phase is Phase.RECORDING and model.state.finished is None
+    assert model.phase is RecordingPhase.RECORDING and model.state.finished is None
 
 
 def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
     model.choices.tick('/robot/tcf', False)
     model.choices.tick('/kinect/points', True)
     model.start()
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     assert client.options.topics == ('/robot/q_act', '/kinect/image', '/kinect/points')
 
 
@@ -120,7 +120,11 @@ def test_without_a_topic_nothing_is_started(model, client):
     for row in model.choices.topics:
         model.choices.tick(row.name, False)
     model.start()
-    assert 'tick' in messages_of(model)[0] and model.phase is Phase.IDLE and not client.commands
+    assert (
+        'tick' in messages_of(model)[0]
+        and model.phase is RecordingPhase.IDLE
+        and not client.commands
+    )
 
 
 @pytest.mark.parametrize('choice, prefix, name', [
@@ -130,7 +134,7 @@ def test_the_name(model, client, qtbot, choice, prefix, name):
     model.choices.set_name('seam.bag')
     model.choices.choose_name(choice)
     model.start()
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     assert (client.options.prefix, client.options.name) == (prefix, name)
 
 
@@ -138,15 +142,15 @@ def test_an_existing_file_is_told_before_and_at_the_start(model, client, tmp_pat
     model.choices.choose_name(NameChoice.NAME)
     model.choices.set_name('seam')
     model.start()  # before the look at the disk has answered
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     model.stop()
     Path(client.path).touch()
-    qtbot.waitUntil(lambda: model.phase is Phase.IDLE)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.IDLE)
     model.choices.set_name('seam')
     qtbot.waitUntil(lambda: 'exists already' in model.choices.problem)
     assert model.choices.free_name == 'seam-2'
     model.start()
-    assert 'seam.bag exists already' in messages_of(model)[0] and model.phase is Phase.IDLE
+    assert 'seam.bag exists already' in messages_of(model)[0] and model.phase is RecordingPhase.IDLE
     assert client.commands == ['start', 'stop']
 
 
@@ -158,7 +162,7 @@ def test_a_file_that_appeared_meanwhile_is_not_overwritten(model, client, qtbot)
     with qtbot.waitSignal(model.failed) as signal:
         model.start()
     assert 'exists already' in signal.args[0] and client.commands == []
-    assert model.phase is Phase.IDLE
+    assert model.phase is RecordingPhase.IDLE
 
 
 def test_a_name_has_to_be_given(model):
@@ -204,7 +208,7 @@ def test_saving_the_last_seconds(model, client, qtbot):
     with qtbot.waitSignal(model.finished) as signal:
         model.save_recent()
         model.take_state(told('stopping', files=(client.path,)))
-        assert model.phase is Phase.STOPPING and model.state.path == ''
+        assert model.phase is RecordingPhase.STOPPING and model.state.path == ''
     assert signal.args == [client.path]
     assert client.options.recent_s == 30.0
     assert (client.options.prefix, client.options.name) == ('seam', '')
@@ -213,7 +217,7 @@ def test_saving_the_last_seconds(model, client, qtbot):
 def test_nothing_to_save(model, client):
     model.take_state(told(recent_s=0.0))
     model.save_recent()
-    assert model.phase is Phase.IDLE and client.commands == []
+    assert model.phase is RecordingPhase.IDLE and client.commands == []
 
 
 def test_low_disk(recording):
@@ -234,25 +238,27 @@ def test_a_refusal_is_told_and_leaves_the_recorder_idle(model, client, qtbot):
     with qtbot.waitSignal(model.failed) as signal:
         model.start()
     assert signal.args == ['not recording, because /robot/q_act does not send']
-    assert model.phase is Phase.IDLE and model.state.error == signal.args[0]
+    assert model.phase is RecordingPhase.IDLE and model.state.error == signal.args[0]
     client.error = None
     model.start()
     assert model.state.error == ''
-    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
 
 
 def test_the_disk_is_full_while_recording(recording, client, qtbot):
     with qtbot.waitSignals([recording.finished, recording.failed]):
         recording.take_state(told('idle', files=(client.path,), problems=('the disk is full',)))
     assert messages_of(recording) == ['the recording has ended by itself: the disk is full']
-    assert recording.phase is Phase.IDLE and recording.state.finished.files == (client.path,)
+    assert recording.phase is RecordingPhase.IDLE and recording.state.finished.files == (
+        client.path,
+    )
 
 
 def test_a_stop_that_could_not_write_everything(recording, client, qtbot):
     client.error = RecorderError('the disk is full')
     with qtbot.waitSignals([recording.finished, recording.failed]):
         recording.stop()
-    assert recording.phase is Phase.IDLE and messages_of(recording) == ['the disk is full']
+    assert recording.phase is RecordingPhase.IDLE and messages_of(recording) == ['the disk is full']
 
 
 def test_a_stop_that_fails_after_all_nodes_were_quit(recording, client, qtbot):
@@ -262,7 +268,7 @@ def test_a_stop_that_fails_after_all_nodes_were_quit(recording, client, qtbot):
     client.error = RecorderError('the recorder is not recording')
     with qtbot.waitSignal(recording.failed):
         client.gate.set()
-    assert recording.phase is Phase.OFF and recording.state.finished is None
+    assert recording.phase is RecordingPhase.OFF and recording.state.finished is None
 
 
 def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtbot):
@@ -271,7 +277,7 @@ def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtb
         recording.stop()
     assert f'{client.path} is still being recorded' in signal.args[0]
     assert 'quit' not in signal.args[0].lower()
-    assert recording.phase is Phase.RECORDING
+    assert recording.phase is RecordingPhase.RECORDING
 
 
 def test_a_recorder_that_says_nothing_goes_on_recording_and_the_verdict_ends_with_it(
@@ -283,7 +289,7 @@ def test_a_recorder_that_says_nothing_goes_on_recording_and_the_verdict_ends_wit
     assert messages_of(recording) == [] and recording.state.error == ''
     recording._silence._timer.setInterval(60_000)
     recording.take_state(told('recording', files=(client.path,)))
-    assert not recording.state.is_silent and recording.phase is Phase.RECORDING
+    assert not recording.state.is_silent and recording.phase is RecordingPhase.RECORDING
 
 
 def test_what_says_nothing_can_be_stopped_and_answers_when_it_responds(recording, client, qtbot):
@@ -306,10 +312,13 @@ def test_nothing_is_started_while_the_recorder_says_nothing(model, client, qtbot
 def test_a_recorder_that_has_ended_without_finishing_its_bag(recording, client, qtbot):
     with qtbot.waitSignal(recording.failed) as signal:
         recording.take_end_of_recorder()
-    assert recording.phase is Phase.GONE and f'cell reindex {client.path}.active' in signal.args[0]
+    assert (
+        recording.phase is RecordingPhase.GONE
+        and f'cell reindex {client.path}.active' in signal.args[0]
+    )
     recording.take_end_of_recorder()  # told with every report
     recording.take_state(told())
-    assert recording.phase is Phase.IDLE and len(messages_of(recording)) == 1
+    assert recording.phase is RecordingPhase.IDLE and len(messages_of(recording)) == 1
 
 
 def test_a_recorder_that_has_ended_and_finished_its_bag(recording, client, qtbot):
@@ -323,19 +332,19 @@ def test_a_recorder_that_was_started_anew(recording, clock, client, qtbot):
     clock.now_s += 10.0
     with qtbot.waitSignal(recording.failed) as signal:
         recording.take_state(told('idle', files=(), stamp_s=10.0))
-    assert recording.phase is Phase.IDLE and recording.state.finished is None
+    assert recording.phase is RecordingPhase.IDLE and recording.state.finished is None
     assert f'cell reindex {client.path}.active' in signal.args[0]
 
 
 def test_a_state_that_waited_while_the_computer_stood_still(recording, clock):
     clock.now_s += 30.0
     recording.take_state(told('idle', files=(), stamp_s=0.0))  # sent before the recording began
-    assert recording.phase is Phase.RECORDING and messages_of(recording) == []
+    assert recording.phase is RecordingPhase.RECORDING and messages_of(recording) == []
 
 
 def test_a_recording_that_somebody_else_started(model, clock):
     model.take_state(told('recording', files=('/bags/other.bag',), duration_s=7.0))
-    assert model.phase is Phase.RECORDING and model.state.path == '/bags/other.bag'
+    assert model.phase is RecordingPhase.RECORDING and model.state.path == '/bags/other.bag'
     assert model.elapsed_s == pytest.approx(7.0)
     clock.now_s += 10.0
     model.take_state(told('idle', files=('/bags/other.bag',), duration_s=8.0))
@@ -344,17 +353,17 @@ def test_a_recording_that_somebody_else_started(model, clock):
 
 def test_that_it_runs_may_be_told_again(recording):
     recording.set_running(True)
-    assert recording.phase is Phase.RECORDING
+    assert recording.phase is RecordingPhase.RECORDING
 
 
 def test_nothing_runs(model, client):
     model.set_running(False)
     model.take_state(told())
-    assert model.phase is Phase.OFF
+    assert model.phase is RecordingPhase.OFF
     model.start()
     assert 'launch the devices' in messages_of(model)[0] and client.commands == []
     model.set_running(True)
-    assert model.phase is Phase.WAITING
+    assert model.phase is RecordingPhase.WAITING
 
 
 def test_in_a_folder_that_cannot_be_written_nothing_is_started(model, client, qtbot):
@@ -362,7 +371,7 @@ def test_in_a_folder_that_cannot_be_written_nothing_is_started(model, client, qt
     qtbot.waitUntil(lambda: '/proc' in model.choices.problem)
     model.start()
     assert '/proc' in messages_of(model)[0]
-    assert model.phase is Phase.IDLE and client.commands == []
+    assert model.phase is RecordingPhase.IDLE and client.commands == []
 
 
 def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
@@ -371,7 +380,7 @@ def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
     model.set_running(False)
     client.gate.set()
     wait_for_line(tasks, 'recorder', qtbot)
-    assert model.phase is Phase.OFF and client.commands == ['start']
+    assert model.phase is RecordingPhase.OFF and client.commands == ['start']
     Path(client.path).touch()
     with qtbot.waitSignal(model.finished):
         model.take_end_of_run()
@@ -383,7 +392,7 @@ def test_the_run_is_ended_while_something_is_recorded(recording, tasks, client, 
     with qtbot.waitSignal(recording.finished) as signal:
         recording.take_end_of_run()
     assert signal.args == [client.path] and recording.state.finished.files == (client.path,)
-    assert recording.phase is Phase.OFF
+    assert recording.phase is RecordingPhase.OFF
     with qtbot.assertNotEmitted(recording.finished):
         recording.take_end_of_run()
         wait_for_line(tasks, 'files', qtbot)
@@ -411,4 +420,4 @@ def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client)
     for _ in range(5):
         recording._silence._timer.timeout.emit()
         recording.take_state(told('recording', files=(client.path,)))
-    assert recording.phase is Phase.RECORDING and messages_of(recording) == []
+    assert recording.phase is RecordingPhase.RECORDING and messages_of(recording) == []

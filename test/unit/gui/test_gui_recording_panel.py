@@ -22,7 +22,7 @@ from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.gui.recording.recording_choices import NameChoice
 from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
 from process_visualizer.gui.recording.recording_panel import Notice, RecordingPanel, notice_of
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 Find = Callable[[Type[QWidget], str], Any]
@@ -102,12 +102,12 @@ def test_the_states_between(find, running, client, qtbot):
     assert find(QPushButton, 'record').text() == 'Starting…'
     assert not find(QPushButton, 'record').isEnabled()
     client.gate.set()
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     client.gate.clear()
     click(find, 'record')
     assert find(QPushButton, 'record').text() == 'Stopping…'
     client.gate.set()
-    qtbot.waitUntil(lambda: running.phase is Phase.IDLE)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.IDLE)
 
 
 def test_the_name(find, running, qtbot, tmp_path):
@@ -149,7 +149,7 @@ def test_topics_are_ticked(find, running):
 
 def test_a_silent_topic_is_seen(find, running, client, qtbot):
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     silent = (seen('/robot/q_act', 0.0, 4.0), seen('/robot/tcf'), seen('/kinect/image'))
     running.take_state(told('recording', files=(client.path,), topics=silent))
     assert item(find, 0, 0).text(1).replace('\u2009', ' ') == 'no data for 4 s'
@@ -159,7 +159,7 @@ def test_a_silent_topic_is_seen(find, running, client, qtbot):
 
 def test_low_disk_warns(find, running, client, qtbot):
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     running.take_state(told('recording', files=(client.path,), time_left_s=200.0,
                             free_bytes=5 * 10 ** 9))
     assert 'The disk is full in 3 min' in text(find, 'disk_time_left')
@@ -177,7 +177,7 @@ def test_the_tick_is_the_verdict_of_the_report(find, running, client, qtbot):
     """What the report calls not complete has no tick here, though the recorder had no problem."""
     client.verdict = BagVerdict(False, 'not complete: 5 lost on /ft')
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     click(find, 'record')
     qtbot.waitUntil(lambda: '5 lost' in text(find, 'record_notice'))
     assert client.judged == [(client.path,)]
@@ -187,7 +187,7 @@ def test_the_tick_is_the_verdict_of_the_report(find, running, client, qtbot):
 
 def test_there_is_no_tick_before_the_verdict(find, running, client, qtbot):
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     client.judging.clear()
     click(find, 'record')
     qtbot.waitUntil(lambda: running.state.finished is not None)
@@ -199,7 +199,7 @@ def test_there_is_no_tick_before_the_verdict(find, running, client, qtbot):
 def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot):
     """After quitting and launching again it was "0 B · 34 815 messages" with nothing recorded."""
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     running.take_state(told('recording', files=(client.path,), bytes=900_000, messages=1000,
                             duration_s=2.0))
     click(find, 'record')
@@ -220,7 +220,7 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
 
 def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, client, qtbot):
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     Path(client.path).touch()
     running.set_running(False)
     running.take_end_of_run()

@@ -23,9 +23,9 @@ from process_visualizer.gui.recording.recording_choices import DiskRoom, disk_ro
 from process_visualizer.gui.recording.recording_state import RecordingState
 from process_visualizer.gui.recording.recording_types import (
     FinishedBag,
-    Mark,
-    Phase,
+    RecordedMark,
     RecordingClock,
+    RecordingPhase,
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
@@ -71,9 +71,9 @@ class Sequences(RuleBasedStateMachine):
         self.recorder = Recorder()
         self.state = RecordingState()
         self.sent: List[Tuple[float, RecorderSnapshot]] = []
-        self.answer: Optional[Callable[[], events.Step]] = None
+        self.answer: Optional[Callable[[], events.RecordingStep]] = None
         self.finished: List[str] = []
-        self.marked_in: Dict[int, Tuple[Mark, str]] = {}
+        self.marked_in: Dict[int, Tuple[RecordedMark, str]] = {}
         self.shown: Tuple[str, float] = ('', 0.0)
 
     # The run
@@ -81,7 +81,7 @@ class Sequences(RuleBasedStateMachine):
     @initialize()
     def launch(self) -> None:
         self.recorder.restart()
-        self.take(events.Step(self.state.run(True)))
+        self.take(events.RecordingStep(self.state.run(True)))
         self.hear()
 
     @precondition(lambda self: self.is_quiet)
@@ -95,7 +95,7 @@ class Sequences(RuleBasedStateMachine):
 
     def end_run(self) -> None:
         self.sent.clear()
-        self.take(events.Step(self.state.run(False)))
+        self.take(events.RecordingStep(self.state.run(False)))
 
     @property
     def is_quiet(self) -> bool:
@@ -103,11 +103,11 @@ class Sequences(RuleBasedStateMachine):
 
     # Commands of the operator, which the recorder follows at once and answers later
 
-    @precondition(lambda self: self.state.phase is Phase.IDLE and self.is_quiet)
+    @precondition(lambda self: self.state.phase is RecordingPhase.IDLE and self.is_quiet)
     @rule(is_refused=st.booleans(), is_saving=st.booleans(), is_quick=st.booleans())
     def write(self, is_refused: bool, is_saving: bool, is_quick: bool) -> None:
-        self.take(events.Step(self.state.asked_to_write(
-            Phase.STOPPING if is_saving else Phase.STARTING)))
+        self.take(events.RecordingStep(self.state.asked_to_write(
+            RecordingPhase.STOPPING if is_saving else RecordingPhase.STARTING)))
         if is_refused or self.recorder.is_recording:
             self.answer = self.refuse
         else:
@@ -115,31 +115,33 @@ class Sequences(RuleBasedStateMachine):
         if is_quick:
             self.hear_answer()
 
-    def write_bag(self, is_saving: bool) -> Callable[[], events.Step]:
+    def write_bag(self, is_saving: bool) -> Callable[[], events.RecordingStep]:
         path = self.recorder.start(self.now_s)
         if is_saving:
             self.recorder.end(self.now_s)
         self.tell()
         if is_saving:
             return lambda: events.ended(self.state, [path], self.now_s)
-        return lambda: events.Step(self.state.started(path, self.now_s))
+        return lambda: events.RecordingStep(self.state.started(path, self.now_s))
 
-    def refuse(self) -> events.Step:
-        was_gone = self.state.phase is Phase.GONE
-        step = events.Step(self.state.refused(Phase.IDLE, self.now_s))
-        assert step.state.phase in (Phase.IDLE, Phase.OFF) or was_gone
+    def refuse(self) -> events.RecordingStep:
+        was_gone = self.state.phase is RecordingPhase.GONE
+        step = events.RecordingStep(self.state.refused(RecordingPhase.IDLE, self.now_s))
+        assert step.state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF) or was_gone
         return step
 
-    @precondition(lambda self: self.state.phase is Phase.RECORDING and self.is_quiet)
+    @precondition(lambda self: self.state.phase is RecordingPhase.RECORDING and self.is_quiet)
     @rule(is_reached=st.booleans(), is_quick=st.booleans())
     def stop(self, is_reached: bool, is_quick: bool) -> None:
-        self.take(events.Step(self.state.asked_to_stop(self.now_s)))
+        self.take(events.RecordingStep(self.state.asked_to_stop(self.now_s)))
         if is_reached:
             files = self.recorder.end(self.now_s)
             self.tell()
             self.answer = lambda: events.ended(self.state, files, self.now_s)
         else:
-            self.answer = lambda: events.Step(self.state.refused(Phase.RECORDING, self.now_s))
+            self.answer = lambda: events.RecordingStep(
+                self.state.refused(RecordingPhase.RECORDING, self.now_s)
+            )
         if is_quick:
             self.hear_answer()
 
@@ -151,22 +153,22 @@ class Sequences(RuleBasedStateMachine):
         self.take(answer())
         assert not self.state.is_asked
 
-    @precondition(lambda self: self.state.phase is Phase.RECORDING)
+    @precondition(lambda self: self.state.phase is RecordingPhase.RECORDING)
     @rule(label=st.sampled_from(['', 'it tears']), is_written=st.booleans())
     def mark(self, label: str, is_written: bool) -> None:
         self.state = self.state._replace(label=label)
         before = self.state.marks
-        self.take(events.Step(self.state.marked(self.now_s)))
+        self.take(events.RecordingStep(self.state.marked(self.now_s)))
         mark = self.state.marks[-1]
         assert mark.label and self.state.label == ''
         self.marked_in[id(mark)] = (mark, self.state.path)
         if not is_written:
-            self.take(events.Step(self.state.not_marked(mark)))
+            self.take(events.RecordingStep(self.state.not_marked(mark)))
             assert self.state.marks == before
 
     @rule()
     def dismiss(self) -> None:
-        self.take(events.Step(self.state.dismissed()))
+        self.take(events.RecordingStep(self.state.dismissed()))
         assert self.state.error == '' and self.state.finished is None
 
     @precondition(lambda self: self.answer is not None)
@@ -174,7 +176,7 @@ class Sequences(RuleBasedStateMachine):
     def end_the_run_meanwhile(self, is_there: bool) -> None:
         self.end_run()
         self.hear_answer()
-        assert self.state.phase is Phase.OFF
+        assert self.state.phase is RecordingPhase.OFF
         self.launch_again(is_there)
 
     # What the recorder does by itself, or for somebody else
@@ -190,7 +192,7 @@ class Sequences(RuleBasedStateMachine):
             self.recorder.start(self.now_s)
         self.tell()
 
-    @precondition(lambda self: self.state.phase is not Phase.GONE)
+    @precondition(lambda self: self.state.phase is not RecordingPhase.GONE)
     @rule()
     def end(self) -> None:
         self.sent.clear()
@@ -212,14 +214,14 @@ class Sequences(RuleBasedStateMachine):
         if was_asked:
             assert self.state.phase is before
         else:
-            assert self.state.phase is Phase(snapshot.phase)
+            assert self.state.phase is RecordingPhase(snapshot.phase)
 
     @rule(seconds=st.floats(0.0, 30.0))
     def wait(self, seconds: float) -> None:
         """Let time pass, while what was sent is on its way."""
         self.now_s += seconds
 
-    def take(self, step: events.Step) -> None:
+    def take(self, step: events.RecordingStep) -> None:
         if step.failure:
             assert step.state.error == step.failure
         if step.ended is not None:
@@ -232,7 +234,7 @@ class Sequences(RuleBasedStateMachine):
 
     @invariant()
     def a_recording_has_a_path(self) -> None:
-        assert self.state.phase is not Phase.RECORDING or self.state.path
+        assert self.state.phase is not RecordingPhase.RECORDING or self.state.path
 
     @invariant()
     def a_finished_bag_is_told_once(self) -> None:
@@ -246,17 +248,25 @@ class Sequences(RuleBasedStateMachine):
     @invariant()
     def who_waits_for_an_answer_has_asked(self) -> None:
         assert not self.state.is_asked or self.answer is not None
-        assert not self.state.is_asked or self.state.phase in (Phase.STARTING, Phase.STOPPING,
-                                                               Phase.GONE)
+        assert not self.state.is_asked or self.state.phase in (
+            RecordingPhase.STARTING,
+            RecordingPhase.STOPPING,
+            RecordingPhase.GONE,
+        )
 
     @invariant()
     def nothing_is_recorded_where_nothing_runs(self) -> None:
-        if self.state.phase in (Phase.OFF, Phase.WAITING, Phase.IDLE, Phase.GONE):
+        if self.state.phase in (
+            RecordingPhase.OFF,
+            RecordingPhase.WAITING,
+            RecordingPhase.IDLE,
+            RecordingPhase.GONE,
+        ):
             assert self.state.path == '' and not self.state.is_busy
 
     @invariant()
     def the_clock_of_a_recording_never_goes_back(self) -> None:
-        if self.state.phase is not Phase.RECORDING:
+        if self.state.phase is not RecordingPhase.RECORDING:
             self.shown = ('', 0.0)
             return
         path, shown_s = self.shown
@@ -270,7 +280,11 @@ TestSequences.settings = settings(max_examples=300, stateful_step_count=50)
 
 def recording(**values: object) -> RecordingState:
     """Return the state within a recording of BAG that was answered at 10 s."""
-    state = RecordingState(phase=Phase.IDLE).asked_to_write(Phase.STARTING).started(BAG, 10.0)
+    state = (
+        RecordingState(phase=RecordingPhase.IDLE)
+        .asked_to_write(RecordingPhase.STARTING)
+        .started(BAG, 10.0)
+    )
     return state._replace(**values)
 
 
@@ -278,12 +292,12 @@ def test_a_bag_that_was_stopped_while_the_run_ends_is_not_told_again() -> None:
     state = recording().asked_to_stop(11.0).run(False)
     assert state.left == BAG
     step = events.ended(state, [BAG], 12.0)
-    assert step.ended == (BAG,) and step.state.left == '' and step.state.phase is Phase.OFF
+    assert step.ended == (BAG,) and step.state.left == '' and step.state.phase is RecordingPhase.OFF
 
 
 def test_a_stop_that_nobody_answers_does_not_make_a_recording_of_a_recorder_that_is_gone() -> None:
     state = events.gone(recording().asked_to_stop(11.0)).state
-    assert state.refused(Phase.RECORDING, 20.0).phase is Phase.GONE
+    assert state.refused(RecordingPhase.RECORDING, 20.0).phase is RecordingPhase.GONE
 
 
 def test_marks_of_one_recording_are_not_shown_with_what_somebody_else_starts_then() -> None:
@@ -339,8 +353,8 @@ def test_the_clock_stops_with_the_recorder() -> None:
 
 def test_the_room_is_the_recorders_while_it_records() -> None:
     snapshot = RecorderSnapshot('recording', rate=1e6, free_bytes=5 << 30, time_left_s=200.0)
-    assert disk_room(Phase.RECORDING, snapshot, 9 << 30) == DiskRoom(5 << 30, 200.0)
-    assert disk_room(Phase.RECORDING, snapshot, None).is_low
-    assert disk_room(Phase.IDLE, snapshot, 2 << 30) == DiskRoom(2 << 30, (1 << 30) / 1e6)
-    assert disk_room(Phase.IDLE, snapshot, None) == DiskRoom(None, None)
-    assert disk_room(Phase.IDLE, snapshot._replace(rate=0.0), 1) == DiskRoom(1, None)
+    assert disk_room(RecordingPhase.RECORDING, snapshot, 9 << 30) == DiskRoom(5 << 30, 200.0)
+    assert disk_room(RecordingPhase.RECORDING, snapshot, None).is_low
+    assert disk_room(RecordingPhase.IDLE, snapshot, 2 << 30) == DiskRoom(2 << 30, (1 << 30) / 1e6)
+    assert disk_room(RecordingPhase.IDLE, snapshot, None) == DiskRoom(None, None)
+    assert disk_room(RecordingPhase.IDLE, snapshot._replace(rate=0.0), 1) == DiskRoom(1, None)

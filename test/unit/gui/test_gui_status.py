@@ -9,9 +9,9 @@ from PyQt5.QtWidgets import QLabel
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import player_activity, recorder_activity, status_text
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.cell.launch_view import LaunchView
-from process_visualizer.gui.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.health.device_state import Level, Line
@@ -25,14 +25,14 @@ def player(rate: float, paused: bool = False) -> PlayerSnapshot:
 
 
 @pytest.mark.parametrize('text, expected', [
-    (status_text(Phase.IDLE, None, '', GOOD), 'Idle'),
-    (status_text(Phase.LAUNCHING, Mode.REALTIME, '', GOOD), 'Launching nodes…'),
-    (status_text(Phase.RUNNING, Mode.REALTIME, '', GOOD), 'In real-time mode.'),
-    (status_text(Phase.RUNNING, Mode.REALTIME, 'Recording', GOOD),
+    (status_text(LaunchPhase.IDLE, None, '', GOOD), 'Idle'),
+    (status_text(LaunchPhase.LAUNCHING, Mode.REALTIME, '', GOOD), 'Launching nodes…'),
+    (status_text(LaunchPhase.RUNNING, Mode.REALTIME, '', GOOD), 'In real-time mode.'),
+    (status_text(LaunchPhase.RUNNING, Mode.REALTIME, 'Recording', GOOD),
      'In real-time mode. Recording'),
-    (status_text(Phase.RUNNING, Mode.PLAYBACK, 'Paused', DIED),
+    (status_text(LaunchPhase.RUNNING, Mode.PLAYBACK, 'Paused', DIED),
      'In playback mode. Paused\narm: driver ended with code 1'),
-    (status_text(Phase.QUITTING, Mode.PLAYBACK, 'Paused', GOOD), 'Quitting all nodes…'),
+    (status_text(LaunchPhase.QUITTING, Mode.PLAYBACK, 'Paused', GOOD), 'Quitting all nodes…'),
 ])
 def test_status(text: str, expected: str) -> None:
     assert text == expected

@@ -14,7 +14,7 @@ from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.playback.timeline_header import HEADER_HEIGHT, TRACK_TOP, Alarms
 from process_visualizer.gui.playback.timeline_view import moment_at, moment_tip
 from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.runs.comparison.timeline_bands import Moment, MomentKind
+from process_visualizer.runs.comparison.timeline_bands import MomentKind, ReferenceMoment
 
 
 @pytest.fixture
@@ -248,16 +248,16 @@ class TestMoments:
     Y = int(TRACK_TOP) + 5
 
     @pytest.fixture
-    def asked(self, bench: Bench) -> 'list[tuple[Moment, float]]':
-        moments = [Moment(4.0, MomentKind.EVENT, 'go', 0, 1.0),
-                   Moment(9.0, MomentKind.DEPARTURE, 'force', 0, 6.0)]
+    def asked(self, bench: Bench) -> 'list[tuple[ReferenceMoment, float]]':
+        moments = [ReferenceMoment(4.0, MomentKind.EVENT, 'go', 0, 1.0),
+                   ReferenceMoment(9.0, MomentKind.DEPARTURE, 'force', 0, 6.0)]
         bench.view.set_moments(moments)
-        asked: 'list[tuple[Moment, float]]' = []
+        asked: 'list[tuple[ReferenceMoment, float]]' = []
         bench.view.anchor_wanted.connect(lambda moment, time_s: asked.append((moment, time_s)))
         return asked
 
     def test_a_drag_says_where_it_belongs(self, bench: Bench,
-                                          asked: 'list[tuple[Moment, float]]') -> None:
+                                          asked: 'list[tuple[ReferenceMoment, float]]') -> None:
         bench.press(9.0, self.Y)
         bench.move(11.0, self.Y, Qt.LeftButton)
         assert bench.pixel(x_of(11.0), self.Y) == LIGHT.accent
@@ -267,21 +267,21 @@ class TestMoments:
         assert bench.stand.commands() == []
 
     def test_a_press_goes_there(self, bench: Bench,
-                                asked: 'list[tuple[Moment, float]]') -> None:
+                                asked: 'list[tuple[ReferenceMoment, float]]') -> None:
         bench.press(4.05, self.Y)
         bench.release(4.05, self.Y)
         assert bench.stand.commands() == [('seek', 4.0)] and asked == []
 
     def test_a_new_alignment_ends_a_drag(self, bench: Bench,
-                                         asked: 'list[tuple[Moment, float]]') -> None:
+                                         asked: 'list[tuple[ReferenceMoment, float]]') -> None:
         bench.press(9.0, self.Y)
         bench.view.set_moments([])
         bench.release(12.0, self.Y)
         assert asked == []
 
     def test_beside_them_the_time_is_pressed(self, bench: Bench,
-                                             asked: 'list[tuple[Moment, float]]') -> None:
+                                             asked: 'list[tuple[ReferenceMoment, float]]') -> None:
         bench.press(6.0, self.Y)
         assert bench.stand.commands() == [('seek', 6.0)]
         assert moment_at(QPointF(x_of(9.0), self.Y), bench.view.axis, []) == -1
-        assert 'drag it there' in moment_tip(Moment(4.0, MomentKind.EVENT, 'go', 0, 1.0))
+        assert 'drag it there' in moment_tip(ReferenceMoment(4.0, MomentKind.EVENT, 'go', 0, 1.0))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from roslaunch.core import printlog_bold
 from roslaunch.nodeprocess import LocalProcess
 
-from process_visualizer.launching.run import ProcessEvent, exit_code_in, parse_line, plain
+from process_visualizer.launching.run import LaunchEvent, exit_code_in, parse_line, plain
 
 STARTED = 'process[{}]: started with pid [4711]'
 DIED = '[{}] process has died [pid 4711, exit code {}, cmd /opt/a b __name:=n __log:=/x/n-1.log].'
@@ -25,23 +25,23 @@ CANNOT = ('ERROR: cannot launch node of type [pkg/kind]: Cannot locate node of t
 
 
 @pytest.mark.parametrize('line, event', [
-    (STARTED.format('rviz-1'), ProcessEvent('started', '/rviz')),
-    (STARTED.format('arm/robot_proc-12'), ProcessEvent('started', '/arm/robot_proc')),
-    (STARTED.format('a-2-3'), ProcessEvent('started', '/a-2')),
-    (STARTED.format('a-3') + 'first words', ProcessEvent('started', '/a', rest='first words')),
-    (DIED.format('arm/driver-3', 1), ProcessEvent('exited', '/arm/driver', 1)),
-    (DIED.format('arm/driver-3', -11), ProcessEvent('exited', '/arm/driver', -11)),
-    (DIED.format('d-3', 127), ProcessEvent('exited', '/d', 127)),
-    (FINISHED.format('simulator-7'), ProcessEvent('exited', '/simulator', 0)),
-    (REQUIRED.format('rviz-1'), ProcessEvent('required_died', '/rviz')),
-    (CANNOT, ProcessEvent('cannot_launch', 'pkg/kind',
+    (STARTED.format('rviz-1'), LaunchEvent('started', '/rviz')),
+    (STARTED.format('arm/robot_proc-12'), LaunchEvent('started', '/arm/robot_proc')),
+    (STARTED.format('a-2-3'), LaunchEvent('started', '/a-2')),
+    (STARTED.format('a-3') + 'first words', LaunchEvent('started', '/a', rest='first words')),
+    (DIED.format('arm/driver-3', 1), LaunchEvent('exited', '/arm/driver', 1)),
+    (DIED.format('arm/driver-3', -11), LaunchEvent('exited', '/arm/driver', -11)),
+    (DIED.format('d-3', 127), LaunchEvent('exited', '/d', 127)),
+    (FINISHED.format('simulator-7'), LaunchEvent('exited', '/simulator', 0)),
+    (REQUIRED.format('rviz-1'), LaunchEvent('required_died', '/rviz')),
+    (CANNOT, LaunchEvent('cannot_launch', 'pkg/kind',
                           reason=CANNOT.split('[pkg/kind]: ')[1])),
     # from a roslaunch on another computer, which puts its name in front
-    ('[pc-0]: ' + STARTED.format('far-1'), ProcessEvent('started', '/far')),
-    ('[pc-0]: ' + DIED.format('far-1', 2), ProcessEvent('exited', '/far', 2)),
-    ('[pc-0]: ' + FINISHED.format('far-1'), ProcessEvent('exited', '/far', 0)),
+    ('[pc-0]: ' + STARTED.format('far-1'), LaunchEvent('started', '/far')),
+    ('[pc-0]: ' + DIED.format('far-1', 2), LaunchEvent('exited', '/far', 2)),
+    ('[pc-0]: ' + FINISHED.format('far-1'), LaunchEvent('exited', '/far', 0)),
 ])
-def test_events(line: str, event: ProcessEvent) -> None:
+def test_events(line: str, event: LaunchEvent) -> None:
     assert parse_line(line) == event
 
 
@@ -84,10 +84,10 @@ def test_lines_are_those_of_this_roslaunch(capsys: pytest.CaptureFixture[str]) -
         process.exit_code = code
         print(f'[{process.name}] {process.get_exit_description()}')
     events = [parse_line(plain(line)) for line in capsys.readouterr().out.splitlines()]
-    assert events == [ProcessEvent('started', '/arm/driver'),
-                      ProcessEvent('exited', '/arm/driver', -15),
-                      ProcessEvent('exited', '/arm/driver', 1),
-                      ProcessEvent('exited', '/arm/driver', 0)]
+    assert events == [LaunchEvent('started', '/arm/driver'),
+                      LaunchEvent('exited', '/arm/driver', -15),
+                      LaunchEvent('exited', '/arm/driver', 1),
+                      LaunchEvent('exited', '/arm/driver', 0)]
 
 
 @given(st.text(max_size=60))
@@ -100,6 +100,6 @@ def test_any_line_is_understood_or_not(line: str) -> None:
        st.integers(1, 999), st.integers(-64, 255).filter(bool))
 def test_any_node_name(name: str, number: int, code: int) -> None:
     process = f'{name}-{number}'
-    assert parse_line(STARTED.format(process)) == ProcessEvent('started', f'/{name}')
-    assert parse_line(DIED.format(process, code)) == ProcessEvent('exited', f'/{name}', code)
-    assert parse_line(REQUIRED.format(process)) == ProcessEvent('required_died', f'/{name}')
+    assert parse_line(STARTED.format(process)) == LaunchEvent('started', f'/{name}')
+    assert parse_line(DIED.format(process, code)) == LaunchEvent('exited', f'/{name}', code)
+    assert parse_line(REQUIRED.format(process)) == LaunchEvent('required_died', f'/{name}')

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cycle_bags import write_bag
 
-from process_visualizer.page.robots import Span
+from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
@@ -16,6 +16,6 @@ def test_a_run_that_is_not_judged_is_neither_good_nor_poor(tmp_path: Path) -> No
     reference, run = ChosenRuns().runs([write_bag(tmp_path)])
     judged = GoodRuns(reference, []).compare(run)
     not_judged = judged._replace(why_not='there is no good run of variant 2')
-    words = [run_words(run, it, (), Span(0.0, 10.0)) for it in (judged, not_judged)]
+    words = [run_words(run, it, (), PageSpan(0.0, 10.0)) for it in (judged, not_judged)]
     assert [it['state'] for it in words] == ['good', 'plain']
     assert words[1]['verdict'] == 'is not judged: there is no good run of variant 2'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 from typing import Dict, List, Tuple
 
-from process_visualizer.remote.frames import GREETING, FrameReader, Kind, Message, MessageParts
+from process_visualizer.remote.frames import GREETING, Kind, LinkFrameReader, Message, MessageParts
 from process_visualizer.remote.outbox import LinkWindow, Outbox
 
 
@@ -21,7 +21,7 @@ class SimulatedLink:
         self._free_s = 0.0
         self._events: List[Tuple[float, int, str, bytes]] = []
         self._number = self._received = 0
-        self._reader, self._parts = FrameReader(), MessageParts()
+        self._reader, self._parts = LinkFrameReader(), MessageParts()
         self._reader.take(GREETING)
 
     def put(self, channel: int, size: int) -> None:

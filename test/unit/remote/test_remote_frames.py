@@ -9,9 +9,9 @@ import pytest
 from process_visualizer.remote.frames import (
     GREETING,
     MAX_BYTES,
-    FrameReader,
     FramesBroken,
     Kind,
+    LinkFrameReader,
     MessageParts,
     frame_bytes,
     json_frame,
@@ -25,7 +25,7 @@ def test_a_message_arrives_whole_beside_another_one() -> None:
     frames = [*message_frames(1, 7, one)]
     frames[1:1] = message_frames(2, 8, other)
     stream = GREETING + b''.join(frames)
-    reader, parts, found = FrameReader(), MessageParts(), []
+    reader, parts, found = LinkFrameReader(), MessageParts(), []
     for begin in range(0, len(stream), 999):
         for frame in reader.take(stream[begin:begin + 999]):
             found += parts.begin(frame) if frame.kind == Kind.BEGIN else parts.part(frame)
@@ -33,7 +33,7 @@ def test_a_message_arrives_whole_beside_another_one() -> None:
 
 
 def test_an_empty_message_arrives_with_its_begin() -> None:
-    reader = FrameReader()
+    reader = LinkFrameReader()
     begin, = reader.take(GREETING + b''.join(message_frames(3, 1, b'')))
     assert MessageParts().begin(begin) == [(3, 1, b'')]
 
@@ -44,11 +44,11 @@ def test_an_empty_message_arrives_with_its_begin() -> None:
     GREETING + struct.pack('<BII', Kind.PART, 0, 0xffffffff)])
 def test_what_is_no_frame_is_refused_at_once(stream: bytes) -> None:
     with pytest.raises(FramesBroken):
-        FrameReader().take(stream)
+        LinkFrameReader().take(stream)
 
 
 def test_claimed_lengths_are_checked_before_anything_is_kept() -> None:
-    reader, parts = FrameReader(), MessageParts()
+    reader, parts = LinkFrameReader(), MessageParts()
     huge, small, part = reader.take(
         GREETING + frame_bytes(Kind.BEGIN, struct.pack('<QQ', 0, MAX_BYTES + 1), 1)
         + frame_bytes(Kind.BEGIN, struct.pack('<QQ', 0, 2), 1) + frame_bytes(Kind.PART, b'abc', 1))
@@ -65,13 +65,13 @@ def test_claimed_lengths_are_checked_before_anything_is_kept() -> None:
     frame_bytes(Kind.OFFER, b'[]'), frame_bytes(Kind.OFFER, b'{'),
     frame_bytes(Kind.OFFER, b'\xff'), frame_bytes(Kind.OFFER, b'[' * 100_000)])
 def test_what_is_no_json_is_told(frame: bytes) -> None:
-    found, = FrameReader().take(GREETING + frame)
+    found, = LinkFrameReader().take(GREETING + frame)
     with pytest.raises(FramesBroken):
         found.json()
 
 
 def test_values_are_those_that_were_sent() -> None:
-    first, second = FrameReader().take(GREETING + json_frame(Kind.WANT, topics=['/tf'])
+    first, second = LinkFrameReader().take(GREETING + json_frame(Kind.WANT, topics=['/tf'])
                                        + number_frame(Kind.ACKNOWLEDGE, 1 << 40))
     assert first.json() == {'topics': ['/tf']}
     assert second.number() == 1 << 40

@@ -8,7 +8,7 @@ from typing import Any, Dict
 import pytest
 import yaml
 
-from process_visualizer.remote.offer import Mesh, Offer, digest_of, offer_of, topics_of
+from process_visualizer.remote.offer import Offer, OfferedMesh, digest_of, offer_of, topics_of
 from process_visualizer.remote.shown_view import (
     fixed_frame,
     mesh_paths,
@@ -74,7 +74,7 @@ def test_parameters_of_models_are_found_in_the_view() -> None:
 
 def test_a_mesh_that_is_not_here_is_wanted_under_a_name_of_ours(tmp_path: Path) -> None:
     models = {'/arm/robot_description': URDF.format(CELL_MESH)}
-    shown = shown_models(models, {CELL_MESH: Mesh(3, 'abc')}, str(tmp_path))
+    shown = shown_models(models, {CELL_MESH: OfferedMesh(3, 'abc')}, str(tmp_path))
     assert shown.wanted == {CELL_MESH: str(tmp_path / '0.stl')}
     assert f'file://{tmp_path}/0.stl' in shown.texts['/arm/robot_description']
 
@@ -96,7 +96,7 @@ def test_only_meshes_of_models_are_given_away(tmp_path: Path) -> None:
     paths = mesh_paths({'/a': URDF.format(f'file://{mesh}'),
                         '/b': URDF.format(f'file://{secret}'), '/c': '<robot'})
     assert paths == {f'file://{mesh}': str(mesh)}
-    assert offered_meshes(paths) == {f'file://{mesh}': Mesh(5, digest_of(b'solid'))}
+    assert offered_meshes(paths) == {f'file://{mesh}': OfferedMesh(5, digest_of(b'solid'))}
 
 
 @pytest.mark.parametrize('text', ['<robot', '<a/>', '<!DOCTYPE x><robot/>'])
@@ -107,7 +107,7 @@ def test_what_is_no_model_is_told(text: str, tmp_path: Path) -> None:
 
 def test_an_offer_is_the_same_at_the_other_side() -> None:
     offer = Offer('0.1', 'realtime', 'view', {'/arm/robot_description': '<robot/>'},
-                  {'a': Mesh(1, 'b')})
+                  {'a': OfferedMesh(1, 'b')})
     assert offer_of(offer.values()) == offer
 
 

@@ -22,7 +22,7 @@ from process_visualizer.remote.link_words import (
     unreachable,
     versions_differ,
 )
-from process_visualizer.remote.offer import Topic
+from process_visualizer.remote.offer import OfferedTopic
 from process_visualizer.viewing.relay_connection import ClockOffset
 
 REFUSED = ConnectionRefusedError(errno.ECONNREFUSED, 'refused')
@@ -92,7 +92,7 @@ def test_the_quickest_answer_tells_the_time() -> None:
 def test_versions_and_types() -> None:
     assert versions_differ('1', '1') is None
     assert 'version 2 of process_visualizer, this computer has 1' in str(versions_differ('2', '1'))
-    topics = {'/a': Topic('a/A', '1' * 32, ''), '/b': Topic('a/B', '2' * 32, '')}
+    topics = {'/a': OfferedTopic('a/A', '1' * 32, ''), '/b': OfferedTopic('a/B', '2' * 32, '')}
     assert types_differ(topics, {'a/A': '1' * 32, 'a/B': '3' * 32}) == (
         'a/B is another type here than at the cell: what is sent as such is not shown; '
         'install the same version of a',)

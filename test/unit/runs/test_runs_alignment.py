@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import made_run
 
-from process_visualizer.runs.alignment.alignment import Means, aligned
+from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned
 from process_visualizer.runs.alignment.time_map import common_events, time_map
 from process_visualizer.runs.run import Run, RunEvent, ToolMotion
 
@@ -18,7 +18,7 @@ MOVING_S = np.concatenate((np.arange(1.5, 4.5, 0.05), np.arange(6.5, 8.5, 0.05))
 
 def errors_s(reference: Run, run: Run, speed: float, start_s: float) -> np.ndarray:
     found = aligned(reference, run)
-    assert found.means is Means.MOTION
+    assert found.means is AlignmentMethod.MOTION
     return np.abs(found.time_map.to_run(2.0 + MOVING_S) - (start_s + speed * MOVING_S))
 
 
@@ -117,13 +117,13 @@ def test_events_that_contradict_the_motion_do_not_bend_it() -> None:
 
 def test_without_motion_events_decide() -> None:
     found = aligned(made_run(has_motion=False), made_run(1, 1.1, 4.0, has_motion=False))
-    assert found.means is Means.EVENTS
+    assert found.means is AlignmentMethod.EVENTS
     np.testing.assert_allclose(found.time_map.to_run(np.array([3.0, 8.0])), [5.1, 10.6], atol=1e-9)
 
 
 def test_without_motion_and_events_the_begin_decides() -> None:
     found = aligned(made_run(has_motion=False, events=()), made_run(1, has_motion=False, events=()))
-    assert found.means is Means.BEGIN
+    assert found.means is AlignmentMethod.BEGIN
     np.testing.assert_allclose(found.time_map.to_run(np.array([3.0])), [3.0])
 
 

@@ -14,11 +14,11 @@ from process_visualizer.runs.alignment.live_alignment import (
     PERIOD_S,
     LiveAlignment,
     PhaseHistory,
-    Span,
+    RunSpan,
 )
 
 RATE_HZ, DURATION_S, GO_S, STOP_S = 30.0, 14.0, 2.0, 12.0
-SPAN = Span('go', 'stop')
+SPAN = RunSpan('go', 'stop')
 EVENTS = {'go': (GO_S,), 'stop': (STOP_S,)}
 Path = Callable[[np.ndarray], np.ndarray]
 

@@ -7,7 +7,7 @@ from typing import Sequence, Tuple
 import numpy as np
 import pytest
 
-from process_visualizer.runs.alignment.alignment import Means, aligned_at
+from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned_at
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 
@@ -88,7 +88,7 @@ def test_the_way_to_another_place_is_aligned_by_states() -> None:
     good = GoodRuns(to_place(0.0, 0.0), [to_place(1.0, 0.1), to_place(2.0, 0.2),
                                          to_place(3.0, 0.3)])
     found = good.compare(to_place(4.0, 0.4))
-    assert found.alignment.means is Means.STATES
+    assert found.alignment.means is AlignmentMethod.STATES
     assert not found.departures
     slow = good.compare(to_place(5.0, 0.4, 1.3)).departures
     assert slow[0].signal.label == 'slower by'

@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_state import RECENT_S
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -43,8 +43,8 @@ def write_events(bag: str, text: str) -> None:
 
 
 _MODES = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
-_PHASES = {Phase.LAUNCHING: 'launching', Phase.RUNNING: 'launched',
-           Phase.QUITTING: 'quitting all nodes', Phase.IDLE: 'all nodes have ended'}
+_PHASES = {LaunchPhase.LAUNCHING: 'launching', LaunchPhase.RUNNING: 'launched',
+           LaunchPhase.QUITTING: 'quitting all nodes', LaunchPhase.IDLE: 'all nodes have ended'}
 _STATES = {PartState.STOPPING: 'is stopped', PartState.STARTING: 'is started'}
 
 
@@ -68,7 +68,7 @@ class EventNotes(QObject):
         before, self._phase = self._phase, self._launch.phase
         running = self._launch.running
         if self._phase is not before:
-            what = '' if running is None or self._phase is not Phase.LAUNCHING else (
+            what = '' if running is None or self._phase is not LaunchPhase.LAUNCHING else (
                 f' in {_MODES[running.mode]}: '
                 + ', '.join(device.name for device in running.devices))
             self._alarms.note(_PHASES[self._phase] + what)
@@ -78,7 +78,7 @@ class EventNotes(QObject):
         """Single parts that are stopped and started while everything else runs."""
         before = self._parts
         self._parts = {part: report.state for part, report in self._launch.reports.items()}
-        if self._phase is Phase.RUNNING:
+        if self._phase is LaunchPhase.RUNNING:
             for part, state in self._parts.items():
                 if state is not before.get(part, state) and state in _STATES:
                     self._alarms.note(f'{self._title(part)} {_STATES[state]}')

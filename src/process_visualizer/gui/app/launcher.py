@@ -24,7 +24,12 @@ from process_visualizer.gui.cell.calibration_model import RegionModel, ToolModel
 from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.edited_values import UnsavedModel
-from process_visualizer.gui.cell.launch_model import LaunchGuard, LaunchModel, MixtureModel, Phase
+from process_visualizer.gui.cell.launch_model import (
+    LaunchGuard,
+    LaunchModel,
+    LaunchPhase,
+    MixtureModel,
+)
 from process_visualizer.gui.cell.master_model import MasterModel, WatchModel
 from process_visualizer.gui.cell.objects_model import ObjectsModel
 from process_visualizer.gui.cell.view_model import ViewModel
@@ -37,8 +42,8 @@ from process_visualizer.gui.playback.bag_model import BagModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.recording.recording_choices import is_for_anybody
-from process_visualizer.gui.recording.recording_model import Phase as RecordingPhase
 from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.ros.sensor_links import ObjectLink, RegionLink
@@ -56,13 +61,13 @@ _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
               RecordingPhase.STOPPING: 'Finishing the recording'}
 
 
-def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
+def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
     """Return the activity of the system; ``mode`` is that of the nodes, ``trouble`` the worst."""
-    if phase is Phase.IDLE or mode is None:
+    if phase is LaunchPhase.IDLE or mode is None:
         return 'Idle'
-    if phase is Phase.LAUNCHING:
+    if phase is LaunchPhase.LAUNCHING:
         return 'Launching nodes…'
-    if phase is Phase.QUITTING:
+    if phase is LaunchPhase.QUITTING:
         return 'Quitting all nodes…'
     text = ' '.join(filter(None, [_MODE[mode], activity]))
     return f'{text}\n{trouble.text}' if trouble.level >= Level.WAITING else text
@@ -131,7 +136,7 @@ class ObjectAlarms(QObject):
         launch.changed.connect(self._follow_launch)
 
     def _follow_launch(self) -> None:
-        is_up = self._launch.phase in (Phase.LAUNCHING, Phase.RUNNING)
+        is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
         self.model.set_running(self._launch.running if is_up else None)
 
     def _follow_sensors(self, names: Sequence[str]) -> None:
@@ -318,7 +323,7 @@ class Launcher(QObject):
     def status(self) -> str:
         """The status line."""
         if self.guard.is_looking:
-            return status_text(Phase.LAUNCHING, self.cell.mode, '', Line(Level.OFF, ''))
+            return status_text(LaunchPhase.LAUNCHING, self.cell.mode, '', Line(Level.OFF, ''))
         if self.launch.is_idle and self._waits_for():
             return self._waits_for()
         running = self.launch.running

@@ -36,7 +36,7 @@ from process_visualizer.gui.app.shortcuts import WindowKeys
 from process_visualizer.gui.cell.alarm_strip import alarm_strip
 from process_visualizer.gui.cell.calibration_panel import CalibrationPanel, RegionPanel
 from process_visualizer.gui.cell.devices_panel import DevicesPanel, LogView, WarningsView
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.cell.launch_view import LaunchView
 from process_visualizer.gui.cell.notices import (
     ChangedNotice,
@@ -451,7 +451,7 @@ class LauncherApp(QMainWindow):
 
     def _restart_selected(self) -> None:
         name = self.devices.selected_device()
-        if name and self._launcher.launch.phase is Phase.RUNNING:
+        if name and self._launcher.launch.phase is LaunchPhase.RUNNING:
             self._launcher.launch.restart(name)
 
     def _mark_playback(self) -> None:

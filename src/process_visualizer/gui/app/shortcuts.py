@@ -18,7 +18,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.recording.recording_model import RecordingModel
@@ -180,7 +180,7 @@ class WindowKeys:
     def enable(self) -> None:
         """Enable the keys of the mode while nodes run in it."""
         is_playback = self._launcher.cell.mode is Mode.PLAYBACK
-        is_running = self._launcher.launch.phase is Phase.RUNNING
+        is_running = self._launcher.launch.phase is LaunchPhase.RUNNING
         for shortcut in self._playback:
             shortcut.setEnabled(is_running and is_playback)
         for shortcut in self._recording:

@@ -23,9 +23,9 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.widgets import in_column
 from process_visualizer.rviz.window_geometry import (
-    Frame,
-    Places,
     Rectangle,
+    WindowFrame,
+    WindowPlaces,
     followed,
     places,
     settings_of,
@@ -265,10 +265,10 @@ class WindowKeeper(QObject):
         self._launcher.view.window = found.rviz
         self._launcher.link.place_rviz(_scaled(found.rviz, self._window.devicePixelRatioF()))
 
-    def _place_dock(self, found: Places) -> None:
+    def _place_dock(self, found: WindowPlaces) -> None:
         self.dock.setGeometry(_rect(found.timeline))
 
-    def _places(self) -> Places:
+    def _places(self) -> WindowPlaces:
         return places(self._room(), _frame_of(self._window), self._sizes, self._is_wide)
 
     def _room(self) -> Rectangle:
@@ -279,13 +279,13 @@ class WindowKeeper(QObject):
         return f'layout/{self._screen.name()}-{room.width}x{room.height}'
 
 
-def _frame_of(window: QWidget) -> Frame:
+def _frame_of(window: QWidget) -> WindowFrame:
     """The window's frame; none is known before it is on the screen."""
     handle = window.windowHandle()
     if handle is None:
-        return Frame()
+        return WindowFrame()
     margins = handle.frameMargins()
-    return Frame(margins.left(), margins.top(), margins.right(), margins.bottom())
+    return WindowFrame(margins.left(), margins.top(), margins.right(), margins.bottom())
 
 
 def _rectangle(rect: QRect) -> Rectangle:

@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
-from process_visualizer.gui.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
@@ -149,7 +149,10 @@ class AlarmsModel(QObject):
 
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
-        if running is None or self._launch.phase not in (Phase.LAUNCHING, Phase.RUNNING):
+        if running is None or self._launch.phase not in (
+            LaunchPhase.LAUNCHING,
+            LaunchPhase.RUNNING,
+        ):
             return []
         found: List[Condition] = []
         for device in running.devices:

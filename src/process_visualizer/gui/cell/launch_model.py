@@ -27,7 +27,7 @@ _LINE = 'launch'
 _END_TIMEOUT_S = 60.0
 
 
-class Phase(Enum):
+class LaunchPhase(Enum):
     """The state of the nodes as a whole."""
 
     IDLE = 'idle'
@@ -53,7 +53,7 @@ class LaunchModel(QObject):
         self.folder = new_run_folder()
         self._record = RunRecord()
         self._launched = LaunchedCell(self.folder, self._reported.emit)
-        self.phase = Phase.IDLE
+        self.phase = LaunchPhase.IDLE
         self._is_starting = False
         self.running: Optional[Choice] = None
         self.reports: Dict[str, PartReport] = {}
@@ -75,15 +75,15 @@ class LaunchModel(QObject):
     def launch(self, choice: Choice) -> None:
         """Generate the files of a choice and start everything."""
         self.reports = {}
-        self._begin(Phase.LAUNCHING, choice)
+        self._begin(LaunchPhase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan, self._not_launched)
 
     def apply(self, choice: Choice) -> None:
         """Switch to another choice; parts that are the same in both keep running."""
         before = self.running
-        self._begin(Phase.LAUNCHING, choice)
+        self._begin(LaunchPhase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
-                        lambda error: self._not_changed(error, Phase.RUNNING, before))
+                        lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
 
     def restart(self, part: str) -> None:
         """Stop and start one part, if it was launched."""
@@ -92,7 +92,7 @@ class LaunchModel(QObject):
 
     def quit(self) -> None:
         """Stop everything; `stopped` is emitted at the end."""
-        self._begin(Phase.QUITTING, self.running)
+        self._begin(LaunchPhase.QUITTING, self.running)
         self._tasks.run(_LINE, self._launched.stop, self._ended, self._not_ended)
 
     def close(self) -> None:
@@ -104,12 +104,12 @@ class LaunchModel(QObject):
     @property
     def is_idle(self) -> bool:
         """Return whether nothing runs."""
-        return self.phase is Phase.IDLE
+        return self.phase is LaunchPhase.IDLE
 
     @property
     def is_running(self) -> bool:
         """Return whether everything has been launched, and nothing is being quit."""
-        return self.phase is Phase.RUNNING
+        return self.phase is LaunchPhase.RUNNING
 
     def _prepare(self) -> List[int]:
         ended = self._launched.prepare()
@@ -139,15 +139,15 @@ class LaunchModel(QObject):
     def _look_whether_up(self) -> None:
         """Everything is launched when no part is starting any more, failed or not."""
         starting = any(report.state is PartState.STARTING for report in self.reports.values())
-        if self.phase is Phase.LAUNCHING and not self._is_starting and not starting:
-            self.phase = Phase.RUNNING
+        if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and not starting:
+            self.phase = LaunchPhase.RUNNING
 
     def _not_launched(self, error: Exception) -> None:
-        self._not_changed(error, Phase.IDLE, None)
+        self._not_changed(error, LaunchPhase.IDLE, None)
 
-    def _not_changed(self, error: Exception, phase: Phase, running: Optional[Choice]) -> None:
+    def _not_changed(self, error: Exception, phase: LaunchPhase, running: Optional[Choice]) -> None:
         """The nodes keep running as before, unless everything is being quit."""
-        if self.phase is Phase.LAUNCHING:
+        if self.phase is LaunchPhase.LAUNCHING:
             self.phase, self.running, self._is_starting = phase, running, False
         if isinstance(error, ConfigurationError):
             self.problems_found.emit(list(error.problems))
@@ -166,17 +166,17 @@ class LaunchModel(QObject):
 
     def _ended(self, _nothing: object) -> None:
         self.running, self.reports, self.warnings = None, {}, ()
-        self.phase = Phase.IDLE
+        self.phase = LaunchPhase.IDLE
         self.changed.emit()
         self.stopped.emit()
 
-    def _begin(self, phase: Phase, choice: Optional[Choice]) -> None:
+    def _begin(self, phase: LaunchPhase, choice: Optional[Choice]) -> None:
         self.phase, self.running = phase, choice
-        self._is_starting = phase is Phase.LAUNCHING
+        self._is_starting = phase is LaunchPhase.LAUNCHING
         self.changed.emit()
 
     def _take_report(self, report: PartReport) -> None:
-        if self.phase is not Phase.IDLE:
+        if self.phase is not LaunchPhase.IDLE:
             self.reports = {**self.reports, report.part: report}
             self._look_whether_up()
             self.changed.emit()

@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.cell.launch_model import Phase
+from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import set_primary
@@ -65,8 +65,8 @@ class RvizMenu(QMenu):
         self.addActions(self._views.actions())
 
 
-_LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
-                Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
+_LAUNCH_TEXT = {LaunchPhase.IDLE: 'Launch nodes', LaunchPhase.LAUNCHING: 'Quit all nodes',
+                LaunchPhase.RUNNING: 'Quit all nodes', LaunchPhase.QUITTING: 'Quitting…'}
 _STATUS_LINES = 3
 
 
@@ -80,7 +80,7 @@ class LaunchView(QWidget):
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
-        self._phase = Phase.IDLE
+        self._phase = LaunchPhase.IDLE
         self._modes = QButtonGroup(self)
         self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
         self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
@@ -120,15 +120,15 @@ class LaunchView(QWidget):
         """Give a notice, which may be hidden, its place above the status."""
         self._texts.put_first(notice)
 
-    def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
+    def show_phase(self, phase: LaunchPhase, can_launch: bool, reason: str) -> None:
         """Enable what can be done; ``reason`` says why nothing can be launched."""
         self._phase = phase
         self.launch.setText(_LAUNCH_TEXT[phase])
-        self.launch.setEnabled(phase is not Phase.QUITTING
-                               and (phase is not Phase.IDLE or can_launch))
+        self.launch.setEnabled(phase is not LaunchPhase.QUITTING
+                               and (phase is not LaunchPhase.IDLE or can_launch))
         self.launch.setToolTip(reason or 'Ctrl+L')
-        set_primary(self.launch, phase is Phase.IDLE)
-        self.view.setEnabled(phase is Phase.RUNNING)
+        set_primary(self.launch, phase is LaunchPhase.IDLE)
+        self.view.setEnabled(phase is LaunchPhase.RUNNING)
 
     def show_grace(self, left_s: int) -> None:
         """Say that all nodes are about to be quit, and for how many seconds that can be undone."""
@@ -157,7 +157,7 @@ class LaunchView(QWidget):
         return button
 
     def _on_launch(self) -> None:
-        (self.launch_wanted if self._phase is Phase.IDLE else self.quit_wanted).emit()
+        (self.launch_wanted if self._phase is LaunchPhase.IDLE else self.quit_wanted).emit()
 
     def _lay_out(self) -> None:
         modes = QHBoxLayout()

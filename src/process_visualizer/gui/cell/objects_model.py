@@ -15,13 +15,13 @@ from process_visualizer.health.alarm_board import Condition
 from process_visualizer.health.alarm_conditions import blind_condition, object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import (
-    Moment,
+    NearMoment,
     NearObject,
+    NearSpan,
     ObjectSpans,
     ObjectWatch,
-    Span,
 )
-from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 
 SILENT_S = 3.0
 """A running sensor that says nothing for so long does not know any more what is there."""
@@ -60,12 +60,12 @@ class ObjectsModel(QObject):
         return self._conditions
 
     @property
-    def live(self) -> Tuple[Span, ...]:
+    def live(self) -> Tuple[NearSpan, ...]:
         """Return times [s since the epoch] of the last minutes at which something was near."""
         return self._live.spans
 
     @property
-    def played(self) -> Tuple[Span, ...]:
+    def played(self) -> Tuple[NearSpan, ...]:
         """Return where something was near in the recording, as far as it has been played."""
         return self._played.spans
 
@@ -90,7 +90,7 @@ class ObjectsModel(QObject):
         if player is None:
             self._player = PlaybackClock()
             return
-        self._player.add(PlaybackState(player.stamp_s, player.position_s, player.achieved_rate,
+        self._player.add(ClockState(player.stamp_s, player.position_s, player.achieved_rate,
                                        player.paused, player.segment, player.since_s))
 
     def take(self, snapshot: ObjectsSnapshot) -> None:
@@ -166,12 +166,12 @@ class ObjectsModel(QObject):
     def _place(self, snapshot: ObjectsSnapshot, near: Tuple[NearObject, ...],
                now_s: float) -> None:
         """Note when it is seen, or where in the recording."""
-        spans, moment = self._live, Moment(0, now_s)
+        spans, moment = self._live, NearMoment(0, now_s)
         if self._mode is Mode.PLAYBACK:
             at = self._player.bag_time(snapshot.stamp_s)
             if at is None:
                 return
-            spans, moment = self._played, Moment(at.segment, at.time_s)
+            spans, moment = self._played, NearMoment(at.segment, at.time_s)
         spans.take(snapshot.device, snapshot.objects, near, moment)
 
 

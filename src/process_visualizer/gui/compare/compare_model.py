@@ -10,12 +10,12 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.samples import ReadingCancelled
-from process_visualizer.gui.toolkit.tasks import Progress, Tasks
+from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.timeline_bands import (
     AnchoredRun,
-    Moment,
+    ReferenceMoment,
     TimelineBand,
     timeline_bands,
     timeline_moments,
@@ -110,7 +110,7 @@ class CompareModel(QObject):
         self._good: FrozenSet[int] = frozenset()
         self._compared: Optional[Compared] = None
         self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
-        self._work: Optional[Progress] = None
+        self._work: Optional[TaskProgress] = None
         self._activity = ''
         self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
         self._last: Tuple[str, ...] = ()  # recording of the last session
@@ -156,7 +156,7 @@ class CompareModel(QObject):
                      if found is not None and it.path in self._recording[:1])
 
     @property
-    def moments(self) -> Tuple[Moment, ...]:
+    def moments(self) -> Tuple[ReferenceMoment, ...]:
         """The moments of the reference in the recording that is open."""
         compared, paths = self._compared, self._recording[:1]
         if compared is None:
@@ -219,7 +219,7 @@ class CompareModel(QObject):
         """Read the recordings, and cut them into their runs."""
         cell, recording, added = self._cell, self._recording, self._added
 
-        def found(progress: Progress) -> Tuple[ListedRun, ...]:
+        def found(progress: TaskProgress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
             runs = [*(chosen.of_recording(recording) if recording else ()), *chosen.runs(added)]
             return tuple(ListedRun(run.recording[0], run) for run in runs)
@@ -241,7 +241,7 @@ class CompareModel(QObject):
         runs, good = [it.run for it in self._runs], sorted(self._good)
         anchors = dict(self._anchors)
 
-        def compared(progress: Progress) -> Compared:
+        def compared(progress: TaskProgress) -> Compared:
             reference, *others = [runs[number] for number in good]
             band = GoodRuns(reference, others)
             return Compared(band, tuple(
@@ -251,7 +251,7 @@ class CompareModel(QObject):
         if good:
             self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
 
-    def anchor(self, moment: Moment, position_s: float) -> None:
+    def anchor(self, moment: ReferenceMoment, position_s: float) -> None:
         """Say that a moment of the reference belongs to a position [s] of the open recording."""
         run = self._runs[moment.run].run
         run_s = min(max(position_s - run.begin_s, 0.0), run.duration_s)
@@ -270,7 +270,7 @@ class CompareModel(QObject):
         wanted = dict(self._anchors)
         runs = [it.run for it in self._runs]
 
-        def compared(_progress: Progress) -> Compared:
+        def compared(_progress: TaskProgress) -> Compared:
             return before._replace(comparisons=tuple(
                 before.good.compare(runs[row], wanted[row])
                 if row in wanted and found is not None else found
@@ -283,10 +283,10 @@ class CompareModel(QObject):
         self._stop()
         self.changed.emit()
 
-    def _begin(self, activity: str, work: Callable[[Progress], Any],
+    def _begin(self, activity: str, work: Callable[[TaskProgress], Any],
                take: Callable[[Any], None]) -> None:
         self._stop()
-        self._activity, self._work = activity, Progress(self)
+        self._activity, self._work = activity, TaskProgress(self)
         progress = self._work
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
                                                                               result),
@@ -298,7 +298,7 @@ class CompareModel(QObject):
             self._work.cancel()
         self._work, self._activity = None, ''
 
-    def _end(self, progress: Progress, take: Callable[[Any], None], result: Any) -> None:
+    def _end(self, progress: TaskProgress, take: Callable[[Any], None], result: Any) -> None:
         if progress is self._work:
             self._work, self._activity = None, ''
             take(result)
@@ -334,7 +334,7 @@ class CompareModel(QObject):
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared
 
-    def _refuse(self, progress: Progress, error: Exception) -> None:
+    def _refuse(self, progress: TaskProgress, error: Exception) -> None:
         if progress is not self._work or isinstance(error, ReadingCancelled):
             return
         self._work, self._activity = None, ''
@@ -348,7 +348,7 @@ class CompareModel(QObject):
 
 
 def _comparison(good: GoodRuns, run: Run, anchors: Sequence[Anchor],
-                progress: Progress) -> Optional[Comparison]:
+                progress: TaskProgress) -> Optional[Comparison]:
     if progress.is_cancelled():
         raise ReadingCancelled
     return None if incomparable(good.reference, run) else good.compare(run, anchors)

@@ -11,9 +11,9 @@ from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.comparison.ghost import (
-    GhostArrow,
     GhostTrack,
     LiveReference,
+    ReferenceArrow,
     ghost_arrows,
     ghost_tracks,
     live_reference,
@@ -43,7 +43,7 @@ class GhostModel(QObject):
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, compare: CompareModel,
-                 show: Callable[[Sequence[GhostTrack], Sequence[GhostArrow]], None],
+                 show: Callable[[Sequence[GhostTrack], Sequence[ReferenceArrow]], None],
                  follow: Follow,
                  parent: Optional[QObject] = None) -> None:
         """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
@@ -93,7 +93,7 @@ class GhostModel(QObject):
         self._show(*self._ghost(compared if is_wanted else None))
 
     def _ghost(self, compared: Optional[Compared]
-               ) -> Tuple[Tuple[GhostTrack, ...], Tuple[GhostArrow, ...]]:
+               ) -> Tuple[Tuple[GhostTrack, ...], Tuple[ReferenceArrow, ...]]:
         cell = self._compare.cell
         if compared is None or cell is None:
             return (), ()

@@ -32,7 +32,7 @@ from process_visualizer.gui.playback.transport_view import RateBox
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import colour, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, in_column, in_row
-from process_visualizer.health.near_objects import Span
+from process_visualizer.health.near_objects import NearSpan
 
 _ICON = QSize(18, 18)
 
@@ -125,7 +125,7 @@ class LivePanel(QWidget):
         self._curves, self._choices, self._replay = curves, choices, replay
         self._comparison = comparison
         self._lanes: Dict[Key, Lane] = {}
-        self._near: Sequence[Span] = ()
+        self._near: Sequence[NearSpan] = ()
         self.setObjectName('live_panel')
         self.state = ElidedLabel(Qt.ElideRight)
         self.state.setText(_IDLE)
@@ -180,7 +180,7 @@ class LivePanel(QWidget):
         """Nobody looks: nothing is read."""
         self._curves.set_shown(False)
 
-    def set_near(self, spans: Sequence[Span]) -> None:
+    def set_near(self, spans: Sequence[NearSpan]) -> None:
         """Set when [s since the epoch] objects were near robots."""
         self._near = spans
         self._show_near()

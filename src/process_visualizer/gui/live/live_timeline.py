@@ -36,7 +36,7 @@ from process_visualizer.gui.playback.timeline_header import (
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import Span, times
+from process_visualizer.health.near_objects import NearSpan, times
 
 _MIN_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
@@ -61,7 +61,7 @@ class LiveTimeline(QWidget):
         self._choices = choices
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
-        self.near: Tuple[Span, ...] = ()  # [s, below 0]: when objects were near robots
+        self.near: Tuple[NearSpan, ...] = ()  # [s, below 0]: when objects were near robots
         self._age_s = 0.0
         self._values: Mapping[Key, float] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
@@ -91,7 +91,7 @@ class LiveTimeline(QWidget):
             self.updateGeometry()
         self.update()
 
-    def show_near(self, spans: Sequence[Span]) -> None:
+    def show_near(self, spans: Sequence[NearSpan]) -> None:
         """Show when [s, below 0] objects were near robots."""
         if tuple(spans) != self.near:
             self.near = tuple(spans)

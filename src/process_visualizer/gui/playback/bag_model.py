@@ -20,7 +20,7 @@ from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.sentences import with_details
-from process_visualizer.gui.toolkit.tasks import Progress, Tasks
+from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 
 # Work of the bag model off the GUI thread.
 
@@ -73,7 +73,7 @@ def catalogue_if_there(paths: Sequence[str]) -> Catalogue:
     return catalogue_of(paths)
 
 
-def reindexed(path: str, progress: Progress) -> Reindexed:
+def reindexed(path: str, progress: TaskProgress) -> Reindexed:
     """Make an indexed copy of a bag.
 
     Raises:
@@ -88,7 +88,7 @@ def reindexed(path: str, progress: Progress) -> Reindexed:
     return reindex(path, go_on)
 
 
-def in_steps(progress: Progress) -> Callable[[float], None]:
+def in_steps(progress: TaskProgress) -> Callable[[float], None]:
     """Return what reports to a progress, but only what can be seen of it."""
     shown = -1.0
 
@@ -193,7 +193,7 @@ class CurvesModel(QObject):
         self._sources: Tuple[CurveSource, ...] = ()
         self._curves: Tuple[Curve, ...] = ()
         self._alarms: Tuple[RecordedAlarm, ...] = ()
-        self._reading: Optional[Progress] = None
+        self._reading: Optional[TaskProgress] = None
         self._is_cancelled = False
 
     @property
@@ -207,7 +207,7 @@ class CurvesModel(QObject):
         return self._alarms
 
     @property
-    def reading(self) -> Optional[Progress]:
+    def reading(self) -> Optional[TaskProgress]:
         """Return how far reading is; None while nothing is being read."""
         return self._reading
 
@@ -236,7 +236,7 @@ class CurvesModel(QObject):
         self._stop()
         self._curves, self._alarms, self._is_cancelled = (), (), False
         if self._paths and self._sources:
-            self._reading = progress = Progress(self)
+            self._reading = progress = TaskProgress(self)
             paths, devices = self._paths, self._devices
             self._tasks.run(
                 LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
@@ -262,13 +262,13 @@ class CurvesModel(QObject):
             self._reading.cancel()
             self._reading = None
 
-    def _take(self, progress: Progress, curves: Tuple[Curve, ...]) -> None:
+    def _take(self, progress: TaskProgress, curves: Tuple[Curve, ...]) -> None:
         if progress is self._reading:
             self._reading, self._curves = None, curves
             self._judge()
             self.changed.emit()
 
-    def _refuse(self, progress: Progress, error: Exception) -> None:
+    def _refuse(self, progress: TaskProgress, error: Exception) -> None:
         if isinstance(error, ReadingCancelled) or progress is not self._reading:
             return
         self._reading = None
@@ -312,7 +312,7 @@ class BagModel(QObject):
         self._catalogue: Optional[Catalogue] = None
         self._devices: Tuple[Device, ...] = ()
         self._unindexed = ''
-        self._reindexing: Optional[Progress] = None
+        self._reindexing: Optional[TaskProgress] = None
         self._recent: Tuple[Paths, ...] = ()
         self._gone: Paths = ()
         self._holds_configuration = False
@@ -413,7 +413,7 @@ class BagModel(QObject):
         return self._unindexed
 
     @property
-    def reindexing(self) -> Optional[Progress]:
+    def reindexing(self) -> Optional[TaskProgress]:
         """Return how far the indexed copy is; None while none is being made."""
         return self._reindexing
 
@@ -421,7 +421,7 @@ class BagModel(QObject):
         """Make an indexed copy of the bag without an index, and open that; the bag stays."""
         if not self._unindexed or self._reindexing is not None:
             return
-        path, progress = self._unindexed, Progress(self)
+        path, progress = self._unindexed, TaskProgress(self)
         self._reindexing = progress
         self._tasks.run(_REINDEXING, lambda: reindexed(path, progress),
                         lambda result: self._take_copy(progress, result),
@@ -538,7 +538,7 @@ class BagModel(QObject):
             raise error
         self.failed.emit(str(error))
 
-    def _take_copy(self, progress: Progress, result: Reindexed) -> None:
+    def _take_copy(self, progress: TaskProgress, result: Reindexed) -> None:
         if progress is not self._reindexing:
             return
         self._reindexing = None
@@ -547,7 +547,7 @@ class BagModel(QObject):
             self._tasks.run(_FILES, lambda: recovered_text(result), lambda text: self.failed.emit(
                 with_details(text, map(str, result.gaps))), self._report)
 
-    def _refuse_copy(self, progress: Progress, error: Exception) -> None:
+    def _refuse_copy(self, progress: TaskProgress, error: Exception) -> None:
         if progress is not self._reindexing or isinstance(error, ReindexCancelled):
             return
         self.dismiss()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, NamedTuple, Optional, Protocol
 
-from process_visualizer.gui.playback.playback_state import Sought, StepUnit
+from process_visualizer.gui.playback.playback_state import SeekTarget, StepUnit
 from process_visualizer.gui.toolkit.tasks import Newest
 
 
@@ -38,7 +38,7 @@ class PlayerCommands(Protocol):
 
 # The commands for rate and direction, which belong to those for playing and standing still.
 
-class Motion(NamedTuple):
+class PlayMotion(NamedTuple):
     """A rate, below 0 backwards, and whether it is to play then, or to do as before."""
 
     rate: float
@@ -67,11 +67,11 @@ class MotionCommands:
     def change_rate(self, rate: float) -> None:
         """Take a rate, playing or not as before."""
         waiting = self._calls.waiting
-        self._calls.request(Motion(rate, waiting is not None and waiting.plays))
+        self._calls.request(PlayMotion(rate, waiting is not None and waiting.plays))
 
     def play(self, rate: float) -> None:
         """Play, once the player has the rate."""
-        self._calls.request(Motion(rate, plays=True))
+        self._calls.request(PlayMotion(rate, plays=True))
 
     def stand(self) -> None:
         """Do not play any more when the turn of a rate that waits comes."""
@@ -79,7 +79,7 @@ class MotionCommands:
         if waiting is not None:
             self._calls.request(waiting._replace(plays=False))
 
-    def _send(self, motion: Motion) -> None:
+    def _send(self, motion: PlayMotion) -> None:
         self._set_rate(motion.rate)
         if motion.plays:
             self._play()
@@ -100,7 +100,7 @@ class SeekCommands:
         self._calls = newest(self._send)
 
     @property
-    def wanted(self) -> Optional[Sought]:
+    def wanted(self) -> Optional[SeekTarget]:
         """The newest seek, as long as the player has not done it; else None."""
         return self._calls.wanted
 
@@ -109,11 +109,11 @@ class SeekCommands:
         """Return when the newest seek was sent [wall s]; None while it is under way."""
         return self._sent_s if self._calls.wanted is None else None
 
-    def request(self, sought: Sought) -> None:
+    def request(self, sought: SeekTarget) -> None:
         """Go to a position, unless a newer seek comes before its turn."""
         self._calls.request(sought)
 
-    def _send(self, sought: Sought) -> None:
+    def _send(self, sought: SeekTarget) -> None:
         self._sent_s = self._clock()
         self._client.seek(sought.position_s)
 

@@ -33,7 +33,7 @@ from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.theme import set_sheet
 from process_visualizer.gui.toolkit.widgets import in_column
 from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import Span, times
+from process_visualizer.health.near_objects import NearSpan, times
 from process_visualizer.playback.timeline import format_time
 
 
@@ -99,7 +99,7 @@ class PlaybackPanel(QWidget):
         self.curves = CurvesRow(bag.curves)
         self._lanes: Dict[Key, Lane] = {}
         self._bands = bands
-        self._near: Tuple[Span, ...] = ()
+        self._near: Tuple[NearSpan, ...] = ()
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
@@ -152,7 +152,7 @@ class PlaybackPanel(QWidget):
         """Ask which curves are shown, and in which order."""
         CurvesDialog(tuple(self._lanes.values()), self._bag.curves.choices, self).open()
 
-    def set_near(self, spans: Sequence[Span]) -> None:
+    def set_near(self, spans: Sequence[NearSpan]) -> None:
         """Set where in the recording objects were near robots."""
         if tuple(spans) != self._near:
             self._near = tuple(spans)

@@ -115,7 +115,7 @@ TIMES = (StepUnit(duration_s=0.01), StepUnit(duration_s=0.1), StepUnit(duration_
 _KEPT_SHARE = 0.95  # of the rate; what is reached above this is not worth telling
 
 
-class Sought(NamedTuple):
+class SeekTarget(NamedTuple):
     """A position [s from the beginning] that was asked for in a segment, which this is to end."""
 
     position_s: float
@@ -131,7 +131,7 @@ class PlaybackState(NamedTuple):
     """
 
     snapshot: Optional[PlayerSnapshot] = None
-    sought: Optional[Sought] = None
+    sought: Optional[SeekTarget] = None
     points: LoopPoints = LoopPoints()
     resumes: bool = False
     unit: StepUnit = MESSAGE
@@ -194,10 +194,10 @@ class PlaybackState(NamedTuple):
             state = state._replace(points=LoopPoints())
         return state if asks_for_loop or state.loop == before.loop else state.with_players_loop()
 
-    def sought_at(self, position_s: float) -> Sought:
+    def sought_at(self, position_s: float) -> SeekTarget:
         """Return a seek from here to a position [s], or to the nearer end."""
         segment = 0 if self.snapshot is None else self.snapshot.segment
-        return Sought(self.within(position_s), segment)
+        return SeekTarget(self.within(position_s), segment)
 
     def arrived(self, sent_s: Optional[float]) -> PlaybackState:
         """Forget a seek that was sent at a wall time [s], once the player's state tells of it.
@@ -209,7 +209,7 @@ class PlaybackState(NamedTuple):
             return self._replace(sought=None)
         return self
 
-    def failed(self, wanted: Optional[Sought]) -> PlaybackState:
+    def failed(self, wanted: Optional[SeekTarget]) -> PlaybackState:
         """Return to what the player does, but for a seek that it is still asked for."""
         sought = None if self.snapshot is None else wanted
         return self._replace(sought=sought).with_players_loop()
@@ -229,7 +229,7 @@ def _files(snapshot: Optional[PlayerSnapshot]) -> Optional[Tuple[str, ...]]:
     return None if snapshot is None else snapshot.files
 
 
-def _tells(snapshot: PlayerSnapshot, sought: Sought, sent_s: Optional[float]) -> bool:
+def _tells(snapshot: PlayerSnapshot, sought: SeekTarget, sent_s: Optional[float]) -> bool:
     return (sent_s is not None and snapshot.stamp_s >= sent_s
             and snapshot.segment != sought.segment)
 

@@ -44,7 +44,7 @@ from process_visualizer.gui.playback.timeline_header import (
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.playback.timeline import format_time
-from process_visualizer.runs.comparison.timeline_bands import Moment, MomentKind
+from process_visualizer.runs.comparison.timeline_bands import MomentKind, ReferenceMoment
 
 
 def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, time_s: float,
@@ -77,7 +77,7 @@ _TIPS = {
     MomentKind.ANCHOR: '"{}" of the good run, where you have put it. "Reset alignment" undoes it.'}
 
 
-def moment_at(place: QPointF, axis: TimeAxis, moments: Sequence[Moment]) -> int:
+def moment_at(place: QPointF, axis: TimeAxis, moments: Sequence[ReferenceMoment]) -> int:
     """Return the row of the moment that is nearest to a place; -1 if none is near."""
     if abs(place.y() - _MIDDLE) > _REACH or not moments:
         return -1
@@ -86,8 +86,8 @@ def moment_at(place: QPointF, axis: TimeAxis, moments: Sequence[Moment]) -> int:
     return row if away[row] <= _REACH else -1
 
 
-def with_dragged(moments: Tuple[Moment, ...], row: int,
-                 time_s: Optional[float]) -> Tuple[Moment, ...]:
+def with_dragged(moments: Tuple[ReferenceMoment, ...], row: int,
+                 time_s: Optional[float]) -> Tuple[ReferenceMoment, ...]:
     """Return moments as shown while one (-1: none) is dragged: as an anchor at the mouse [s]."""
     if row < 0 or time_s is None:
         return moments
@@ -95,12 +95,14 @@ def with_dragged(moments: Tuple[Moment, ...], row: int,
     return (*moments[:row], moved, *moments[row + 1:])
 
 
-def moment_tip(moment: Moment) -> str:
+def moment_tip(moment: ReferenceMoment) -> str:
     """Return what a tooltip says of a moment."""
     return f'{format_time(moment.position_s)}  ' + _TIPS[moment.kind].format(moment.label)
 
 
-def draw_moments(painter: QPainter, axis: TimeAxis, moments: Sequence[Moment], part: QRect) -> None:
+def draw_moments(
+    painter: QPainter, axis: TimeAxis, moments: Sequence[ReferenceMoment], part: QRect
+) -> None:
     """Draw a diamond for each moment in a part of the timeline."""
     left, right = max(axis.left - 1, part.left() - _SIZE), min(axis.right + 1,
                                                                part.right() + _SIZE)
@@ -151,7 +153,7 @@ class TimelineView(QWidget):
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self.alarms = header.Alarms()  # when something was wrong
-        self._moments: Tuple[Moment, ...] = ()
+        self._moments: Tuple[ReferenceMoment, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
@@ -197,7 +199,7 @@ class TimelineView(QWidget):
         self.updateGeometry()
         self.update()
 
-    def set_moments(self, moments: Sequence[Moment]) -> None:
+    def set_moments(self, moments: Sequence[ReferenceMoment]) -> None:
         """Set the moments of a good run that are shown, and can be dragged."""
         if tuple(moments) != self._moments:
             self._moments, self._dragged = tuple(moments), None
@@ -364,7 +366,7 @@ class TimelineView(QWidget):
                 self._put(self._moments[row], event.localPos().x())
             self._playback.end_scrub()
 
-    def _put(self, moment: Moment, x: float) -> None:
+    def _put(self, moment: ReferenceMoment, x: float) -> None:
         """A moment was dragged to a place [px], or merely pressed: then go there."""
         if abs(x - self.axis.x(moment.position_s)) < QApplication.startDragDistance():
             self._playback.seek(moment.position_s)

@@ -12,7 +12,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Device
 from process_visualizer.clients.bag_recorder import RecordingOptions
-from process_visualizer.gui.recording.recording_types import Phase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.health.device_state import TopicWatch
@@ -386,12 +386,14 @@ class DiskRoom(NamedTuple):
         return self.time_left_s is not None and self.time_left_s < _LOW_S
 
 
-def disk_room(phase: Phase, snapshot: RecorderSnapshot, seen_bytes: Optional[int]) -> DiskRoom:
+def disk_room(
+    phase: RecordingPhase, snapshot: RecorderSnapshot, seen_bytes: Optional[int]
+) -> DiskRoom:
     """Return what the recorder tells while it records, else what follows from its present rate.
 
     ``seen_bytes`` is the room that the window has seen itself, if it has.
     """
-    if phase is Phase.RECORDING:
+    if phase is RecordingPhase.RECORDING:
         return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s)
     if seen_bytes is None or snapshot.rate <= 0:
         return DiskRoom(seen_bytes, None)

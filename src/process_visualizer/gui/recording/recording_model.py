@@ -16,7 +16,7 @@ from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnrea
 from process_visualizer.gui.recording.recording_choices import DiskRoom, RecordingChoices, disk_room
 from process_visualizer.gui.recording.recording_state import (
     RecordingState,
-    Step,
+    RecordingStep,
     advice,
     checked,
     ended,
@@ -27,9 +27,9 @@ from process_visualizer.gui.recording.recording_state import (
     updated,
 )
 from process_visualizer.gui.recording.recording_types import (
-    Mark,
-    Phase,
+    RecordedMark,
     RecorderClient,
+    RecordingPhase,
     SenderClock,
     SilenceWatch,
 )
@@ -130,7 +130,7 @@ class RecordingModel(QObject):
         return self._state
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> RecordingPhase:
         """Return what the recorder does."""
         return self._state.phase
 
@@ -153,7 +153,7 @@ class RecordingModel(QObject):
 
     def set_running(self, is_running: bool) -> None:
         """Tell that a recorder has been launched, or that it has ended with its run."""
-        if is_running == (self.phase is not Phase.OFF):
+        if is_running == (self.phase is not RecordingPhase.OFF):
             return
         self._silence.stop()
         self._sender = SenderClock()
@@ -163,7 +163,7 @@ class RecordingModel(QObject):
 
     def take_end_of_recorder(self) -> None:
         """Tell that the recorder's process has ended, while the other nodes go on."""
-        if self.phase not in (Phase.OFF, Phase.GONE):
+        if self.phase not in (RecordingPhase.OFF, RecordingPhase.GONE):
             self._silence.stop()
             self._take(gone(self._state))
             self.take_end_of_run()
@@ -177,7 +177,7 @@ class RecordingModel(QObject):
 
     def take_state(self, snapshot: RecorderSnapshot) -> None:
         """Take what the recorder says; in the GUI thread."""
-        if self.phase is Phase.OFF:
+        if self.phase is RecordingPhase.OFF:
             return
         self._silence.hear()
         now_s = self._now_s()
@@ -193,7 +193,7 @@ class RecordingModel(QObject):
 
     def toggle(self) -> None:
         """Start, or stop."""
-        if self.phase is Phase.RECORDING:
+        if self.phase is RecordingPhase.RECORDING:
             self.stop()
         else:
             self.start()
@@ -205,14 +205,14 @@ class RecordingModel(QObject):
                            self.choices.problem)
         if problem:
             self._fail(problem)
-        elif self.phase is Phase.IDLE:
-            self._enter(self._state.asked_to_write(Phase.STARTING))
+        elif self.phase is RecordingPhase.IDLE:
+            self._enter(self._state.asked_to_write(RecordingPhase.STARTING))
             self._write(lambda: checked(self._client.start, options),
                         lambda path: self._enter(self._state.started(path, self._now_s())))
 
     def stop(self) -> None:
         """Stop; ``finished`` tells when everything is written."""
-        if self.phase is Phase.RECORDING:
+        if self.phase is RecordingPhase.RECORDING:
             self._enter(self._state.asked_to_stop(self._now_s()))
             self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
 
@@ -220,7 +220,7 @@ class RecordingModel(QObject):
         """Write what is in memory (the last 30 s) into a bag of its own."""
         if self._state.recent_s > 0:
             options = self.choices.options_to_save(self._state.recent_s)
-            self._enter(self._state.asked_to_write(Phase.STOPPING))
+            self._enter(self._state.asked_to_write(RecordingPhase.STOPPING))
             self._write(lambda: [checked(self._client.save_recent, options)], self._ended)
 
     def set_label(self, label: str) -> None:
@@ -229,7 +229,7 @@ class RecordingModel(QObject):
 
     def mark(self) -> None:
         """Write a moment, now, into the recording, with the prepared label or with a number."""
-        if self.phase is Phase.RECORDING:
+        if self.phase is RecordingPhase.RECORDING:
             marked = self._state.marked(self._now_s())
             mark = marked.marks[-1]
             self._tasks.run(_LINE, lambda: self._client.mark(mark.label), None,
@@ -245,7 +245,7 @@ class RecordingModel(QObject):
     def _write(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
         """Run a command after whose failure the recorder is idle as before."""
         def on_error(error: Exception) -> None:
-            self._enter(self._state.refused(Phase.IDLE, self._now_s()))
+            self._enter(self._state.refused(RecordingPhase.IDLE, self._now_s()))
             self._fail(advice(error, ''))
 
         self._tasks.run(_LINE, command, on_result, on_error)
@@ -256,13 +256,13 @@ class RecordingModel(QObject):
         if isinstance(error, RecorderError) and not isinstance(error, RecorderUnreachable):
             self._ended(list(self._state.snapshot.files))
         else:
-            self._enter(self._state.refused(Phase.RECORDING, self._now_s()))
+            self._enter(self._state.refused(RecordingPhase.RECORDING, self._now_s()))
         self._fail(advice(error, path))
 
     def _ended(self, files: List[str]) -> None:
         self._take(ended(self._state, files, self._now_s()))
 
-    def _not_marked(self, mark: Mark, error: Exception) -> None:
+    def _not_marked(self, mark: RecordedMark, error: Exception) -> None:
         self._enter(self._state.not_marked(mark))
         self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
 
@@ -272,9 +272,9 @@ class RecordingModel(QObject):
         self._take(failed(self._state, message))
 
     def _enter(self, state: RecordingState) -> None:
-        self._take(Step(state))
+        self._take(RecordingStep(state))
 
-    def _take(self, step: Step) -> None:
+    def _take(self, step: RecordingStep) -> None:
         self._state = step.state
         if step.ended is not None:
             self.verdict.look_at(step.ended)

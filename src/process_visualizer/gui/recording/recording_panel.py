@@ -29,7 +29,7 @@ from process_visualizer.gui.recording.recording_choices import (
 )
 from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING, RECENT_S
-from process_visualizer.gui.recording.recording_types import FinishedBag, Phase
+from process_visualizer.gui.recording.recording_types import FinishedBag, RecordingPhase
 from process_visualizer.gui.recording.topic_list import TopicList
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import StillScroll
@@ -46,7 +46,11 @@ from process_visualizer.health.figures import clock_text, count_text, long_time_
 
 _CLOCK_PERIOD_MS = 100
 _BUTTON_ICON_PX = 20
-_BUTTON_TEXTS = {Phase.STARTING: 'Starting…', Phase.RECORDING: 'Stop', Phase.STOPPING: 'Stopping…'}
+_BUTTON_TEXTS = {
+    RecordingPhase.STARTING: 'Starting…',
+    RecordingPhase.RECORDING: 'Stop',
+    RecordingPhase.STOPPING: 'Stopping…',
+}
 
 
 class RecordBar(QFrame):
@@ -78,11 +82,11 @@ class RecordBar(QFrame):
     def refresh(self) -> None:
         """Show the state of the recorder."""
         phase = self._model.phase
-        is_recording = phase is Phase.RECORDING
+        is_recording = phase is RecordingPhase.RECORDING
         self._button.setText('Saving…' if self._model.state.is_saving
                              else _BUTTON_TEXTS.get(phase, 'Record'))
         self._button.setIcon(icon('stop' if is_recording else 'record'))
-        self._button.setEnabled(phase in (Phase.IDLE, Phase.RECORDING))
+        self._button.setEnabled(phase in (RecordingPhase.IDLE, RecordingPhase.RECORDING))
         self._button.setToolTip('Stop and finish the file (R)' if is_recording
                                 else 'Record the ticked topics (R)')
         self._dot.setVisible(is_recording)
@@ -100,7 +104,7 @@ class RecordBar(QFrame):
     def _show_figures(self) -> None:
         state = self._model.state
         figures, incoming = state.figures, state.snapshot.rate
-        is_known = figures is not None and state.phase is not Phase.STARTING
+        is_known = figures is not None and state.phase is not RecordingPhase.STARTING
         colour(self._clock, 'text' if state.is_busy or is_known else 'quiet')
         if figures is None or not is_known:
             self._figures.setText(f'{size_text(incoming)}/s incoming' if incoming else ' ')
@@ -197,10 +201,10 @@ class DiskBar(QWidget):
 
 _ICON_PX = 18
 _LINES = {
-    Phase.OFF: 'Launch the devices in real-time mode to record them.',
-    Phase.WAITING: 'The recorder is starting…',
-    Phase.STARTING: 'Waiting until every publisher is connected…',
-    Phase.GONE: 'The recorder has ended. Restart it from its alarm.',
+    RecordingPhase.OFF: 'Launch the devices in real-time mode to record them.',
+    RecordingPhase.WAITING: 'The recorder is starting…',
+    RecordingPhase.STARTING: 'Waiting until every publisher is connected…',
+    RecordingPhase.GONE: 'The recorder has ended. Restart it from its alarm.',
 }
 _SILENT = {True: 'It may still be recording. Commands take effect when it responds.',
            False: 'Wait until it responds.'}
@@ -253,7 +257,7 @@ class RecordingNotice(QWidget):
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
         colour(self._text, 'text' if notice.icon else 'quiet')
         state = self._model.state
-        is_idle = state.phase in (Phase.IDLE, Phase.OFF)
+        is_idle = state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF)
         self._play.setVisible(is_idle and state.finished is not None)
         self._dismiss.setVisible(bool(state.error))
 
@@ -280,16 +284,16 @@ def notice_of(model: RecordingModel) -> Notice:
         return Notice('warning', f'{NOT_RESPONDING}. {_SILENT[state.is_busy]}')
     if state.is_saving:
         return Notice('', 'Saving the last seconds…')
-    if state.phase is Phase.STOPPING:
+    if state.phase is RecordingPhase.STOPPING:
         return Notice('', 'Writing what has arrived, and finishing the file…')
-    if state.phase is Phase.RECORDING:
+    if state.phase is RecordingPhase.RECORDING:
         return _while_recording(model)
-    if state.finished is not None and state.phase in (Phase.IDLE, Phase.OFF):
+    if state.finished is not None and state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF):
         return _finished(state.finished, model.verdict.verdict)
-    if state.phase is Phase.IDLE:
+    if state.phase is RecordingPhase.IDLE:
         ticked = sum(row.is_ticked for row in model.choices.topics)
         return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
-    return Notice('warning' if state.phase is Phase.GONE else '', _LINES[state.phase])
+    return Notice('warning' if state.phase is RecordingPhase.GONE else '', _LINES[state.phase])
 
 
 def _while_recording(model: RecordingModel) -> Notice:
@@ -479,7 +483,7 @@ class RecordingPanel(StillScroll):
         """Show what is possible now."""
         model = self._model
         state = model.state
-        is_recording = state.phase is Phase.RECORDING
+        is_recording = state.phase is RecordingPhase.RECORDING
         self.names.setEnabled(not state.is_busy)
         self.names.refresh()
         self.topics.lock(state.is_busy)

@@ -13,9 +13,9 @@ from process_visualizer.gui.recording.recording_choices import look_at
 from process_visualizer.gui.recording.recording_types import (
     Figures,
     FinishedBag,
-    Mark,
-    Phase,
+    RecordedMark,
     RecordingClock,
+    RecordingPhase,
     figures_of,
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
@@ -39,7 +39,7 @@ class RecordingState(NamedTuple):
     ``snapshot`` is what the recorder said last, ``answered_s`` when a command was answered last.
     """
 
-    phase: Phase = Phase.OFF
+    phase: RecordingPhase = RecordingPhase.OFF
     is_asked: bool = False
     is_silent: bool = False
     path: str = ''
@@ -47,7 +47,7 @@ class RecordingState(NamedTuple):
     ended: FrozenSet[str] = frozenset()
     finished: Optional[FinishedBag] = None
     error: str = ''
-    marks: Tuple[Mark, ...] = ()
+    marks: Tuple[RecordedMark, ...] = ()
     label: str = ''
     snapshot: RecorderSnapshot = NOTHING_TOLD
     clock: RecordingClock = RecordingClock()
@@ -58,17 +58,21 @@ class RecordingState(NamedTuple):
     @property
     def is_busy(self) -> bool:
         """Return whether a recording is being made (then the window may not just be closed)."""
-        return self.phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING)
+        return self.phase in (
+            RecordingPhase.STARTING,
+            RecordingPhase.RECORDING,
+            RecordingPhase.STOPPING,
+        )
 
     @property
     def is_made(self) -> bool:
         """Return whether there is a recording of which the recorder tells figures."""
-        return bool(self.path) and self.phase in (Phase.RECORDING, Phase.STOPPING)
+        return bool(self.path) and self.phase in (RecordingPhase.RECORDING, RecordingPhase.STOPPING)
 
     @property
     def is_saving(self) -> bool:
         """Return whether the last seconds are being written."""
-        return self.phase is Phase.STOPPING and not self.path
+        return self.phase is RecordingPhase.STOPPING and not self.path
 
     @property
     def figures(self) -> Optional[Figures]:
@@ -88,7 +92,7 @@ class RecordingState(NamedTuple):
     @property
     def recent_s(self) -> float:
         """Return how much of the past can be saved now, at most the last 30 s."""
-        return min(self.snapshot.recent_s, RECENT_S) if self.phase is Phase.IDLE else 0.0
+        return min(self.snapshot.recent_s, RECENT_S) if self.phase is RecordingPhase.IDLE else 0.0
 
     def elapsed_s(self, now_s: float) -> float:
         """Return the time since the recording began, or how long the last one was."""
@@ -109,45 +113,55 @@ class RecordingState(NamedTuple):
     def run(self, is_running: bool) -> 'RecordingState':
         """Return the state after a recorder was launched, or has ended with its run."""
         return self._replace(
-            phase=Phase.WAITING if is_running else Phase.OFF, is_asked=False, is_silent=False,
-            path='', left='' if is_running else self.path, ended=frozenset(), error='',
-            snapshot=NOTHING_TOLD, clock=RecordingClock())
+            phase=RecordingPhase.WAITING if is_running else RecordingPhase.OFF,
+            is_asked=False,
+            is_silent=False,
+            path='',
+            left='' if is_running else self.path,
+            ended=frozenset(),
+            error='',
+            snapshot=NOTHING_TOLD,
+            clock=RecordingClock(),
+        )
 
-    def asked_to_write(self, phase: Phase) -> 'RecordingState':
+    def asked_to_write(self, phase: RecordingPhase) -> 'RecordingState':
         """Return the state after the command to begin a bag: what was before is forgotten."""
         return self.dismissed()._replace(phase=phase, is_asked=True, marks=())
 
     def asked_to_stop(self, now_s: float) -> 'RecordingState':
         """Return the state after the command to stop."""
         clock = self.clock.updated(self.elapsed_s(now_s), False, now_s)
-        return self._replace(phase=Phase.STOPPING, is_asked=True, error='', clock=clock)
+        return self._replace(phase=RecordingPhase.STOPPING, is_asked=True, error='', clock=clock)
 
-    def answered(self, phase: Phase, now_s: float) -> 'RecordingState':
+    def answered(self, phase: RecordingPhase, now_s: float) -> 'RecordingState':
         """Return the state after a command was answered; where no recorder is launched, OFF."""
-        return self._replace(phase=Phase.OFF if self.phase is Phase.OFF else phase,
-                             is_asked=False, answered_s=now_s)
+        return self._replace(
+            phase=RecordingPhase.OFF if self.phase is RecordingPhase.OFF else phase,
+            is_asked=False,
+            answered_s=now_s,
+        )
 
     def started(self, path: str, now_s: float) -> 'RecordingState':
         """Return the state after the recorder told which file it records."""
-        if self.phase is Phase.OFF:
+        if self.phase is RecordingPhase.OFF:
             return self._replace(left=path)  # the run is ending, and finishes it
         snapshot = self.snapshot._replace(phase='recording', files=(path,), problems=(),
                                           messages=0, bytes=0, dropped=0, lost=0)
         clock = RecordingClock().updated(0.0, True, now_s)
         return self._replace(path=path, snapshot=snapshot, clock=clock).answered(
-            Phase.RECORDING, now_s)
+            RecordingPhase.RECORDING, now_s)
 
-    def refused(self, phase: Phase, now_s: float) -> 'RecordingState':
+    def refused(self, phase: RecordingPhase, now_s: float) -> 'RecordingState':
         """Return the state after a command failed: as before, but where the recorder is gone."""
-        is_there = self.is_asked and self.phase is not Phase.GONE
+        is_there = self.is_asked and self.phase is not RecordingPhase.GONE
         return self.answered(phase if is_there else self.phase, now_s)
 
     def marked(self, now_s: float) -> 'RecordingState':
         """Return the state with one mark more, which has the prepared label or a number."""
-        mark = Mark(self.elapsed_s(now_s), self.label or self.next_label)
+        mark = RecordedMark(self.elapsed_s(now_s), self.label or self.next_label)
         return self._replace(marks=(*self.marks, mark), label='')
 
-    def not_marked(self, mark: Mark) -> 'RecordingState':
+    def not_marked(self, mark: RecordedMark) -> 'RecordingState':
         """Return the state after the recorder did not take this mark."""
         return self._replace(marks=tuple(it for it in self.marks if it is not mark))
 
@@ -174,13 +188,15 @@ NOT_RESPONDING = 'The recorder is not responding'
 """It runs, but says nothing at present; no reason to end it."""
 
 
-def obstacle(phase: Phase, is_silent: bool, options: RecordingOptions, problem: str) -> str:
+def obstacle(
+    phase: RecordingPhase, is_silent: bool, options: RecordingOptions, problem: str
+) -> str:
     """Return why nothing can be recorded, or ''; ``problem`` is that of name and folder."""
-    if phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING):
+    if phase in (RecordingPhase.STARTING, RecordingPhase.RECORDING, RecordingPhase.STOPPING):
         return ''
-    if phase in (Phase.OFF, Phase.WAITING):
+    if phase in (RecordingPhase.OFF, RecordingPhase.WAITING):
         return 'nothing to record with: launch the devices in real-time mode first'
-    if phase is Phase.GONE:
+    if phase is RecordingPhase.GONE:
         return 'the recorder has ended; restart it from its alarm'
     if is_silent:
         return f'{NOT_RESPONDING}. Start when it responds'
@@ -207,7 +223,7 @@ def advice(error: Exception, path: str) -> str:
 
 # Reports on changes of a recording's state: bags that are finished, failures.
 
-class Step(NamedTuple):
+class RecordingStep(NamedTuple):
     """The next state; the files of a recording that has ended (else None); what failed, or ''."""
 
     state: RecordingState
@@ -215,45 +231,47 @@ class Step(NamedTuple):
     failure: str = ''
 
 
-def failed(state: RecordingState, message: str) -> Step:
+def failed(state: RecordingState, message: str) -> RecordingStep:
     """Return the step to what the operator is to be told."""
-    return Step(state._replace(error=message), None, message)
+    return RecordingStep(state._replace(error=message), None, message)
 
 
-def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> Step:
+def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingStep:
     """Return the step after the recorder told its state, which is not late."""
     after = _followed(state, snapshot, now_s)
-    if state.path and after.phase is Phase.IDLE:
+    if state.path and after.phase is RecordingPhase.IDLE:
         return _ended_by_itself(after, now_s)
-    return Step(_with_last_figures(after))
+    return RecordingStep(_with_last_figures(after))
 
 
-def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Step:
+def ended(state: RecordingState, files: Sequence[str], now_s: float) -> RecordingStep:
     """Return the step after the recorder told which files are finished; there may be none."""
     bag = FinishedBag(tuple(files), state.snapshot.problems) if files else None
     left = '' if state.left in files else state.left
     after = state._replace(path='', left=left, finished=bag, ended=state.ended.union(files))
-    after = after.answered(Phase.IDLE, now_s)
-    return Step(_with_last_figures(after), None if bag is None else bag.files)
+    after = after.answered(RecordingPhase.IDLE, now_s)
+    return RecordingStep(_with_last_figures(after), None if bag is None else bag.files)
 
 
-def gone(state: RecordingState) -> Step:
+def gone(state: RecordingState) -> RecordingStep:
     """Return the step after the recorder's process has ended; ``left`` is to be looked at."""
-    return Step(state._replace(phase=Phase.GONE, path='', left=state.path, is_silent=False))
+    return RecordingStep(
+        state._replace(phase=RecordingPhase.GONE, path='', left=state.path, is_silent=False)
+    )
 
 
-def left_behind(state: RecordingState, path: str, is_there: bool) -> Step:
+def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingStep:
     """Return the step after the look whether a recorder that has ended has finished its bag."""
     if not is_there:
         return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
-    return Step(state._replace(finished=FinishedBag((path,)),
+    return RecordingStep(state._replace(finished=FinishedBag((path,)),
                                ended=state.ended.union((path,))), (path,))
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:
     """Take the phase that the recorder tells, but while a command waits for its answer."""
-    phase = state.phase if state.is_asked else Phase(snapshot.phase)
-    is_recording = phase is Phase.RECORDING
+    phase = state.phase if state.is_asked else RecordingPhase(snapshot.phase)
+    is_recording = phase is RecordingPhase.RECORDING
     path, clock, marks = state.path, state.clock, state.marks
     if is_recording and snapshot.files:
         path = snapshot.files[0]
@@ -263,10 +281,10 @@ def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -
                           clock=clock.updated(snapshot.duration_s, is_recording, now_s))
 
 
-def _ended_by_itself(state: RecordingState, now_s: float) -> Step:
+def _ended_by_itself(state: RecordingState, now_s: float) -> RecordingStep:
     snapshot = state.snapshot
     if state.path not in snapshot.files:
-        return Step(_with_last_figures(state._replace(path='', left=state.path)))
+        return RecordingStep(_with_last_figures(state._replace(path='', left=state.path)))
     step = ended(state, snapshot.files, now_s)
     if not snapshot.problems:
         return step

@@ -28,7 +28,7 @@ class RecorderClient(Protocol):
         """Write the memory; return the path."""
 
 
-class Phase(Enum):
+class RecordingPhase(Enum):
     """The recorder's phase. OFF: none was launched; WAITING: it was; GONE: it has ended."""
 
     OFF = 'off'
@@ -40,7 +40,7 @@ class Phase(Enum):
     GONE = 'gone'
 
 
-class Mark(NamedTuple):
+class RecordedMark(NamedTuple):
     """A labelled moment of a recording: the time since its beginning."""
 
     time_s: float

@@ -103,7 +103,7 @@ class Tasks(QObject):
             raise error
 
 
-class Progress(QObject):
+class TaskProgress(QObject):
     """Made in the GUI thread; the task reports to it from its own, the view shows it."""
 
     changed = pyqtSignal(float)

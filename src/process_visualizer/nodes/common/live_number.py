@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import rospy
 
-from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.parameters.reading import Parameters, is_number
 
@@ -19,7 +19,7 @@ class LiveNumber:
         self._node, self._name, self._default = node, node.resolve(name), default
         self._read = node.follow_param(name)
         self._said = ''
-        self._log = Pace(_LOG_PERIOD_S)
+        self._log = RefreshRate(_LOG_PERIOD_S)
 
     def value(self) -> float:
         """Return the present value of the parameter."""

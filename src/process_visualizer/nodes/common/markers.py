@@ -43,7 +43,7 @@ class VectorSample:
         return max(0.0, now_s - self.time_s)
 
 
-class Pace:
+class RefreshRate:
     """Lets something happen once in a period."""
 
     def __init__(self, period_s: float) -> None:
@@ -168,7 +168,7 @@ def _marker(namespace: str, number: int, frame: str) -> Marker:
 
 # Arrows with their values: shared by the displays of variables.
 
-class TextPlace(NamedTuple):
+class ValuePlace(NamedTuple):
     """The place of a text: one line of a block, which several values share."""
 
     frame: str
@@ -184,7 +184,7 @@ class ShownValue(NamedTuple):
     style: ArrowStyle
     sample: VectorSample
     text: str
-    place: TextPlace
+    place: ValuePlace
 
 
 class ValueBoard:
@@ -194,7 +194,7 @@ class ValueBoard:
         """The height of texts is in m; values older than ``stale_after_s`` are grey."""
         self._text_height_m = text_height_m
         self._stale_after_s = stale_after_s
-        self._texts = Pace(TEXT_PERIOD_S)
+        self._texts = RefreshRate(TEXT_PERIOD_S)
 
     def markers(self, values: Sequence[ShownValue], now_s: float,
                 wall_s: Optional[float] = None) -> List[Marker]:

@@ -15,7 +15,7 @@ from rospy.impl.paramserver import get_param_server_cache
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.msg import PlayerState
-from process_visualizer.playback.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from process_visualizer.shown_text import shown
 
@@ -282,5 +282,5 @@ class PlaybackFollower:
         return self.clock.data_time_s(self._node.ros_s())
 
     def _receive(self, state: PlayerState) -> None:
-        self.clock.add(PlaybackState(state.stamp.to_sec(), state.position, state.rate,
+        self.clock.add(ClockState(state.stamp.to_sec(), state.position, state.rate,
                                      state.paused, state.segment, state.since.to_sec()))

@@ -13,13 +13,13 @@ from sensor_msgs.msg import JointState
 
 from process_visualizer.bagio.number_places import FieldPath
 from process_visualizer.msg import GhostEvent, GhostPhase
-from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.newest_message import RawMessage, decode
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import GHOST_PHASE_TOPIC
-from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, Span
+from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, RunSpan
 from process_visualizer.runs.event import Passages
 
 
@@ -63,7 +63,7 @@ class EventWatch:
         self._node, self._event, self._on_event = node, event, on_event
         self._path = FieldPath(event.field)
         self._passages = Passages(event.threshold, event.is_above, event.hysteresis)
-        self._log = Pace(_LOG_PERIOD_S)
+        self._log = RefreshRate(_LOG_PERIOD_S)
         self._subscriber = node.subscribe(event.topic, rospy.AnyMsg, self._take, queue_size=100)
 
     def _take(self, message: Any) -> None:
@@ -95,7 +95,7 @@ class LiveFollower:
 
     def __init__(self, node: NodeHandle, robots: Sequence[GhostRobot],
                  joints: Mapping[str, LiveJoints], events: Sequence[GhostEvent],
-                 span: Optional[Span]) -> None:
+                 span: Optional[RunSpan]) -> None:
         """Take the robots of the reference, and the joints of the live ones by device.
 
         Raises:

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.markers import (
     TEXT_PERIOD_S,
-    Pace,
+    RefreshRate,
     VectorSample,
     deletion,
     text_color,
@@ -33,7 +33,7 @@ from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
 
-class ToolMotion(NamedTuple):
+class ShownMotion(NamedTuple):
     """Place of the tool, its velocity (3,) [m/s] in the base frame, arrival time of its pose.
 
     There is no velocity before the first positions span some time.
@@ -56,14 +56,14 @@ class RobotDisplay:
     def __init__(self, parameters: RobotParameters) -> None:
         """``parameters`` has frames, styles and places."""
         self._parameters = parameters
-        self._texts = Pace(TEXT_PERIOD_S)
+        self._texts = RefreshRate(TEXT_PERIOD_S)
         self._present: Dict[Tuple[str, int], str] = {}  # what RViz has, with its frame
 
     def hurry(self) -> None:
         """Add numbers to the next markers, however recent the last ones are."""
         self._texts.hurry()
 
-    def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample], data_s: float,
+    def markers(self, motion: Optional[ShownMotion], force: Optional[VectorSample], data_s: float,
                 wall_s: Optional[float] = None, joints_age_s: Optional[float] = None
                 ) -> List[Marker]:
         """Return the arrows, and the numbers too when it is time for them.
@@ -87,7 +87,7 @@ class RobotDisplay:
             markers += self._deletions(markers)
         return markers
 
-    def _shown(self, motion: Optional[ToolMotion],
+    def _shown(self, motion: Optional[ShownMotion],
                force: Optional[VectorSample]) -> List[_Shown]:
         parameters, shown = self._parameters, []
         if motion and motion.velocity is not None:
@@ -118,7 +118,7 @@ class RobotDisplay:
         names = ('velocity', 'force', 'joints') if 'joints' in lines else ('velocity', 'force')
         return [(name, *lines.get(name, ('', None))) for name in names]
 
-    def _text_place(self, motion: Optional[ToolMotion],
+    def _text_place(self, motion: Optional[ShownMotion],
                     force: Optional[VectorSample]) -> Tuple[str, Vector]:
         """Return frame and position: at the tool if its pose is known, otherwise at the arrow."""
         text = self._parameters.text

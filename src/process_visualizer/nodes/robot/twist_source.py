@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.live_number import LiveNumber
-from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.message_reader import ToolPose, deserialize, float32_values
 from process_visualizer.nodes.robot.tool_input import FramesNotConnected, PoseDecoder
@@ -23,7 +23,7 @@ from process_visualizer.playback.playback_clock import PlaybackClock
 from process_visualizer.playback.timeline import MAX_RATE
 from process_visualizer.robot.joints import JointMatching
 from process_visualizer.robot.recorded_velocity import (
-    Part,
+    PosePart,
     RecordedPose,
     RecordedPoses,
     RecordedVelocity,
@@ -134,13 +134,13 @@ class RecordedReader:
         self._needs_joints = False
         self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
 
-    def read(self, part: Part) -> Optional[Reading]:
+    def read(self, part: PosePart) -> Optional[Reading]:
         """Return the poses of a part of the recording; None if they are not played.
 
         Raises:
             ServiceUnreachable: the player does not answer.
         """
-        reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
+        reach = PosePart(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
         tool = self._messages(self.topic, reach) if self._has_poses else None
         reading = None if self._needs_joints or not self._has_poses \
             else self._decoded(part, tool, [])
@@ -154,7 +154,7 @@ class RecordedReader:
                                     ' from which it can be computed')
         return self._decoded(part, tool, joints)
 
-    def _messages(self, topic: str, part: Part) -> Optional[_Messages]:
+    def _messages(self, topic: str, part: PosePart) -> Optional[_Messages]:
         """Return the messages of a topic; None if it is not played."""
         messages: List[Tuple[float, bytes]] = []
         begin_s = part.begin_s
@@ -171,7 +171,7 @@ class RecordedReader:
                                  messages)
             begin_s = answer.end + _NS
 
-    def _decoded(self, part: Part, tool: Optional[_Messages],
+    def _decoded(self, part: PosePart, tool: Optional[_Messages],
                  joints: Sequence[_Messages]) -> Optional[Reading]:
         decoder = self._decoders('' if tool is None else tool.type)
         if decoder is None:
@@ -301,7 +301,7 @@ class RecordedMotion:
         self._problem = ''
         self._retry_s = 0.0
         self._awaited_s = math.inf
-        self._warnings = Pace(_WARNING_S)
+        self._warnings = RefreshRate(_WARNING_S)
         self._worker = node.worker(self._read, 'recorded poses')
 
     def start(self) -> None:
@@ -363,7 +363,7 @@ class RecordedMotion:
         self._extend(recording, part)
         return 0.0
 
-    def _next_part(self) -> Optional[Part]:
+    def _next_part(self) -> Optional[PosePart]:
         bag = self._clock.present(self._node.wall_s())
         if (bag is None or not self._recording or self._node.monotonic_s() < self._retry_s
                 or not self.is_in_charge()):
@@ -371,9 +371,9 @@ class RecordedMotion:
         known = None if self._known is None else self._known.poses.part
         return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
 
-    def _extend(self, recording: Tuple[object, ...], part: Part) -> None:
+    def _extend(self, recording: Tuple[object, ...], part: PosePart) -> None:
         try:
-            reading = self._reader.read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
+            reading = self._reader.read(PosePart(round(part.begin_s, 9), round(part.end_s, 9)))
         except ServiceUnreachable as error:
             now_s = self._node.monotonic_s()
             # not for the first time: the player may just have ended

@@ -9,7 +9,7 @@ from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.motion import Motion, common_motions, moving_rows
+from process_visualizer.runs.alignment.motion import ToolsMotion, common_motions, moving_rows
 from process_visualizer.runs.alignment.refinement import refined
 from process_visualizer.runs.alignment.skipped_parts import skipped_parts, with_parts
 from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
@@ -52,12 +52,12 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
     return None if fine is None else refined(fine, *common_motions(reference, run, _REFINED_HZ))
 
 
-def _moves(motion: Motion) -> bool:
+def _moves(motion: ToolsMotion) -> bool:
     """Return whether there is a tool, and it moves at times."""
     return motion.positions.shape[1] > 0 and bool(moving_rows(motion).any())
 
 
-def _near_events(motions: Tuple[Motion, Motion],
+def _near_events(motions: Tuple[ToolsMotion, ToolsMotion],
                  events: CommonEvents) -> Tuple[np.ndarray, np.ndarray]:
     """Return where in the run a row may be: the middle and the reach, both in rows."""
     times_s, rate_hz = motions[0].times_s, motions[0].rate_hz
@@ -69,7 +69,7 @@ def _near_events(motions: Tuple[Motion, Motion],
     return middle * rate_hz, (_EVENT_REACH_S + _EVENT_SPREAD * away_s) * rate_hz
 
 
-def _warped(reference: Motion, run: Motion, middle: np.ndarray,
+def _warped(reference: ToolsMotion, run: ToolsMotion, middle: np.ndarray,
             reach: np.ndarray) -> Optional[TimeMap]:
     """Return the map by the moments at which a tool moves; in between time runs evenly."""
     spread = float(np.nansum(np.nanvar(reference.positions, axis=0)))
@@ -84,7 +84,7 @@ def _warped(reference: Motion, run: Motion, middle: np.ndarray,
     return time_map(rows[tells] / reference.rate_hz, columns[tells] / run.rate_hz)
 
 
-class Means(Enum):
+class AlignmentMethod(Enum):
     """The basis of an alignment of two runs."""
 
     MOTION = 'the motion of the tools'
@@ -98,7 +98,7 @@ class Alignment(NamedTuple):
     """A map from moments of a run to those of the reference, and what could not be used."""
 
     time_map: TimeMap
-    means: Means
+    means: AlignmentMethod
     notes: Tuple[str, ...] = ()
 
 
@@ -107,10 +107,12 @@ def aligned(reference: Run, run: Run) -> Alignment:
     events = common_events(reference.events, run.events)
     by_motion = motion_alignment(reference, run, events)
     if by_motion is not None:
-        return Alignment(by_motion, Means.MOTION, events.notes)
+        return Alignment(by_motion, AlignmentMethod.MOTION, events.notes)
     if len(events.reference_s):
-        return Alignment(time_map(events.reference_s, events.run_s), Means.EVENTS, events.notes)
-    return Alignment(shift(0.0), Means.BEGIN, events.notes)
+        return Alignment(
+            time_map(events.reference_s, events.run_s), AlignmentMethod.EVENTS, events.notes
+        )
+    return Alignment(shift(0.0), AlignmentMethod.BEGIN, events.notes)
 
 
 # Moments of two runs that belong together because the operator says so.
@@ -164,13 +166,17 @@ def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
     for begin, end in zip(corners, corners[1:]):
         found = align(part_of(reference, begin.reference_s, end.reference_s, reference.name),
                       part_of(run, begin.run_s, end.run_s, run.name))
-        is_moving |= found.means is Means.MOTION
-        if found.means is not Means.BEGIN:  # where a part begins, is an anchor, or nothing
+        is_moving |= found.means is AlignmentMethod.MOTION
+        if (
+            found.means is not AlignmentMethod.BEGIN
+        ):  # where a part begins, is an anchor, or nothing
             points += _inside(found, begin, end)
     points.sort()
     alignment = time_map(*np.array(points, float).T)
     notes = common_events(reference.events, run.events).notes
-    return Alignment(alignment, Means.MOTION if is_moving else Means.ANCHORS, notes)
+    return Alignment(
+        alignment, AlignmentMethod.MOTION if is_moving else AlignmentMethod.ANCHORS, notes
+    )
 
 
 def _inside(found: Alignment, begin: Anchor, end: Anchor) -> List[Anchor]:
@@ -204,7 +210,7 @@ def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
     for pair in pairs[1:]:
         if pair[0] > rising[-1][0] and pair[1] > rising[-1][1]:
             rising.append(pair)
-    return Alignment(time_map(*np.array(rising).T), Means.STATES, events.notes)
+    return Alignment(time_map(*np.array(rising).T), AlignmentMethod.STATES, events.notes)
 
 
 def _common(mine: States, other: States) -> List[Tuple[float, float]]:

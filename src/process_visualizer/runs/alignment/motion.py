@@ -15,7 +15,7 @@ _NOISE_S = 0.1
 """Speed is that of the motion within so long, else the noise of a tool at rest would be one."""
 
 
-class Motion(NamedTuple):
+class ToolsMotion(NamedTuple):
     """Positions (n, 3 k) [m] of k tools, NaN where unknown, at ``rate_hz`` from the time 0."""
 
     positions: np.ndarray
@@ -27,25 +27,25 @@ class Motion(NamedTuple):
         return np.arange(len(self.positions)) / self.rate_hz
 
 
-def common_motions(reference: Run, run: Run, rate_hz: float) -> Tuple[Motion, Motion]:
+def common_motions(reference: Run, run: Run, rate_hz: float) -> Tuple[ToolsMotion, ToolsMotion]:
     """Return the motions of the tools that both runs have; without any, of no columns."""
     names = [it.device for it in reference.motions if len(it.times_s)
              and any(other.device == it.device and len(other.times_s) for other in run.motions)]
     return _motion(reference, names, rate_hz), _motion(run, names, rate_hz)
 
 
-def _motion(run: Run, names: Sequence[str], rate_hz: float) -> Motion:
+def _motion(run: Run, names: Sequence[str], rate_hz: float) -> ToolsMotion:
     times_s = np.arange(int(run.duration_s * rate_hz) + 1) / rate_hz
     by_name = {it.device: it for it in run.motions}
     columns = [_at(times_s, by_name[name]) for name in names]
-    return Motion(np.hstack([np.empty((len(times_s), 0)), *columns]), rate_hz)
+    return ToolsMotion(np.hstack([np.empty((len(times_s), 0)), *columns]), rate_hz)
 
 
 def _at(times_s: np.ndarray, motion: ToolMotion) -> np.ndarray:
     return known_at(times_s, motion.times_s, motion.positions)
 
 
-def velocities(motion: Motion) -> np.ndarray:
+def velocities(motion: ToolsMotion) -> np.ndarray:
     """Return the velocities (n, 3 k) [m/s]."""
     if len(motion.positions) < 2:
         return np.zeros_like(motion.positions)
@@ -53,7 +53,7 @@ def velocities(motion: Motion) -> np.ndarray:
     return result
 
 
-def _speed(motion: Motion) -> np.ndarray:
+def _speed(motion: ToolsMotion) -> np.ndarray:
     positions, rows = motion.positions, np.arange(len(motion.positions))
     reach = max(int(_NOISE_S * motion.rate_hz), 1)
     begin, end = np.maximum(rows - reach, 0), np.minimum(rows + reach, len(rows) - 1)
@@ -63,7 +63,7 @@ def _speed(motion: Motion) -> np.ndarray:
     return result
 
 
-def moving_rows(motion: Motion) -> np.ndarray:
+def moving_rows(motion: ToolsMotion) -> np.ndarray:
     """Return in which rows (n,) (bool) the motion tells the time.
 
     Where a tool comes to rest, a small difference of its place would be a large one of time; so

@@ -7,7 +7,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.motion import Motion, moving_rows, velocities
+from process_visualizer.runs.alignment.motion import ToolsMotion, moving_rows, velocities
 from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
 # Rests: where the motion of two runs does not tell which moments belong together, places do.
@@ -35,7 +35,9 @@ class _Stay(NamedTuple):
     end: float
 
 
-def with_rests(found: TimeMap, is_known: np.ndarray, reference: Motion, run: Motion) -> TimeMap:
+def with_rests(
+    found: TimeMap, is_known: np.ndarray, reference: ToolsMotion, run: ToolsMotion
+) -> TimeMap:
     """Return the map with points at the begin and at the end of each rest.
 
     Args:
@@ -58,14 +60,14 @@ def with_rests(found: TimeMap, is_known: np.ndarray, reference: Motion, run: Mot
     return TimeMap(*both[np.lexsort((both[:, 0], both[:, 1]))].T)
 
 
-def _with_ends(motion: Motion, rows: np.ndarray) -> List[int]:
+def _with_ends(motion: ToolsMotion, rows: np.ndarray) -> List[int]:
     """The rows, and before and behind them the first and last ones of which all is known."""
     whole = np.flatnonzero(np.isfinite(motion.positions).all(axis=1))
     ends = (whole[0], whole[-1]) if len(whole) else (rows[0], rows[-1])
     return [int(ends[0]), *rows.tolist(), int(ends[1])]
 
 
-def _rest(reference: Motion, run: Motion, rows: Tuple[int, int],
+def _rest(reference: ToolsMotion, run: ToolsMotion, rows: Tuple[int, int],
           run_rows: Tuple[int, int]) -> List[Tuple[float, float]]:
     """The points, s, of the longest rest in a stretch of both motions; none without one."""
     parts = (reference.positions[rows[0]:rows[1] + 1], run.positions[run_rows[0]:run_rows[1] + 1])
@@ -132,7 +134,7 @@ _FURTHEST_S = 0.1
 """One round moves a moment by so much at most."""
 
 
-def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
+def refined(rough: TimeMap, reference: ToolsMotion, run: ToolsMotion) -> TimeMap:
     """Return a map by which the tools of the run lie where the reference's do.
 
     Only the shift along the direction of motion is used: what a tool is beside its path says
@@ -154,7 +156,7 @@ def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
     return with_rests(time_map(found_s, run_s), weight > 0.0, reference, run)
 
 
-def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
+def _shift_s(reference: ToolsMotion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
              positions: np.ndarray, has_offset: bool) -> Tuple[np.ndarray, np.ndarray]:
     """Return the shift (n,) [s] of each moment of the run in the reference, and weights (n,)."""
     there, speed = (_at(found_s, reference, values) for values in (reference.positions, velocity))
@@ -171,7 +173,7 @@ def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s
     return np.where(moving, along / np.where(moving, weight, 1.0), 0.0), weight
 
 
-def _at(times_s: np.ndarray, motion: Motion, values: np.ndarray) -> np.ndarray:
+def _at(times_s: np.ndarray, motion: ToolsMotion, values: np.ndarray) -> np.ndarray:
     place = np.clip(times_s * motion.rate_hz, 0.0, len(values) - 1.0)
     row = np.minimum(place.astype(np.int64), len(values) - 2)
     share = (place - row)[:, np.newaxis]

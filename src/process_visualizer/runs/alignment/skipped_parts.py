@@ -11,7 +11,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.motion import Motion, common_motions
+from process_visualizer.runs.alignment.motion import ToolsMotion, common_motions
 from process_visualizer.runs.alignment.time_map import TimeMap
 from process_visualizer.runs.run import Channel, Run
 from process_visualizer.runs.series import States, is_sequence, states
@@ -128,7 +128,7 @@ def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
     return [SkippedPart((columns[0] / rate_hz, columns[1] / rate_hz), _still(row / rate_hz))]
 
 
-def _unlike(reference: Motion, run: Motion, rough: TimeMap) -> float:
+def _unlike(reference: ToolsMotion, run: ToolsMotion, rough: TimeMap) -> float:
     """The mean square distance [m^2] of the tools at moments that belong together."""
     at = rough.to_run(reference.times_s) * run.rate_hz
     inside = (at >= 0.0) & (at <= len(run.positions) - 1)
@@ -141,7 +141,7 @@ def _unlike(reference: Motion, run: Motion, rough: TimeMap) -> float:
     return float(square.mean())
 
 
-def _jump(reference: Motion, run: Motion,
+def _jump(reference: ToolsMotion, run: ToolsMotion,
           costs: float) -> Optional[Tuple[float, int, Tuple[int, int]]]:
     """The cheapest way through both that skips one part of the run; None if none is cheaper.
 

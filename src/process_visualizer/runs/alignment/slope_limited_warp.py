@@ -20,7 +20,7 @@ _UNEVEN = 0.02
 """What a step that is not even costs, as a share of what a skipped row costs."""
 
 
-class Band(NamedTuple):
+class WarpBand(NamedTuple):
     """The rows of the run that may belong to a row of the reference.
 
     From ``first[i]`` on, ``width`` rows; of these only the ones up to ``reach[i]`` from the middle.
@@ -31,13 +31,13 @@ class Band(NamedTuple):
     reach: np.ndarray
 
 
-def band_around(middle: np.ndarray, reach: np.ndarray) -> Band:
+def band_around(middle: np.ndarray, reach: np.ndarray) -> WarpBand:
     """Return the band of rows that are so far at most from the middle; both (n,) in rows."""
     half = int(np.ceil(reach.max()))
-    return Band(np.rint(middle).astype(np.int64) - half, 2 * half + 1, reach)
+    return WarpBand(np.rint(middle).astype(np.int64) - half, 2 * half + 1, reach)
 
 
-def warp(reference: np.ndarray, run: np.ndarray, band: Band,
+def warp(reference: np.ndarray, run: np.ndarray, band: WarpBand,
          skipped: float) -> Tuple[np.ndarray, np.ndarray]:
     """Return the rows (k,), (k,) of the best path through the squared distances; none without one.
 
@@ -55,11 +55,11 @@ def warp(reference: np.ndarray, run: np.ndarray, band: Band,
     return search.path()
 
 
-def _block_rows(band: Band) -> int:
+def _block_rows(band: WarpBand) -> int:
     return max(_BLOCK_CELLS // band.width, 1)
 
 
-def _costs(reference: np.ndarray, run: np.ndarray, band: Band, block: slice) -> np.ndarray:
+def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice) -> np.ndarray:
     """The costs of some rows and all columns; infinite outside of the run and of the reach."""
     columns = np.arange(band.width)
     places = band.first[block, np.newaxis] + columns
@@ -74,7 +74,7 @@ def _costs(reference: np.ndarray, run: np.ndarray, band: Band, block: slice) -> 
 class _Search:
     """The best path to each cell of the rows so far."""
 
-    def __init__(self, band: Band, run_rows: int, skipped: float) -> None:
+    def __init__(self, band: WarpBand, run_rows: int, skipped: float) -> None:
         self._band, self._run_rows, self._skipped = band, run_rows, skipped
         self._padding = _MAX_SHIFT + 3
         self._came_from = np.empty((len(band.first), band.width), np.int8)
@@ -143,7 +143,7 @@ class _Search:
         return _path(self._came_from, self._band, self._end)
 
 
-def _path(came_from: np.ndarray, band: Band,
+def _path(came_from: np.ndarray, band: WarpBand,
           end: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
     row, column = end[0], end[1] + int(band.first[end[0]])
     rows, columns = [row], [column]

@@ -18,8 +18,8 @@ import numpy as np
 
 from process_visualizer.runs.alignment.alignment import (
     Alignment,
+    AlignmentMethod,
     Anchor,
-    Means,
     aligned_at,
     aligned_by_states,
     with_anchor,
@@ -243,7 +243,7 @@ class GoodRuns:
         if len(self._good) <= MIN_RUNS:  # so few others are no measure
             own = None
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
-        if alignment.means is Means.STATES:
+        if alignment.means is AlignmentMethod.STATES:
             band = _wider_in_time(band)
         found = ranked([*departures(self.times_s, columns, band),
                         *self._state_departures(run, alignment, own),
@@ -335,7 +335,7 @@ class GoodRuns:
             last = max(run.events, key=lambda it: it.time_s, default=None)
             notes.append('it was broken off' + ('' if last is None else
                                                 f' after "{last.name}"'))
-        if alignment.means is not Means.MOTION:
+        if alignment.means is not AlignmentMethod.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         else:
             notes += _pace(alignment)

@@ -184,7 +184,7 @@ def _tool(device: Device, description: RobotDescription) -> str:
 
 # The robots of a cell with the frames that the configuration fixes to their links.
 
-class Arm(NamedTuple):
+class GhostArm(NamedTuple):
     """A robot, its links and frames, the one that carries all, and its tool frame."""
 
     device: Device
@@ -201,12 +201,12 @@ class Arm(NamedTuple):
         return None if place is None else (link, place)
 
 
-def arms(cell: Cell, models: Models) -> Tuple[Arm, ...]:
+def arms(cell: Cell, models: Models) -> Tuple[GhostArm, ...]:
     """Return the robots that have a model."""
     return tuple(_arm(it, models[it.name]) for it in cell.devices if it.name in models)
 
 
-def _arm(device: Device, description: RobotDescription) -> Arm:
+def _arm(device: Device, description: RobotDescription) -> GhostArm:
     kinematics = Kinematics(description.text)
     roots: List[str] = [it for it in kinematics.links if kinematics.joint(it) is None]
     tool = tool_frame(device, description)
@@ -214,7 +214,7 @@ def _arm(device: Device, description: RobotDescription) -> Arm:
         kinematics.fix(tool.parent, tool.frame, _placement(tool.pose))
     if device.force is not None:
         kinematics.fix(device.force.parent_frame, device.force.frame, _placement(device.force.pose))
-    return Arm(device, kinematics, roots[0] if roots else '', tool.frame)
+    return GhostArm(device, kinematics, roots[0] if roots else '', tool.frame)
 
 
 def _placement(pose: Pose) -> Placement:
@@ -228,7 +228,7 @@ _MAX_ARROW_ROWS = 20_000
 """Of an arrow: of more, every second or third, ..."""
 
 
-class GhostArrow(NamedTuple):
+class ReferenceArrow(NamedTuple):
     """A quantity of the reference as an arrow over the time of the recording.
 
     ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn; NaN: there is
@@ -245,7 +245,7 @@ class GhostArrow(NamedTuple):
 
 
 def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
-                 models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+                 models: Optional[Models] = None) -> Tuple[ReferenceArrow, ...]:
     """Return tool velocity, force and variables of the reference; without models loads them.
 
     Only what RViz shows of the run itself has an arrow. Between two runs there is a row without
@@ -257,14 +257,16 @@ def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
     return tuple(_over_recording(it, comparisons) for it in found)
 
 
-def run_arrows(cell: Cell, run: Run, models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+def run_arrows(cell: Cell, run: Run, models: Optional[Models] = None) -> Tuple[ReferenceArrow, ...]:
     """Return the same of any run over its own time."""
     known = arms(cell, robot_models(cell) if models is None else models)
     return tuple(it for device in cell.devices for it in (
         *_robot_arrows(device, known, run), *_variable_arrows(device, known, run)))
 
 
-def _robot_arrows(device: Device, known: Sequence[Arm], reference: Run) -> Iterator[GhostArrow]:
+def _robot_arrows(
+    device: Device, known: Sequence[GhostArm], reference: Run
+) -> Iterator[ReferenceArrow]:
     arm = next((it for it in known if it.device is device), None)
     if arm is None or device.type is not DeviceType.ROBOT:
         return
@@ -276,7 +278,7 @@ def _robot_arrows(device: Device, known: Sequence[Arm], reference: Run) -> Itera
             yield _force_arrow(arm, force)
 
 
-def _velocity_arrow(arm: Arm, motion: ToolMotion) -> GhostArrow:
+def _velocity_arrow(arm: GhostArm, motion: ToolMotion) -> ReferenceArrow:
     """It is in the base frame, as the robot processor has it."""
     windows = slope_windows(motion.times_s, motion.positions, WINDOW_S)
     base = arm.device.base
@@ -285,7 +287,7 @@ def _velocity_arrow(arm: Arm, motion: ToolMotion) -> GhostArrow:
                        windows.slope @ turn)
 
 
-def _force_arrow(arm: Arm, force: ToolForce) -> GhostArrow:
+def _force_arrow(arm: GhostArm, force: ToolForce) -> ReferenceArrow:
     device = arm.device
     topic = device.topic_for(TopicFunction.FORCE_SENSOR)
     given = force.frame or (topic.parent_frame if topic is not None else None)
@@ -297,15 +299,15 @@ def _force_arrow(arm: Arm, force: ToolForce) -> GhostArrow:
     return _tool_arrow(arm, 'force', frame, force.times_s, force.vectors)
 
 
-def _tool_arrow(arm: Arm, quantity: str, frame: str, times_s: np.ndarray,
-                vectors: np.ndarray) -> GhostArrow:
+def _tool_arrow(arm: GhostArm, quantity: str, frame: str, times_s: np.ndarray,
+                vectors: np.ndarray) -> ReferenceArrow:
     """Return the arrow: at the tool for a frame that the arm does not move, else in its frame."""
     link, place = arm.fixed(frame) or (frame, Placement())
     is_carried = not arm.kinematics.connects(frame, arm.root) or arm.kinematics.moves(
         frame, arm.root)
     foot_link, foot = (link, place) if is_carried else arm.fixed(arm.tool) or (link, place)
     turned = vectors @ matrix_from_quaternion(place.quaternion).T
-    return GhostArrow(f'{arm.device.name}/{quantity}', link, foot_link, foot.position, times_s,
+    return ReferenceArrow(f'{arm.device.name}/{quantity}', link, foot_link, foot.position, times_s,
                       _drawn(turned, configured_arrow(arm.device, quantity)))
 
 
@@ -319,8 +321,8 @@ def _drawn(vectors: np.ndarray, style: ArrowStyle) -> np.ndarray:
     return result
 
 
-def _variable_arrows(device: Device, known: Sequence[Arm],
-                     reference: Run) -> Iterator[GhostArrow]:
+def _variable_arrows(device: Device, known: Sequence[GhostArm],
+                     reference: Run) -> Iterator[ReferenceArrow]:
     shown = [it for it in device.variables if it.is_shown]
     feet = arrow_feet([(it.frame, _unit(it)) for it in shown], FOOT_DISTANCE_M)
     for variable, (x, y, z) in zip(shown, feet):
@@ -335,7 +337,7 @@ def _variable_arrows(device: Device, known: Sequence[Arm],
         length_m = np.where(np.abs(length_m) > MIN_ARROW_M, length_m, np.nan)
         axis = matrix_from_quaternion(place.quaternion) @ _unit(variable)
         foot = place.then(Placement((x, y, z))).position
-        yield GhostArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,
+        yield ReferenceArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,
                          length_m[:, np.newaxis] * axis)
 
 
@@ -345,7 +347,7 @@ def _unit(variable: Variable) -> np.ndarray:
     return result
 
 
-def _over_recording(arrow: GhostArrow, comparisons: Sequence[Comparison]) -> GhostArrow:
+def _over_recording(arrow: ReferenceArrow, comparisons: Sequence[Comparison]) -> ReferenceArrow:
     """The arrow, so far over the time of the reference, over that of the recording."""
     step = max(1, math.ceil(len(arrow.times_s) * len(comparisons) / _MAX_ARROW_ROWS))
     times_s, vectors = arrow.times_s[::step], arrow.vectors[::step]

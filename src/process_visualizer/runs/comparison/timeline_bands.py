@@ -74,7 +74,7 @@ class MomentKind(Enum):
     ANCHOR = 'anchor'
 
 
-class Moment(NamedTuple):
+class ReferenceMoment(NamedTuple):
     """A moment of the reference [s], and where in the recording [s] a run has it.
 
     ``run`` is the number of the run among those that were compared.
@@ -95,13 +95,13 @@ class AnchoredRun(NamedTuple):
     anchors: Tuple[Anchor, ...] = ()
 
 
-def timeline_moments(reference: Run, runs: Sequence[AnchoredRun]) -> Tuple[Moment, ...]:
+def timeline_moments(reference: Run, runs: Sequence[AnchoredRun]) -> Tuple[ReferenceMoment, ...]:
     """Return the reference's events, each run's departures and anchors, in the order of time."""
     return tuple(sorted((it for run in runs for it in _moments(reference, run)),
                         key=lambda it: it.position_s))
 
 
-def _moments(reference: Run, run: AnchoredRun) -> List[Moment]:
+def _moments(reference: Run, run: AnchoredRun) -> List[ReferenceMoment]:
     comparison, anchored = run.comparison, [it.reference_s for it in run.anchors]
     wanted = [(it.time_s, MomentKind.EVENT, it.name) for it in reference.events]
     wanted += [(it.onset_s, MomentKind.DEPARTURE, it.signal.name) for it in comparison.departures]
@@ -115,7 +115,8 @@ def _moments(reference: Run, run: AnchoredRun) -> List[Moment]:
     return [it for it in found if begin_s <= it.position_s <= end_s]
 
 
-def _moment(run: AnchoredRun, reference_s: float, kind: MomentKind, label: str) -> Moment:
+def _moment(run: AnchoredRun, reference_s: float, kind: MomentKind, label: str) -> ReferenceMoment:
     comparison = run.comparison
-    return Moment(comparison.run.begin_s + comparison.run_s(reference_s), kind, label, run.number,
-                  reference_s)
+    return ReferenceMoment(
+        comparison.run.begin_s + comparison.run_s(reference_s), kind, label, run.number, reference_s
+    )

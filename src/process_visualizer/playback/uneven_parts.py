@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Iterable, Optional
 
 from process_visualizer.bagio.bag_index import BagIndex
-from process_visualizer.playback.timeline import Basis, CommandRefused, Timeline
+from process_visualizer.playback.timeline import CommandRefused, Timeline, TimelineState
 
 
-class Course:
+class UnevenParts:
     """The options of `rosbag play` for uneven playback, all only forwards.
 
     It is for the one thread that publishes, but for ``heard`` and ``toggle_pauses``.
@@ -49,66 +49,66 @@ class Course:
         self._heard_ns = bag_ns
         self._release()
 
-    def goes_on(self, index: BagIndex, position: int, basis: Basis) -> bool:
+    def goes_on(self, index: BagIndex, position: int, state: TimelineState) -> bool:
         """Wait, skip, pause or hold before the message at a position, where that is wanted.
 
         Returns False if something of that was done, or a command came.
         """
-        if not basis.forward:
+        if not state.forward:
             return True
-        if self._is_far(index, position, basis):
-            self._skip(index, position, basis)
+        if self._is_far(index, position, state):
+            self._skip(index, position, state)
             return False
-        if self._is_to_pause(index, position, basis):
-            self._pause(index, position, basis)
+        if self._is_to_pause(index, position, state):
+            self._pause(index, position, state)
             return False
-        if self._is_behind(_before(index, position, basis), basis):
-            self._hold(index, position, basis)
+        if self._is_behind(_before(index, position, state), state):
+            self._hold(index, position, state)
             return False
         return True
 
-    def _is_far(self, index: BagIndex, position: int, basis: Basis) -> bool:
+    def _is_far(self, index: BagIndex, position: int, state: TimelineState) -> bool:
         if self._skip_empty_ns is None:
             return False
-        return int(index.time_ns[position]) - _before(index, position, basis) > self._skip_empty_ns
+        return int(index.time_ns[position]) - _before(index, position, state) > self._skip_empty_ns
 
-    def _skip(self, index: BagIndex, position: int, basis: Basis) -> None:
+    def _skip(self, index: BagIndex, position: int, state: TimelineState) -> None:
         """Go on at the next message once the last one has been seen."""
-        if self._timeline.wait_until_due(_before(index, position, basis), basis.version):
-            self._timeline.skip_to(int(index.time_ns[position]), basis.version)
+        if self._timeline.wait_until_due(_before(index, position, state), state.version):
+            self._timeline.skip_to(int(index.time_ns[position]), state.version)
 
-    def _is_to_pause(self, index: BagIndex, position: int, basis: Basis) -> bool:
+    def _is_to_pause(self, index: BagIndex, position: int, state: TimelineState) -> bool:
         connection = index.connections[int(index.connection[position])]
         return (self._pauses and f'/{connection.topic.strip("/")}' in self._pause_topics
-                and self._paused_before != (basis.scene, position))
+                and self._paused_before != (state.scene, position))
 
-    def _pause(self, index: BagIndex, position: int, basis: Basis) -> None:
+    def _pause(self, index: BagIndex, position: int, state: TimelineState) -> None:
         """Pause at the last moment at which the message is not seen yet."""
-        bag_ns = max(int(index.time_ns[position]) - 1, basis.bag_ns)
-        if self._timeline.wait_until_due(bag_ns, basis.version):
-            self._timeline.pause_at(bag_ns, basis.version)
-            self._paused_before = basis.scene, position
+        bag_ns = max(int(index.time_ns[position]) - 1, state.bag_ns)
+        if self._timeline.wait_until_due(bag_ns, state.version):
+            self._timeline.pause_at(bag_ns, state.version)
+            self._paused_before = state.scene, position
 
-    def _is_behind(self, bag_ns: int, basis: Basis) -> bool:
-        if self._heard_scene != basis.scene:
-            self._heard_scene, self._heard_ns = basis.scene, basis.bag_ns
+    def _is_behind(self, bag_ns: int, state: TimelineState) -> bool:
+        if self._heard_scene != state.scene:
+            self._heard_scene, self._heard_ns = state.scene, state.bag_ns
         return self._max_delay_ns is not None and bag_ns - self._heard_ns > self._max_delay_ns
 
-    def _hold(self, index: BagIndex, position: int, basis: Basis) -> None:
+    def _hold(self, index: BagIndex, position: int, state: TimelineState) -> None:
         """Hold where nothing is missing yet, unless it has come so far meanwhile."""
-        before_ns = _before(index, position, basis)
-        if (self._timeline.wait_until_due(before_ns, basis.version)
-                and self._is_behind(before_ns, basis)):
-            self._timeline.hold(basis.version)
+        before_ns = _before(index, position, state)
+        if (self._timeline.wait_until_due(before_ns, state.version)
+                and self._is_behind(before_ns, state)):
+            self._timeline.hold(state.version)
             self._release()
 
     def _release(self) -> None:
-        basis = self._timeline.basis
-        if basis.held and not self._is_behind(basis.bag_ns, basis):
+        state = self._timeline.state
+        if state.held and not self._is_behind(state.bag_ns, state):
             self._timeline.release()
 
 
-def _before(index: BagIndex, position: int, basis: Basis) -> int:
+def _before(index: BagIndex, position: int, state: TimelineState) -> int:
     """Return when nothing more comes before a message [bag ns]."""
-    last_ns = int(index.time_ns[position - 1]) if position else basis.begin_ns
-    return max(last_ns, basis.bag_ns)
+    last_ns = int(index.time_ns[position - 1]) if position else state.begin_ns
+    return max(last_ns, state.bag_ns)
