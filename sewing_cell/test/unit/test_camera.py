@@ -8,7 +8,7 @@ import pytest
 
 from sewing_cell import layout, pinhole
 from sewing_cell.arms import UPPER
-from sewing_cell.camera import Camera, DepthNoise, Frame
+from sewing_cell.camera import Camera, DepthNoise, CameraFrame
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.scene import INTRUDERS
 
@@ -28,13 +28,13 @@ def camera(cycle: SewingCycle) -> Camera:
     return Camera(cycle, RATE_HZ, seed=1)
 
 
-def is_leather(frame: Frame) -> np.ndarray:
+def is_leather(frame: CameraFrame) -> np.ndarray:
     """Pixels with the upper cover's hue: brown, neither grey nor wood nor metal."""
     red, green, blue = (frame.colour[..., i].astype(float) for i in range(3))
     return (red > 1.35 * green) & (green > 1.3 * blue) & (red > 120)
 
 
-def world_points(frame: Frame) -> np.ndarray:
+def world_points(frame: CameraFrame) -> np.ndarray:
     """Points (480, 640, 3) in ``world`` from the depth and the camera's pose."""
     v, u = np.mgrid[: pinhole.HEIGHT, : pinhole.WIDTH]
     depth = frame.depth / 1000.0
@@ -73,7 +73,7 @@ def test_shapes_and_types(camera: Camera, number: int) -> None:
 
 def test_frames_belong_to_the_caller(camera: Camera) -> None:
     first = camera.render(SEWING)
-    kept = Frame(first.colour.copy(), first.depth.copy())
+    kept = CameraFrame(first.colour.copy(), first.depth.copy())
     first.colour[:] = 0
     first.depth[:] = 0
     again = camera.render(SEWING)
