@@ -8,7 +8,7 @@ import pytest
 
 from sewing_cell import layout, pinhole
 from sewing_cell.arms import UPPER
-from sewing_cell.camera import Camera, DepthNoise, CameraFrame
+from sewing_cell.camera import Camera, CameraFrame, DepthNoise
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.scene import INTRUDERS
 
