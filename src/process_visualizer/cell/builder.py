@@ -63,6 +63,7 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
         variables=tuple(_variable(child) for child in parsed.all('variable')),
         parameters=tuple(build_roslaunch_element(child) for child in parsed.children
                          if child.tag in ('param', 'rosparam')),
+        machine=parsed.values['machine'] or '',
     )
 
 

@@ -89,6 +89,8 @@ class _Work:
             del attributes[name]
             self._ignore(element, f'"{name}" is ignored: only its package is trusted, not what '
                                   f'{_of(self._provenance)} lets it do', name)
+        if element.tag == 'device' and attributes.pop('machine', None) is not None:
+            self._ignore(element, f'"machine" is ignored: {_NEVER["machine"]}', 'machine')
         children = []
         for child in element.children:
             reason = self._refusal(child, element)

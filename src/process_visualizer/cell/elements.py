@@ -212,6 +212,9 @@ _STRUCTURE: Dict[str, Tag] = {
         'A device of the cell.',
         {'type': _required('choice', 'type of the device', ('robot', 'depth_sensor', 'other')),
          'name': _required('name', 'its name, and the namespace of its nodes'),
+         'machine': _optional('text', 'name of the `<machine>` on which its nodes run in real-time '
+                                      'mode: those that the program starts for it, and its own '
+                                      'that name none; default: this computer'),
          **_CONDITION},
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
                   'variable', 'roi', 'fusion', 'objects', 'param', 'rosparam'),
@@ -365,7 +368,7 @@ _PROCESSES: Dict[str, Tag] = {
          'value': _required('text', 'its value'), **_CONDITION}),
     'machine': Tag(
         'Another computer that nodes can run on, as in roslaunch.',
-        {'name': _required('text', 'name, used by the attribute `machine` of a node'),
+        {'name': _required('text', 'name, used by the attribute `machine` of a device or a node'),
          'address': _required('text', 'host name or address'),
          'env-loader': _optional('text', 'script there that sets up the environment'),
          'default': _optional('choice', 'whether nodes run there unless they name a machine',

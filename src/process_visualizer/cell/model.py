@@ -290,6 +290,7 @@ class Device:
     arrows: Tuple[Arrow, ...] = ()
     variables: Tuple[Variable, ...] = ()
     parameters: Tuple[RoslaunchElement, ...] = ()
+    machine: str = ''  # on which its nodes run in real-time mode; empty: this computer
 
     def topic_for(self, function: TopicFunction) -> Optional[Topic]:
         """The topic that has this function, if there is one."""

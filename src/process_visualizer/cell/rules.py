@@ -100,7 +100,7 @@ _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
 
 def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
                    problems: ProblemList) -> None:
-    """Check that names of machines are unique, and that nodes run on declared machines.
+    """Check that names of machines are unique, and that all that are named are declared.
 
     A password is refused: it would stand in launch files, parameters and recordings.
     """
@@ -113,10 +113,10 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
             problems.add(machine.location, 'machine', f'a machine named {quoted(name)} already '
                                                       'exists; choose another name')
         names += [name] if name else []
-    for node in (child for device in devices for child in device.all('node')):
-        name = node.values['machine']
+    for one in (it for device in devices for it in (device, *device.all('node'))):
+        name = one.values['machine']
         if name and name not in names:
-            problems.add(node.location, 'node', f'there is no machine {quoted(name)}; '
+            problems.add(one.location, one.tag, f'there is no machine {quoted(name)}; '
                          + (advice(name, names) if names else 'no <machine> is declared'))
 
 

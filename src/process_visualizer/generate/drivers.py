@@ -225,11 +225,12 @@ def _loaded_into(command: _NodeletCommand) -> str:
 
 def _commands(choice: Choice, device: Device, contents: Mapping[LaunchFile, LaunchContent]
               ) -> Iterable[_NodeletCommand]:
-    """Return what the device starts of the package nodelet on this computer."""
+    """Return what the device starts of the package nodelet where its other nodes run."""
     for node in choice.nodes(device):
-        if 'machine' not in node.attributes and node.package == 'nodelet':
+        is_there = node.attributes.get('machine', device.machine) == device.machine
+        if is_there and node.package == 'nodelet':
             yield node.namespace, node.name, node.attributes.get('args', '').split()
     for file in choice.launch_files(device):
         for launched in contents[file].nodes if file in contents else ():
-            if not launched.machine_name and launched.package == 'nodelet':
+            if not (launched.machine_name or device.machine) and launched.package == 'nodelet':
                 yield launched.namespace, launched.name, (launched.args or '').split()

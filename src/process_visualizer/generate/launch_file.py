@@ -160,13 +160,14 @@ class LaunchFileBuilder:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
         group = root.add('group', {'ns': device.name})
         self._model(group, device)
+        machine = self._machine(device)
         for processor in processor_nodes(device, self._descriptions.get(device.name),
                                          self._managers.get(device.name)):
-            self._processor(group, processor)
+            self._processor(group, processor, machine)
         self._fusion(group, device)
         for finder in object_finder_nodes(self._choice, device, self._descriptions,
                                           self._managers.get(device.name)):
-            self._processor(group, finder)
+            self._processor(group, finder, machine)
         for parameter in device.parameters:  # after what is generated: what a user sets counts
             self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):
@@ -185,15 +186,24 @@ class LaunchFileBuilder:
             return
         self._processor(group, fusion_node(
             device, device.fusion, sensors, self._choice.cell.frame,
-            shared_manager((it.name for it in sensors), self._managers)))
+            shared_manager((it.name for it in sensors), self._managers)), self._machine(device))
 
     def _model(self, group: LaunchTag, device: Device) -> None:
         if device.name in self._descriptions:
             group.add('param', {
                 'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
-    def _processor(self, parent: LaunchTag, node: ProcessorNode) -> None:
-        attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
+    def _machine(self, device: Device) -> Dict[str, str]:
+        """The attribute for the nodes of a device that run elsewhere.
+
+        What is played or replayed is shown by this computer alone: the other one may be off.
+        """
+        is_live = self._choice.mode is Mode.REALTIME and not self._choice.is_replay
+        return {'machine': device.machine} if device.machine and is_live else {}
+
+    def _processor(self, parent: LaunchTag, node: ProcessorNode,
+                   machine: Mapping[str, str] = MappingProxyType({})) -> None:
+        attributes = {'pkg': node.package, 'type': node.type, 'name': node.name, **machine}
         if node.args:
             attributes['args'] = node.args
         if node.respawn:
@@ -209,7 +219,8 @@ class LaunchFileBuilder:
         attributes: Dict[str, str] = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.namespace != device.name:
             attributes['ns'] = '/' + node.namespace.strip('/')
-        element = group.add('node', {**attributes, **_in_words(node.attributes)})
+        element = group.add('node', {**attributes, **self._machine(device),
+                                     **_in_words(node.attributes)})
         for child in node.children:
             self._roslaunch_element(element, child)
 

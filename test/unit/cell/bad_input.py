@@ -106,6 +106,10 @@ WHOLE_FILES: List[Bad] = [
                              f'<device type="other" name="a">{_NODE} machine="lap"/></device>'
                              '</visualizer>',
           '3: <node>: there is no machine "lap"; did you mean "lab"?', schema_sees=False),
+    _file('unknown machine of a device', '<visualizer>\n<machine name="lab" address="a"/>\n'
+                                         '<device type="other" name="a" machine="lap"/>'
+                                         '</visualizer>',
+          '3: <device>: there is no machine "lap"; did you mean "lab"?', schema_sees=False),
     _file('several problems', '<visualizer>\n<device type="robot" name="a b">\n'
                               '<base frame="f" xyz="0 0"/>\n<model pkg="m"/>\n</device>\n'
                               '<device type="other" name="c">\n<rviz type="Map"/>\n</device>\n'

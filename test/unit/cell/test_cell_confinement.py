@@ -26,7 +26,8 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 
 TEXT = '''<visualizer>
-  <device type="other" name="machine">
+  <machine name="pc" address="pc"/>
+  <device type="other" name="machine" machine="pc">
     <node pkg="sewing_cell" type="sewing_machine.py" name="n" args="--é" launch-prefix='a "b">'>
       <param name="mesh" value="x"/>
       <rosparam>center: [1, 2]</rosparam>
@@ -62,7 +63,7 @@ def test_nothing_starts_without_trust(path: Path) -> None:
     cell = parsed(path)
     assert cell.devices[0].nodes == () and cell.devices[0].launch_files == ()
     assert [str(it) for it in cell.ignored][-1] == (
-        f'{path}:9: <node>: is ignored in a recording: its package tf is not trusted; '
+        f'{path}:10: <node>: is ignored in a recording: its package tf is not trusted; '
         '"rosrun process_visualizer cell trust tf" trusts it')
 
 
@@ -72,7 +73,7 @@ def test_a_trusted_package_starts_without_what_changes_it(path: Path) -> None:
     assert dict(node.attributes) == {'output': 'screen'}
     assert [it.tag for it in node.children] == ['param', 'rosparam']
     assert cell.devices[0].launch_files[0].arguments == ()
-    assert [it.location.line for it in cell.ignored] == [3, 3, 6, 8, 9]
+    assert [it.location.line for it in cell.ignored] == [2, 3, 4, 4, 7, 9, 10]
 
 
 def test_the_text_without_it_says_what_stood_there(path: Path) -> None:

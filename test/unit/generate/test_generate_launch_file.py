@@ -55,6 +55,24 @@ def test_machine(build: Build) -> None:
     assert one_node(config, '/cell_frames').machine_name is None
 
 
+@pytest.mark.parametrize('mode, bag, machine', [
+    (Mode.REALTIME, None, 'far'), (Mode.PLAYBACK, '/a.bag', None)])
+def test_the_nodes_of_a_device_run_on_its_machine_while_it_is_live(
+        mode: Mode, bag: 'str | None', machine: 'str | None', build: Build) -> None:
+    """What is played is shown by this computer alone: the other one may be off."""
+    config = build(
+        '<machine name="far" address="pc" env-loader="/e"/><machine name="b" address="b" '
+        'env-loader="/e"/><device type="depth_sensor" name="s" machine="far">'
+        '<base frame="s_base"/><topic name="points" type="pointcloud"/>'
+        '<roi size="1 1 1"/><node pkg="a" type="b" name="own"/>'
+        '<node pkg="a" type="b" name="elsewhere" machine="b"/></device>', mode=mode, bag=bag)
+    machines = {node.namespace + node.name: node.machine_name for node in config.nodes}
+    assert {name: found for name, found in machines.items() if name.startswith('/s/')} == {
+        '/s/depth_proc': machine, '/s/roi_filter': machine, '/s/own': machine,
+        '/s/elsewhere': 'b'}
+    assert machines['/cell_frames'] is None and machines['/scene_watch'] is None
+
+
 def test_every_attribute_of_a_node(build: Build) -> None:
     node = one_node(build(device(
         '<node pkg="a" type="b.py" name="n" args="-x \'a  b\'" output="log" respawn="true" '
