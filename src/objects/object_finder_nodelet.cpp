@@ -41,6 +41,8 @@ constexpr int kStates = 20;             // of the player: that of a jump must no
 constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
+}  // namespace
+
 /// A box and the frame it is given in.
 struct FramedBox {
   std::string frame;
@@ -57,6 +59,8 @@ struct FinderParameters {
   Limits limits;
   FinderSettings settings;
 };
+
+namespace {
 
 /// Reads values, and says in each problem where they stand.
 class Reader {

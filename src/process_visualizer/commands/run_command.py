@@ -27,7 +27,7 @@ from process_visualizer.launching.roslaunch_process import (
     start_for_this_computer,
     start_roslaunch,
 )
-from process_visualizer.launching.run import LaunchRun
+from process_visualizer.launching.run import LaunchRun, last_lines
 from process_visualizer.launching.run_record import (
     RunRecord,
     clean_up_crashed_runs,
@@ -36,6 +36,7 @@ from process_visualizer.launching.run_record import (
 from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_TOLD_LINES = 20  # of the output of roslaunch, where it could start nothing
 """The last one only if nohup does not ask to ignore it."""
 
 
@@ -161,6 +162,7 @@ def exit_code(run: LaunchRun) -> int:
     states = [report.state for report in run.reports()]
     if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
                for state in states):
-        say(f'nothing could be started; see {run.log_path}', file=sys.stderr)
+        told = ''.join(f'\n  {line}' for line in last_lines(run.log_path)[-_TOLD_LINES:] if line)
+        say(f'nothing could be started; the end of {run.log_path}:{told}', file=sys.stderr)
         return 1
     return 0
