@@ -16,14 +16,19 @@ from typing import Callable, Dict, Sequence
 
 from PyQt5.QtCore import QEventLoop, QTimer
 
+from process_visualizer.bagio.catalogue import read_catalogue
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import ghost_request
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
 from process_visualizer.gui.compare.ghost_model import GhostModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.runs.comparison.ghost import GhostTrack, ReferenceArrow
 
 _TIMEOUT_S, _PERIOD_MS = 120.0, 2
@@ -34,15 +39,19 @@ class Stand:
 
     def __init__(self, config: str, bag: str, columns: int) -> None:
         self.tasks = Tasks()
-        self.model = CompareModel(self.tasks)
+        self.session = Session()
+        self.model = CompareModel(self.tasks, self.session)
         self.bands = BandsModel(self.tasks, self.model)
-        self.ghost = GhostModel(self.tasks, self.model, self._show, lambda *_what: None)
+        self.ghost = GhostModel(self.tasks, self.model, self.session, self._show,
+                                lambda *_what: None)
         self.ghost_bytes = 0
-        self.model.set_cell(XmlParser().parse(config))
-        self.model.set_recording([bag])
+        cell = XmlParser().parse(config)
+        self.session.set_cell(cell, cell.devices)
+        self.session.set_recording(read_catalogue([bag]))
         with Recording([bag]) as recording:
             self.bands.set_columns((recording.end_ns - recording.begin_ns) / 1e9, columns)
-        self.ghost.set_running(Mode.PLAYBACK)
+        self.session.set_run(Choice(cell, Mode.PLAYBACK, cell.devices), True,
+                             {BAG_PART: PartReport(BAG_PART, PartState.RUNNING)})
 
     def find(self) -> float:
         """Find the runs, and keep the first two; return the time it took [s]."""

@@ -97,7 +97,7 @@ class Work:
 
     def play_back(self) -> None:
         self._launcher.bag.open([self.bag])
-        until(lambda: self._launcher.bag.path == self.bag, 60.0)
+        until(lambda: self._launcher.session.paths == (self.bag,), 60.0)
         self._launcher.choose_mode(Mode.PLAYBACK)
         until(lambda: self._launcher.playback.is_available and self._launcher.launch.is_running,
               120.0)

@@ -47,9 +47,9 @@ def _options() -> argparse.Namespace:
 
 def _play(window: BenchWindow) -> None:
     launcher, bag = window.launcher, cell_bag(DEFAULT_FOLDER, 20.0)
-    launcher.cell.set_mode(Mode.PLAYBACK)
+    launcher.session.set_mode(Mode.PLAYBACK)
     launcher.bag.open([str(bag.path)])
-    until(lambda: launcher.bag.path == str(bag.path), 30.0)
+    until(lambda: launcher.session.paths == (str(bag.path),), 30.0)
     window.click('launch')
     until(lambda: launcher.playback.is_available and launcher.launch.is_running, 120.0)
     until(lambda: bool(launcher.bag.curves.curves), 60.0)

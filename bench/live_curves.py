@@ -19,8 +19,10 @@ from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QApplication
 from roslib.packages import find_node
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.bag_recorder import RecorderMemory
+from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
@@ -29,6 +31,7 @@ from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurve
 from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 CHANNELS, RATE_HZ = 20, 125.0
@@ -102,14 +105,16 @@ def main() -> None:
     try:
         with tempfile.TemporaryDirectory() as folder:
             cell = XmlParser().parse(configuration(Path(folder)))
-        model = LiveCurvesModel(tasks, RecorderMemory())
-        replay = ReplayModel(tasks, PlaybackModel(tasks, cast(Any, Mock())), cast(Any, Mock()), ())
+        session = Session()
+        model = LiveCurvesModel(tasks, RecorderMemory(), session)
+        replay = ReplayModel(tasks, PlaybackModel(tasks, cast(Any, Mock())), cast(Any, Mock()), (),
+                             session)
         panel = LivePanel(model, LaneChoices(), replay,
-                          LiveComparisonModel(CompareModel(tasks), model))
+                          LiveComparisonModel(CompareModel(tasks, session), model))
         panel.resize(1500, 900)
         panel.show()
-        model.set_devices(cell.devices)
-        model.set_running(True)
+        session.set_cell(cell, cell.devices)
+        session.set_run(Choice(cell, Mode.REALTIME, cell.devices), True, {})
         pause(SETTLE_S)
         print('| live curves, 20 variables at 125 Hz | of a core |\n|---|---|')
         for name, part in measured(panel, model):

@@ -62,7 +62,7 @@ def test_beside_a_driver(operator: Operator, tmp_path: Path) -> None:
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('playback')
     operator.launcher.bag.open([str(bag)])
-    operator.wait(lambda: operator.launcher.bag.path == str(bag), 'the bag is open')
+    operator.wait(lambda: operator.launcher.session.paths == (str(bag),), 'the bag is open')
     with driver(operator):
         it_is_asked_and_can_be_left(operator)
         it_is_asked(operator)

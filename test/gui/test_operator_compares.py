@@ -51,6 +51,6 @@ def play(operator: Operator, bag: str, config: Path) -> None:
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('playback')
     operator.launcher.bag.open([bag])
-    operator.wait(lambda: operator.launcher.bag.catalogue is not None, 'the recording is open')
+    operator.wait(lambda: operator.launcher.session.recording is not None, 'the recording is open')
     operator.click('launch')
     operator.wait(lambda: operator.launcher.playback.is_available, 'the player is there')

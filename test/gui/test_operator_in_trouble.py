@@ -81,7 +81,7 @@ def the_master_hangs(operator: Operator) -> None:
     operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
     for is_chosen in (False, True):
         operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
-        chosen = [device.name for device in operator.launcher.cell.chosen]
+        chosen = [device.name for device in operator.launcher.session.chosen]
         assert chosen == ['sensors', 'table'][:1 + is_chosen]
     os.kill(master(), signal.SIGCONT)
     operator.wait(lambda: status_bar.currentMessage() == 'The ROS master responds again',

@@ -85,7 +85,7 @@ def open_the_cell(operator: Operator) -> None:
     kinect = devices.topLevelItem(2)
     assert kinect.text(0) == 'kinect (depth_sensor)'
     operator.click_check_box(devices, kinect)
-    assert [device.name for device in operator.launcher.cell.chosen] == [
+    assert [device.name for device in operator.launcher.session.chosen] == [
         'ur_rt_upper', 'ur_rt_lower', 'sewing_machine', 'cell_stand', 'simulator']
 
 
@@ -166,7 +166,7 @@ def record(operator: Operator, folder: Path) -> str:
 def play_back(operator: Operator, bag: str) -> None:
     """While the cell runs: only what differs is stopped and started."""
     operator.launcher.bag.open([bag])
-    operator.wait(lambda: operator.launcher.bag.path == bag, 'the bag is read')
+    operator.wait(lambda: operator.launcher.session.paths == (bag,), 'the bag is read')
     operator.click('playback')
     operator.wait(lambda: operator.text('status').startswith('In playback mode.'), 'playback')
     found = operator.beside(nodes)

@@ -100,18 +100,18 @@ def test_a_request_to_close_the_timeline_closes_nothing(desk: Desk) -> None:
 def test_each_mode_has_its_timeline(desk: Desk, qtbot: Any) -> None:
     qtbot.waitUntil(desk.fits)
     assert desk.dock.isVisible() and desk.window.live.isVisible()
-    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    desk.launcher.session.set_mode(Mode.PLAYBACK)
     assert desk.dock.isVisible() and desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
     assert desk.dock.width() == desk.room.width()
-    desk.launcher.cell.set_mode(Mode.REALTIME)
+    desk.launcher.session.set_mode(Mode.REALTIME)
     assert desk.dock.isVisible() and desk.window.live.isVisible()
     assert not desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
 
 
 def test_the_edge_of_the_timeline_is_dragged(desk: Desk, qtbot: Any) -> None:
-    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    desk.launcher.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(desk.fits)
     before = desk.dock.geometry()
     drag(desk, -40)
@@ -150,7 +150,7 @@ def test_a_window_that_was_moved_a_little_goes_back(desk: Desk, qtbot: Any) -> N
 
 
 def test_sizes_are_remembered(desk: Desk, qtbot: Any, tmp_path: Path) -> None:
-    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    desk.launcher.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(desk.fits)
     drag(desk, -30)
     height = desk.dock.height()
@@ -160,7 +160,7 @@ def test_sizes_are_remembered(desk: Desk, qtbot: Any, tmp_path: Path) -> None:
 
 
 def test_the_keys_of_the_window_work_in_the_timeline(desk: Desk, qtbot: Any) -> None:
-    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    desk.launcher.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(desk.dock.isVisible)
     QApplication.setActiveWindow(desk.dock)
     QTest.keyClick(desk.dock, Qt.Key_Question)
@@ -168,7 +168,7 @@ def test_the_keys_of_the_window_work_in_the_timeline(desk: Desk, qtbot: Any) -> 
 
 
 def test_it_is_closed_with_the_launcher(desk: Desk, qtbot: Any) -> None:
-    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    desk.launcher.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(desk.dock.isVisible)
     desk.window.hide()
     assert not desk.dock.isVisible()

@@ -13,6 +13,7 @@ from genpy import Time
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QPushButton
+from session_stand import choose, play
 from std_msgs.msg import Float64
 
 from process_visualizer.bagio.bag_errors import BagError
@@ -29,6 +30,7 @@ from process_visualizer.gui.playback.bag_model import CurvesModel
 from process_visualizer.gui.recording.recording_state import RecordingState
 from process_visualizer.gui.recording.recording_types import RecordedMark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
@@ -46,9 +48,10 @@ class Stand:
     def __init__(self) -> None:
         self.now_s = 100.0
         self.said = NodeWarnings()
-        self.warnings = WarningsModel(self.said, clock_s=lambda: self.now_s)
-        self.launch = LaunchModel(HeldTasks())
-        self.states = DeviceStatesModel(self.launch, self.warnings)
+        self.session = Session()
+        self.warnings = WarningsModel(self.said, self.session, clock_s=lambda: self.now_s)
+        self.launch = LaunchModel(HeldTasks(), self.session)
+        self.states = DeviceStatesModel(self.launch, self.warnings, self.session)
         self.model = AlarmsModel(self.launch, self.states, lambda: NOON_S + self.now_s,
                                  lambda: self.now_s, lambda: 'anna')
         self.strip = AlarmStrip(self.model)
@@ -328,13 +331,15 @@ def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> 
         for number in range(500):
             bag.write('/heat', Float64(number), Time.from_sec(1000.0 + number / 50))
     tasks = HeldTasks()
-    model = CurvesModel(tasks)
-    model.set_devices([heated(1e6)])
-    model.set_recording([path])
+    session = Session()
+    model = CurvesModel(tasks, session)
+    choose(session, [heated(1e6)])
+    play(session, path)
+    model.read()
     while tasks.held:
         tasks.end_one()
     assert (len(model.curves), model.alarms) == (1, ())
-    model.set_devices([heated(250.0)])
+    choose(session, [heated(250.0)])
     while tasks.held:
         tasks.end_one()
     (alarm,) = model.alarms

@@ -8,7 +8,7 @@ import os
 import re
 import threading
 from pathlib import Path
-from typing import Iterator, List
+from typing import Iterator, List, Tuple
 
 import genpy
 import pytest
@@ -17,16 +17,18 @@ from held_tasks import wait_for_line
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
+from session_stand import choose
 from std_msgs.msg import Float32, String
 
 from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.cell.model import Device, DeviceType, Mode, Topic
 from process_visualizer.gui.playback import bag_model
-from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
 from process_visualizer.gui.playback.bag_view import BagView
 from process_visualizer.gui.playback.playback_panel import CurvesRow
 from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.sentences import parted
 from process_visualizer.gui.toolkit.tasks import Tasks
 
@@ -55,11 +57,16 @@ class Bench:
     def __init__(self, qtbot: QtBot, tasks: Tasks) -> None:
         self.qtbot = qtbot
         self.tasks = tasks
-        self.model = BagModel(tasks)
+        self.session = Session()
+        self.model = BagModel(tasks, self.session)
         self.failures: List[str] = []
         self.chosen: List[str] = []
         self.model.failed.connect(self.failures.append)
-        self.model.chosen.connect(self.chosen.append)
+        self.model.chosen.connect(lambda: self.chosen.append(self.session.paths[0]))
+
+    @property
+    def marks(self) -> Tuple[PlacedMark, ...]:
+        return placed_marks(self.session.recording)
 
     def open(self, *paths: str) -> None:
         self.model.open(paths)
@@ -83,17 +90,17 @@ class TestOpening:
 
     def test_a_bag(self, bench: Bench, path: str) -> None:
         bench.open(path)
-        assert (bench.model.path, bench.model.paths) == (path, (path,))
+        assert bench.session.paths == (path,)
         assert bench.chosen == [path]
-        assert bench.model.catalogue.duration_s == pytest.approx(9.98)
-        assert bench.model.marks == (PlacedMark(2.0, 'seam begins'),)
+        assert bench.session.recording.duration_s == pytest.approx(9.98)
+        assert bench.marks == (PlacedMark(2.0, 'seam begins'),)
 
     def test_several_files_of_one_recording_in_any_order(self, bench: Bench, tmp_path: Path,
                                                          path: str) -> None:
         second = write_bag(tmp_path / 'b.bag', BEGIN_S + 10)
         bench.open(second, path)
-        assert bench.model.paths == (path, second)
-        assert bench.model.catalogue.duration_s == pytest.approx(19.98)
+        assert bench.session.paths == (path, second)
+        assert bench.session.recording.duration_s == pytest.approx(19.98)
 
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(
@@ -103,7 +110,7 @@ class TestOpening:
         if content is not None:
             other.write_bytes(content)
         bench.open(str(other))
-        assert bench.model.path == path and bench.chosen == [path]
+        assert bench.session.paths == (path,) and bench.chosen == [path]
         assert len(bench.failures) == 1 and str(other) in bench.failures[0]
         assert bench.model.recent == ((path,),)
 
@@ -115,7 +122,7 @@ class TestOpening:
 
     def test_missing_topics(self, bench: Bench, path: str) -> None:
         bench.open(path)
-        bench.model.set_devices([machine('/feed_rate', '/edge')])
+        choose(bench.session, [machine('/feed_rate', '/edge')])
         assert bench.model.missing == {'machine': ('/edge',)}
 
     def test_a_bag_that_is_deleted_while_open(self, bench: Bench, path: str) -> None:
@@ -132,16 +139,16 @@ class TestForeign:
     def test_nothing_of_it_can_be_played(self, bench: Bench, path: str) -> None:
         bench.open(path)
         assert not bench.model.is_foreign  # nothing is ticked
-        bench.model.set_devices([machine('/edge', '/feed_rate'), machine('/q')])
+        choose(bench.session, [machine('/edge', '/feed_rate'), machine('/q')])
         assert not bench.model.is_foreign and bench.model.foreign_text == ''
-        bench.model.set_devices([machine('/edge'), machine('/q')])
+        choose(bench.session, [machine('/edge'), machine('/q')])
         assert bench.model.foreign_text == 'a.bag has no topic of the ticked devices'
 
     def test_a_configuration_of_its_own_is_offered(self, bench: Bench, path: str) -> None:
         view = BagView(bench.model)
         bench.qtbot.addWidget(view)
         view.show()
-        bench.model.set_devices([machine('/edge')])
+        choose(bench.session, [machine('/edge')])
         bench.open(path)
         button = view.findChild(QPushButton, 'configuration_of_bag')
         assert button.isVisible() and button.text() == 'Make a configuration from it…'
@@ -154,7 +161,7 @@ class TestForeign:
         with bench.qtbot.waitSignal(view.configuration_wanted) as wanted:
             button.click()
         assert wanted.args == [(path,)]
-        bench.model.set_devices([machine('/feed_rate')])
+        choose(bench.session, [machine('/feed_rate')])
         assert not button.isVisible()
 
 
@@ -167,7 +174,7 @@ class TestRecent:
         bench.open(second)
         bench.open(path)
         assert bench.model.recent == ((path,), (second,))
-        other = BagModel(Tasks())
+        other = BagModel(Tasks(), Session())
         other.restore(bench.model.settings())
         assert other.recent == bench.model.recent
         assert other.folder == str(tmp_path)
@@ -176,24 +183,24 @@ class TestRecent:
         """Of a recording that was still being read, too; and only once."""
         second = write_bag(tmp_path / 'b.bag', BEGIN_S + 10)
         for is_read in (True, False):
-            before = BagModel(bench.tasks)
+            before = BagModel(bench.tasks, Session())
             before.open([path, second])
             if is_read:
                 bench.qtbot.waitUntil(lambda at=before: not at.is_loading)
             bench.model.restore(before.settings())
             assert bench.model.settings()['open'] == [path, second]
-            bench.model.reopen()
-            bench.qtbot.waitUntil(lambda: bench.model.paths == (path, second))
+            bench.session.set_mode(Mode.PLAYBACK)
+            bench.qtbot.waitUntil(lambda: bench.session.paths == (path, second))
         bench.open(path)
-        bench.model.reopen()
-        assert bench.model.paths == (path,) and not bench.model.is_loading
+        choose(bench.session, [])
+        assert bench.session.paths == (path,) and not bench.model.is_loading
 
     def test_what_was_open_and_is_gone_is_told_without_a_message(
             self, bench: Bench, path: str) -> None:
         bench.model.restore({'recent': [[path]], 'open': [path]})
         view = BagView(bench.model)
         os.remove(path)
-        bench.model.reopen()
+        bench.session.set_mode(Mode.PLAYBACK)
         bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
         assert bench.failures == [] and bench.model.recent == () and not bench.model.is_loading
         assert 'a.bag no longer exists' in view.warnings.text()
@@ -204,7 +211,7 @@ class TestRecent:
         """Else where recordings go; where that is no folder yet, at home."""
         monkeypatch.setenv('HOME', str(tmp_path))
         recorded, elsewhere = tmp_path / 'bags', tmp_path / 'stick'
-        model = BagModel(bench.tasks, None, lambda: str(recorded))
+        model = BagModel(bench.tasks, Session(), None, lambda: str(recorded))
         assert model.folder == str(tmp_path)
         recorded.mkdir()
         assert model.folder == str(recorded)
@@ -237,20 +244,20 @@ class TestWithoutIndex:
 
     def test_a_copy_is_offered_and_opened(self, bench: Bench, cut: str) -> None:
         bench.open(cut)
-        assert bench.model.unindexed == cut and bench.model.catalogue is None
+        assert bench.model.unindexed == cut and bench.session.recording is None
         assert bench.failures == []
         bench.model.reindex()
         assert bench.model.reindexing is not None
-        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
-        assert bench.model.path.endswith('a.reindexed.bag')
+        bench.qtbot.waitUntil(lambda: bench.session.recording is not None)
+        assert bench.session.paths[0].endswith('a.reindexed.bag')
         assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
 
     def test_a_copy_that_is_there_already_is_taken(self, bench: Bench, cut: str) -> None:
         bench.open(cut)
         bench.model.reindex()
-        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
+        bench.qtbot.waitUntil(lambda: bench.session.recording is not None)
         bench.open(cut)
-        assert bench.model.unindexed == '' and bench.model.path.endswith('a.reindexed.bag')
+        assert bench.model.unindexed == '' and bench.session.paths[0].endswith('a.reindexed.bag')
 
     @pytest.mark.parametrize('is_made', [False, True])
     def test_it_can_be_left(self, bench: Bench, cut: str, is_made: bool) -> None:
@@ -262,7 +269,7 @@ class TestWithoutIndex:
         assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
         wait_for_line(bench.tasks, 'reindexing', bench.qtbot)
         wait_for_line(bench.tasks, 'files', bench.qtbot)
-        assert bench.model.catalogue is None and bench.failures == []
+        assert bench.session.recording is None and bench.failures == []
 
     def test_how_much_was_recovered_is_told_first(self, bench: Bench, cut: str) -> None:
         bench.open(cut)
@@ -280,7 +287,7 @@ class TestWithoutIndex:
         button = view.findChild(QPushButton, 'reindex')
         assert button.isVisible()
         bench.qtbot.mouseClick(button, Qt.LeftButton)
-        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
+        bench.qtbot.waitUntil(lambda: bench.session.recording is not None)
         assert not button.isVisible()
 
 
@@ -291,11 +298,11 @@ class TestMarks:
         bench.open(path)
         before = Path(path).read_bytes()
         bench.model.add_mark(7.5, 'thread breaks')
-        bench.qtbot.waitUntil(lambda: len(bench.model.marks) == 2)
-        assert bench.model.marks[1] == PlacedMark(7.5, 'thread breaks')
+        bench.qtbot.waitUntil(lambda: len(bench.marks) == 2)
+        assert bench.marks[1] == PlacedMark(7.5, 'thread breaks')
         assert Path(path).read_bytes() == before
         bench.open(path)
-        assert len(bench.model.marks) == 2
+        assert len(bench.marks) == 2
 
     def test_where_it_is_kept_is_told_if_that_is_elsewhere(
             self, bench: Bench, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -304,7 +311,7 @@ class TestMarks:
         bench.model.noted.connect(told.append)
         bench.open(path)
         bench.model.add_mark(7.5, 'thread breaks')
-        bench.qtbot.waitUntil(lambda: len(bench.model.marks) == 2)
+        bench.qtbot.waitUntil(lambda: len(bench.marks) == 2)
         assert told == [f'{os.path.dirname(path)} cannot be written: the mark is kept in '
                         '/home/anna/a.marks.json']
         assert bench.failures == []
@@ -314,27 +321,27 @@ class TestMarks:
         Path(f'{path}.marks.json').mkdir()
         bench.model.add_mark(7.5, 'thread breaks')
         bench.qtbot.waitUntil(lambda: bool(bench.failures))
-        assert len(bench.model.marks) == 1
+        assert len(bench.marks) == 1
 
 
 class TestCurves:
     """Curves in the background."""
 
     def test_they_come_with_bag_and_devices(self, bench: Bench, path: str) -> None:
-        bench.model.set_devices([machine('/feed_rate', '/edge')])
+        choose(bench.session, [machine('/feed_rate', '/edge')])
         bench.open(path)
         curves = bench.model.curves
         bench.qtbot.waitUntil(lambda: curves.reading is None)
         assert [curve.topic for curve in curves.curves] == ['/feed_rate']
-        bench.model.set_devices([machine('/edge')])
+        choose(bench.session, [machine('/edge')])
         bench.qtbot.waitUntil(lambda: curves.reading is None)
         assert curves.curves == ()
 
     def test_the_same_devices_do_not_read_again(self, bench: Bench, path: str) -> None:
-        bench.model.set_devices([machine('/feed_rate')])
+        choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         bench.qtbot.waitUntil(lambda: bench.model.curves.reading is None)
-        bench.model.set_devices([machine('/feed_rate')])
+        choose(bench.session, [machine('/feed_rate')])
         assert bench.model.curves.reading is None
 
     def test_they_can_be_cancelled_and_read_after_all(self, bench: Bench, path: str) -> None:
@@ -342,7 +349,7 @@ class TestCurves:
         bench.tasks.run('curves', lambda: going_on.wait(60.0))
         row = CurvesRow(bench.model.curves)
         bench.qtbot.addWidget(row)
-        bench.model.set_devices([machine('/feed_rate')])
+        choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         assert row.bar.isVisibleTo(row) and row.button.text() == 'Cancel'
         row.button.click()
@@ -383,7 +390,7 @@ class TestView:
                                                path: str) -> None:
         bench.open(path)
         assert not view.warnings.isVisible()
-        bench.model.set_devices([machine('/feed_rate', '/a', '/b', '/c', '/d', '/e')])
+        choose(bench.session, [machine('/feed_rate', '/a', '/b', '/c', '/d', '/e')])
         assert view.warnings.isVisible()
         assert 'machine</b>: not in the recording: /a, /b, /c and 2 more' in view.warnings.text()
         assert '/e' in view.warnings.toolTip()
@@ -406,5 +413,5 @@ class TestView:
         bench.open(second)
         assert [view.recent.itemText(row) for row in range(2)] == ['b.bag', 'a.bag']
         view.recent.activated.emit(1)
-        bench.qtbot.waitUntil(lambda: bench.model.path == path)
+        bench.qtbot.waitUntil(lambda: bench.session.paths == (path,))
         assert view.recent.currentText() == 'a.bag'

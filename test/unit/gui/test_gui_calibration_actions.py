@@ -64,10 +64,10 @@ def test_a_paused_player_shows_its_scene_again(loaded, moves, qtbot, monkeypatch
     loaded.calibration.set_running(True)
     loaded.calibration.set_value(0, 1.5)
     qtbot.waitUntil(lambda: len(moves) == 1)
-    loaded.calibrating.take_player(PAUSED)
+    loaded.session.take_player(PAUSED)
     loaded.calibration.set_value(0, 1.6)
     qtbot.waitUntil(lambda: len(moves) == 3)
-    loaded.calibrating.take_player(PAUSED._replace(paused=False))
+    loaded.session.take_player(PAUSED._replace(paused=False))
     loaded.calibration.set_value(0, 1.7)
     qtbot.waitUntil(lambda: len(moves) == 4)
     assert moves.index('repeat') == 2 and moves.count('repeat') == 1
@@ -79,7 +79,7 @@ def test_a_player_that_does_not_answer_is_told(loaded, moves, qtbot, monkeypatch
 
     monkeypatch.setattr(loaded.link.player, 'repeat', refuse)
     loaded.calibration.set_running(True)
-    loaded.calibrating.take_player(PAUSED)
+    loaded.session.take_player(PAUSED)
     with qtbot.waitSignal(loaded.failed) as told:
         loaded.calibration.set_value(0, 1.5)
     assert 'its picture stays as it was: gone' in told.args[0]
@@ -91,13 +91,13 @@ def test_what_is_saved_for_a_recording_counts_in_playback_only(loaded, bag, qtbo
         loaded.bag.open([bag])
     qtbot.waitUntil(lambda: loaded.calibrating.recording.value is not None)
     assert calibration.pose.xyz == IN_FILE and calibration.recording == ''
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.session.set_mode(Mode.PLAYBACK)
     assert calibration.pose.xyz == SAVED and not calibration.is_unsaved
     calibration.take_file()
     with qtbot.waitSignal(calibration.kept):
         calibration.save_for_recording()
-    loaded.cell.set_mode(Mode.REALTIME)
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.session.set_mode(Mode.REALTIME)
+    loaded.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(lambda: not loaded.calibrating.recording.value.saved)
     assert calibration.pose.xyz == IN_FILE and not calibration.is_unsaved
 

@@ -9,6 +9,7 @@ import pytest
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.cell_model import CellModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 DEVICES = '<device type="other" name="oven"/><device type="other" name="press"/>'
@@ -24,7 +25,7 @@ def config(tmp_path: Path) -> Path:
 @pytest.fixture
 def model(qtbot: Any) -> Iterator[CellModel]:
     tasks = Tasks()
-    yield CellModel(tasks)
+    yield CellModel(tasks, Session())
     tasks.close()
 
 
@@ -34,14 +35,14 @@ def load(model: CellModel, qtbot: Any, path: Path) -> None:
 
 
 def names(model: CellModel) -> 'list[str]':
-    return [device.name for device in model.chosen]
+    return [device.name for device in model.session.chosen]
 
 
 def test_all_devices_are_ticked_at_first(model: CellModel, qtbot: Any, config: Path) -> None:
-    assert (model.cell, model.chosen) == (None, ())
+    assert (model.session.cell, model.session.chosen) == (None, ())
     load(model, qtbot, config)
     assert names(model) == ['oven', 'press']
-    assert (model.problems, model.mode) == ((), Mode.REALTIME)
+    assert (model.problems, model.session.mode) == ((), Mode.REALTIME)
 
 
 def test_ticks_stay_when_the_file_is_read_again(model: CellModel, qtbot: Any,
@@ -71,7 +72,7 @@ def test_broken_file_keeps_the_configuration_before(model: CellModel, qtbot: Any
 
 def test_file_that_is_not_there_is_a_problem(model: CellModel, qtbot: Any, tmp_path: Path) -> None:
     load(model, qtbot, tmp_path / 'missing.xml')
-    assert model.cell is None
+    assert model.session.cell is None
     assert 'missing.xml' in str(model.problems[0])
 
 
@@ -80,5 +81,5 @@ def test_what_the_computer_lacks_is_named(model: CellModel, qtbot: Any, config: 
                       '<node pkg="no_such_package" type="driver" name="driver"/>'
                       '</device></visualizer>')
     load(model, qtbot, config)
-    assert model.cell is not None
+    assert model.session.cell is not None
     assert 'no_such_package' in str(model.missing[0])

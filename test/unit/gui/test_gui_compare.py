@@ -11,6 +11,7 @@ from cycle_bags import write_bag
 from held_tasks import HeldTasks
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget
+from session_stand import open_cell, play, run
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
@@ -21,6 +22,7 @@ from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.session import Session
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference
 from process_visualizer.runs.comparison.timeline_bands import MomentKind
@@ -37,19 +39,19 @@ class Stand:
     """The panel on a bag of four cycles, of which the third is poor."""
 
     def __init__(self, folder: Path, qtbot: Any) -> None:
-        self.tasks = HeldTasks()
-        self.model = CompareModel(self.tasks)  # type: ignore[arg-type]
+        self.tasks, self.session = HeldTasks(), Session()
+        self.model = CompareModel(self.tasks, self.session)  # type: ignore[arg-type]
         self.failures: List[str] = []
         self.model.failed.connect(self.failures.append)
         self.path = write_bag(folder, cycles=4, poor=2)
-        self.model.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
+        open_cell(self.session, XmlParser().parse(str(folder / 'cell.xml')))
         self.bands = BandsModel(self.tasks, self.model)  # type: ignore[arg-type]
         self.ghosts: List[Any] = []
         self.followed: List[Any] = []
-        self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
+        self.ghost = GhostModel(self.tasks, self.model, self.session,  # type: ignore[arg-type]
                                 lambda tracks, _arrows: self.ghosts.append(tracks),
                                 lambda *what: self.followed.append(what))
-        self.live = LiveCurvesModel(self.tasks, Silent())  # type: ignore[arg-type]
+        self.live = LiveCurvesModel(self.tasks, Silent(), Session())  # type: ignore[arg-type]
         self.comparison = LiveComparisonModel(self.model, self.live)
         self.panel = ComparePanel(self.model, self.ghost, self.comparison, lambda: str(folder))
         self.sought: List[float] = []
@@ -58,7 +60,7 @@ class Stand:
         self.panel.show()
 
     def find(self) -> None:
-        self.model.set_recording([self.path])
+        play(self.session, self.path)
         self.panel.find.click()
         self.tasks.end_all()
 
@@ -153,7 +155,7 @@ def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
 def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     stand.find()
     stand.tick(0, 1)
-    stand.ghost.set_running(Mode.PLAYBACK)
+    run(stand.session, Mode.PLAYBACK)
     assert stand.ghosts == []
     stand.compare()
     assert len(stand.ghosts) == 1
@@ -163,8 +165,8 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     assert stand.ghosts[1:] == [()]
     stand.panel.ghost.click()
     stand.tasks.end_all()
-    stand.ghost.set_running(None)
-    stand.ghost.set_running(Mode.PLAYBACK)  # another player: its node has to be told
+    run(stand.session, None)
+    run(stand.session, Mode.PLAYBACK)  # another player: its node has to be told
     stand.tasks.end_all()
     assert len(stand.ghosts) == 4
     stand.model.set_good(1, False)
@@ -178,12 +180,12 @@ def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
     def refuse(_tracks: Any, _arrows: Any) -> None:
         raise GhostError('The ghost cannot be shown: no model')
 
-    model = GhostModel(stand.tasks, stand.model, refuse,  # type: ignore[arg-type]
-                       lambda *_what: None)
+    model = GhostModel(stand.tasks, stand.model, stand.session,  # type: ignore[arg-type]
+                       refuse, lambda *_what: None)
     model.failed.connect(told.append)
     stand.find()
     stand.tick(0, 1)
-    model.set_running(Mode.PLAYBACK)
+    run(stand.session, Mode.PLAYBACK)
     stand.compare()
     assert told == ['The ghost cannot be shown: no model']
 
@@ -193,21 +195,21 @@ def test_what_is_forgotten_while_the_mode_changes_is_no_longer_drawn(
         stand: Stand, monkeypatch: Any, then: Mode) -> None:
     """The node stays when the mode is changed by a click."""
     follow_arm(monkeypatch)
-    stand.ghost.set_running(Mode.REALTIME)
+    run(stand.session, Mode.REALTIME)
     stand.find()
     stand.tick(0, 1)
     stand.compare()
-    stand.ghost.set_running(None)
-    stand.model.set_recording([])  # another one opens
+    run(stand.session, None)
+    play(stand.session)  # another one opens
     assert len(stand.followed) == 1 and stand.ghosts == []
-    stand.ghost.set_running(then)
+    run(stand.session, then)
     stand.tasks.end_all()
     if then is Mode.PLAYBACK:
         assert (len(stand.followed), stand.ghosts) == (1, [()])
     else:
         assert (stand.followed[1:], stand.ghosts) == ([(LiveReference(()), True)], [])
-    stand.ghost.set_running(None)
-    stand.ghost.set_running(then)
+    run(stand.session, None)
+    run(stand.session, then)
     stand.tasks.end_all()
     assert len(stand.followed) + len(stand.ghosts) == 2, 'it is told once'
 
@@ -221,16 +223,16 @@ def test_a_node_that_has_ended_with_what_it_drew_is_no_problem(stand: Stand) -> 
         if len(calls) > 1:
             raise GhostError('The ghost cannot be shown: there is no node')
 
-    model = GhostModel(stand.tasks, stand.model, show,  # type: ignore[arg-type]
-                       lambda *_what: None)
+    model = GhostModel(stand.tasks, stand.model, stand.session,  # type: ignore[arg-type]
+                       show, lambda *_what: None)
     model.failed.connect(told.append)
-    model.set_running(Mode.PLAYBACK)
+    run(stand.session, Mode.PLAYBACK)
     stand.find()
     stand.tick(0, 1)
     stand.compare()
-    model.set_running(None)
-    stand.model.set_recording([])
-    model.set_running(Mode.PLAYBACK)
+    run(stand.session, None)
+    play(stand.session)
+    run(stand.session, Mode.PLAYBACK)
     stand.tasks.end_all()
     assert (len(calls), told) == (2, [])
 
@@ -238,7 +240,7 @@ def test_a_node_that_has_ended_with_what_it_drew_is_no_problem(stand: Stand) -> 
 def test_live_robots_that_cannot_be_followed_are_told(stand: Stand) -> None:
     told: List[str] = []
     stand.ghost.failed.connect(told.append)
-    stand.ghost.set_running(Mode.REALTIME)
+    run(stand.session, Mode.REALTIME)
     stand.find()
     stand.tick(0, 1)
     stand.compare()
@@ -256,7 +258,7 @@ def follow_arm(monkeypatch: Any) -> LiveReference:
 
 def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch: Any) -> None:
     reference = follow_arm(monkeypatch)
-    stand.ghost.set_running(Mode.REALTIME)
+    run(stand.session, Mode.REALTIME)
     stand.find()
     stand.tick(0, 1)
     assert stand.followed == []
@@ -265,14 +267,14 @@ def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch
     stand.panel.ghost.click()
     stand.tasks.end_all()
     assert stand.followed[1:] == [(reference, False)], 'it is judged all the same'
-    stand.ghost.set_running(None)
-    stand.ghost.set_running(Mode.REALTIME)  # launched again: another node
+    run(stand.session, None)
+    run(stand.session, Mode.REALTIME)  # launched again: another node
     stand.tasks.end_all()
     assert stand.followed[2:] == [(reference, False)]
     stand.tick(2)
     stand.tasks.end_all()
     assert stand.followed[3:] == [(LiveReference(()), False)]
-    stand.ghost.set_running(Mode.PLAYBACK)
+    run(stand.session, Mode.PLAYBACK)
     stand.tasks.end_all()
     assert stand.ghosts == [] and len(stand.followed) == 4
 
@@ -330,7 +332,7 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
 def test_the_parts_of_a_recording_are_one(stand: Stand, tmp_path: Path) -> None:
     parts = [write_bag(tmp_path, f'p_{number}.bag', part_of_s=span, cycles=4, poor=2)
              for number, span in enumerate(((0.0, 27.5), (27.5, 48.0)))]
-    stand.model.set_recording(parts)
+    play(stand.session, *parts)
     stand.panel.find.click()
     stand.tasks.end_all()
     assert column(stand.panel.runs, 0)[2:] == ['p_0.bag#3', 'p_0.bag#4']
@@ -353,7 +355,7 @@ def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path)
 
 
 def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
-    stand.model.set_recording([stand.path])
+    play(stand.session, stand.path)
     stand.panel.find.click()
     assert stand.panel.cancel.isEnabled()
     stand.panel.cancel.click()
@@ -365,7 +367,7 @@ def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
 def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Path) -> None:
     stand.find()
     stand.panel.find.click()  # is under way
-    stand.model.set_recording([write_bag(tmp_path, 'b.bag')])
+    play(stand.session, write_bag(tmp_path, 'b.bag'))
     stand.tasks.end_all()
     assert stand.model.runs == ()
     assert stand.panel.find.isEnabled()

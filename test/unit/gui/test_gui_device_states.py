@@ -18,6 +18,7 @@ from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.health.node_warnings import NodeWarnings
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
@@ -28,13 +29,18 @@ OVEN = Device(DeviceType.OTHER, 'oven', HERE,
 
 
 @pytest.fixture
-def states(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def session() -> Session:
+    return Session()
+
+
+@pytest.fixture
+def states(qtbot: Any, session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
            ) -> Iterator[DeviceStatesModel]:
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    launch = LaunchModel(HeldTasks())
+    launch = LaunchModel(HeldTasks(), session)
     launch.reports = {'oven': PartReport('oven', PartState.RUNNING, (
         NodeReport('/oven/driver', NodeState.RUNNING),))}
-    yield DeviceStatesModel(launch, WarningsModel(NodeWarnings()))
+    yield DeviceStatesModel(launch, WarningsModel(NodeWarnings(), session), session)
     rmtree(launch.folder)
 
 
@@ -65,24 +71,25 @@ def shown(states: DeviceStatesModel) -> List[str]:
     return [topics[name].text.replace('\u2009', ' ') for name in NAMES]
 
 
-def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel,
+def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel, session: Session,
                                                       recording: Catalogue) -> None:
     """Paused, the scene is repeated now and then: that was shown as 0.987 Hz, latched as 0 Hz."""
-    states.set_recording(recording)
+    session.set_recording(recording)
     for count in range(5):
-        states.take_player(player(recording, [100 + count, 1, 1]))
+        session.take_player(player(recording, [100 + count, 1, 1]))
         assert shown(states) == ['50 Hz', 'latched', 'once', '']
 
 
-def test_a_recording_that_the_player_does_not_play_yet(states: DeviceStatesModel,
+def test_a_recording_that_the_player_does_not_play_yet(states: DeviceStatesModel, session: Session,
                                                        recording: Catalogue) -> None:
-    states.set_recording(recording)
-    states.take_player(player(recording._replace(paths=('/other.bag',)), [1, 1]))
+    session.set_recording(recording)
+    session.take_player(player(recording._replace(paths=('/other.bag',)), [1, 1]))
     assert shown(states) == ['', '', '', '']
 
 
-def test_what_cannot_be_played_is_told(states: DeviceStatesModel, recording: Catalogue) -> None:
-    states.set_recording(recording)
-    states.take_player(player(recording, [100]))
+def test_what_cannot_be_played_is_told(states: DeviceStatesModel, session: Session,
+                                       recording: Catalogue) -> None:
+    session.set_recording(recording)
+    session.take_player(player(recording, [100]))
     assert shown(states)[:2] == ['50 Hz', 'not played']
     assert states.state(OVEN).summary.text == 'running'

@@ -85,8 +85,8 @@ def test_what_is_neither_is_refused(paths: List[str], name: str) -> None:
 def test_a_split_recording_is_opened_in_playback_mode(window: LauncherApp, qtbot: Any,
                                                       bags: List[str]) -> None:
     assert drop_files(window, list(reversed(bags)))
-    qtbot.waitUntil(lambda: window._launcher.bag.paths == tuple(bags))
-    assert window._launcher.cell.mode is Mode.PLAYBACK
+    qtbot.waitUntil(lambda: window._launcher.session.paths == tuple(bags))
+    assert window._launcher.session.mode is Mode.PLAYBACK
     assert message(window) == ''
 
 
@@ -101,7 +101,7 @@ def test_a_configuration_is_opened(window: LauncherApp, qtbot: Any, tmp_path: Pa
 def test_what_is_refused_is_told(window: LauncherApp) -> None:
     assert drop(window, ['https://example.com/a.bag'])
     assert message(window).startswith('Drop a recording')
-    assert window._launcher.cell.mode is Mode.REALTIME
+    assert window._launcher.session.mode is Mode.REALTIME
 
 
 @pytest.mark.parametrize('name', ['seam_0.bag', 'cell.xml'])
@@ -125,5 +125,5 @@ def test_a_cell_that_runs_is_left_only_if_that_is_wanted(window: LauncherApp, ba
     assert (quit_calls, window._launcher.bag.is_loading) == ([], False)
     question.findChild(QPushButton, 'yes').click()
     assert (quit_calls, window._launcher.bag.is_loading) == ([], True)
-    assert window._launcher.cell.mode is Mode.PLAYBACK
+    assert window._launcher.session.mode is Mode.PLAYBACK
     monkeypatch.undo()

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.gui.cell.cell_model import CellModel, FileWatch, contents_of
 from process_visualizer.gui.cell.notices import ChangedNotice
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 VALID, OTHER = '<visualizer><device type="other" name="oven"/></visualizer>', '<visualizer/>'
@@ -86,7 +87,7 @@ def test_where_nothing_tells_of_changes_they_are_looked_for(watch: FileWatch, qt
 
 def test_the_configuration_is_read_again_only_by_the_operator(tasks: Tasks, qtbot: Any,
                                                               config: Path) -> None:
-    cell = CellModel(tasks)
+    cell = CellModel(tasks, Session())
     notice = ChangedNotice(cell)
     qtbot.addWidget(notice)
     with qtbot.waitSignal(cell.loaded):
@@ -101,7 +102,7 @@ def test_the_configuration_is_read_again_only_by_the_operator(tasks: Tasks, qtbo
     with qtbot.waitSignal(cell.loaded):
         button.click()
     assert not notice.isVisible()
-    assert [device.name for device in cell.devices] == ['press']
+    assert [device.name for device in cell.session.devices] == ['press']
 
 
 @pytest.mark.parametrize('included', ['<device type="other" name="oven"/>', '<device type="?"/>'])
@@ -110,7 +111,7 @@ def test_included_files_are_watched_whether_valid_or_not(tasks: Tasks, qtbot: An
     part = config.with_name('part.xml')
     part.write_text(f'<visualizer>{included}</visualizer>')
     config.write_text('<visualizer><include file="part.xml"/></visualizer>')
-    cell = CellModel(tasks)
+    cell = CellModel(tasks, Session())
     with qtbot.waitSignal(cell.loaded):
         cell.open(str(config))
     with qtbot.waitSignal(cell.files.changed):

@@ -10,14 +10,16 @@ import pytest
 from cycle_bags import write_bag
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QObject
+from session_stand import open_cell, play
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.app.kept_state import KeptState
 from process_visualizer.gui.cell.cell_model import CellModel
 from process_visualizer.gui.compare.compare_model import CompareModel
+from process_visualizer.gui.session import Session
 
 
-class Session:
+class Program:
     """A program that keeps one table."""
 
     def __init__(self, path: Path) -> None:
@@ -41,22 +43,22 @@ class Session:
 
 def test_the_next_session_has_what_this_one_kept(tmp_path: Path) -> None:
     path = tmp_path / 'settings' / 'session.json'
-    Session(path).tick('arm', 'oven')
-    later = Session(path)
+    Program(path).tick('arm', 'oven')
+    later = Program(path)
     assert (later.values, later.told) == ({'ticked': ['arm', 'oven']}, [])
 
 
 def test_nothing_is_written_while_nothing_changes(tmp_path: Path) -> None:
     path = tmp_path / 'session.json'
-    Session(path).tick('arm')
-    session = Session(path)
+    Program(path).tick('arm')
+    session = Program(path)
     session.kept.write()
     assert session.tasks.held == []
 
 
 def test_what_changes_often_is_written_once(tmp_path: Path) -> None:
     path = tmp_path / 'session.json'
-    session = Session(path)
+    session = Program(path)
     for name in ('arm', 'oven', 'saw'):
         session.values = {'ticked': [name]}
         session.kept.write()
@@ -68,7 +70,7 @@ def test_what_changes_often_is_written_once(tmp_path: Path) -> None:
 def test_a_damaged_file_is_told_and_put_aside(tmp_path: Path, content: str) -> None:
     path = tmp_path / 'session.json'
     path.write_text(content)
-    session = Session(path)
+    session = Program(path)
     [told] = session.told
     assert f'{path} is damaged. It was moved to {path}.damaged.' in told
     assert Path(f'{path}.damaged').read_text() == content
@@ -78,7 +80,7 @@ def test_a_damaged_file_is_told_and_put_aside(tmp_path: Path, content: str) -> N
 
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / 'file').write_text('')
-    session = Session(tmp_path / 'session.json')
+    session = Program(tmp_path / 'session.json')
     session.kept._path = str(tmp_path / 'file' / 'session.json')
     session.tick('arm')
     assert 'cannot be kept for the next session' in session.told[0]
@@ -93,13 +95,13 @@ def test_ticks_are_those_of_their_configuration(qtbot: Any, tmp_path: Path) -> N
     def opened(tasks: HeldTasks, model: CellModel, path: Path) -> List[str]:
         model.open(str(path))
         tasks.end_all()
-        return [device.name for device in model.chosen]
+        return [device.name for device in model.session.chosen]
 
     first_tasks, tasks = HeldTasks(), HeldTasks()
-    first = CellModel(first_tasks)  # type: ignore[arg-type]
+    first = CellModel(first_tasks, Session())  # type: ignore[arg-type]
     opened(first_tasks, first, one)
     first.tick('oven', False)
-    model = CellModel(tasks)  # type: ignore[arg-type]
+    model = CellModel(tasks, Session())  # type: ignore[arg-type]
     model.set_unticked(json.loads(json.dumps(first.unticked)))
     assert opened(tasks, model, one) == ['saw']
     assert opened(tasks, model, other) == ['oven', 'saw']
@@ -109,8 +111,8 @@ class Comparing:
     """A model on a bag of four cycles, of which the third is poor."""
 
     def __init__(self, folder: Path) -> None:
-        self.tasks = HeldTasks()
-        self.model = CompareModel(self.tasks)  # type: ignore[arg-type]
+        self.tasks, self.session = HeldTasks(), Session()
+        self.model = CompareModel(self.tasks, self.session)  # type: ignore[arg-type]
         self.told: List[str] = []
         self.model.failed.connect(self.told.append)
         self.cell = XmlParser().parse(str(folder / 'cell.xml'))
@@ -127,8 +129,8 @@ def bag(tmp_path: Path) -> str:
 
 def compared(bag: str) -> Comparing:
     session = Comparing(Path(bag).parent)
-    session.model.set_cell(session.cell)
-    session.model.set_recording([bag])
+    open_cell(session.session, session.cell)
+    play(session.session, bag)
     session.model.find_runs()
     session.tasks.end_all()
     for row in (0, 1):
@@ -147,9 +149,9 @@ def restarted(session: Comparing, bag: str) -> Comparing:
 def test_good_runs_and_verdicts_come_back_with_their_recording(qtbot: Any, bag: str) -> None:
     before = compared(bag)
     later = restarted(before, bag)
-    later.model.set_recording([bag])
+    play(later.session, bag)
     assert later.tasks.held == []  # the configuration is not known yet
-    later.model.set_cell(later.cell)
+    open_cell(later.session, later.cell)
     later.tasks.end_all()
     assert later.model.good == {0, 1}
     assert later.verdicts() == before.verdicts() == [True, True, False, True]
@@ -158,12 +160,12 @@ def test_good_runs_and_verdicts_come_back_with_their_recording(qtbot: Any, bag: 
 def test_the_running_cell_is_compared_with_the_same_runs_as_before(qtbot: Any, bag: str) -> None:
     """In real-time mode no recording is open."""
     later = restarted(compared(bag), bag)
-    later.model.set_cell(later.cell)
+    open_cell(later.session, later.cell)
     later.tasks.end_all()
     assert later.model.paths == (bag,)
     assert later.model.good == {0, 1} and later.model.compared is not None
     last = restarted(later, bag)
-    last.model.set_cell(last.cell)
+    open_cell(last.session, last.cell)
     last.tasks.end_all()
     assert last.model.good == {0, 1}
 
@@ -174,8 +176,8 @@ def test_what_was_dragged_together_counts_again(qtbot: Any, bag: str) -> None:
     before.model.anchor(moment, moment.position_s + 0.5)
     before.tasks.end_all()
     later = restarted(before, bag)
-    later.model.set_cell(later.cell)
-    later.model.set_recording([bag])
+    open_cell(later.session, later.cell)
+    play(later.session, bag)
     later.tasks.end_all()
     assert later.model.anchors(3) == before.model.anchors(3) != ()
     assert later.verdicts() == before.verdicts()
@@ -185,9 +187,9 @@ def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:
     before = compared(bag)
     Path(bag).unlink()
     later = restarted(before, bag)
-    later.model.set_cell(later.cell)
+    open_cell(later.session, later.cell)
     later.tasks.end_all()
     assert len(later.told) == 1 and bag in later.told[0]
     last = restarted(later, bag)
-    last.model.set_cell(last.cell)
+    open_cell(last.session, last.cell)
     assert last.tasks.held == []

@@ -75,7 +75,7 @@ def test_every_button_can_be_reached(window: LauncherApp) -> None:
 
 @pytest.mark.parametrize('mode', list(Mode))
 def test_the_key_tab_goes_from_the_top_to_the_bottom(window: LauncherApp, mode: Mode) -> None:
-    window._launcher.cell.set_mode(mode)
+    window._launcher.session.set_mode(mode)
     QApplication.processEvents()
     places = [QRect(it.mapTo(window, QPoint(0, 0)), it.size()) for it in tab_order(window)]
     assert len(places) > 10
@@ -92,7 +92,7 @@ def test_enter_presses_the_button_that_has_the_focus(window: LauncherApp, qtbot:
         button.setFocus()
         qtbot.waitUntil(button.hasFocus)
         qtbot.keyClick(button, key)
-        assert window._launcher.cell.mode is Mode(name)
+        assert window._launcher.session.mode is Mode(name)
 
 
 def test_the_space_bar_ticks_topics_though_it_is_a_shortcut(window: LauncherApp,
@@ -101,7 +101,7 @@ def test_the_space_bar_ticks_topics_though_it_is_a_shortcut(window: LauncherApp,
     QShortcut(Qt.Key_Space, topics, lambda: pressed.append('shortcut'))
     topics.addTopLevelItem(QTreeWidgetItem(['/q']))
     topics.topLevelItem(0).setCheckState(0, Qt.Unchecked)
-    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    window._launcher.session.set_mode(Mode.PLAYBACK)
     topics.show()
     topics.setFocus()
     topics.setCurrentItem(topics.topLevelItem(0))
@@ -137,7 +137,7 @@ class RvizKeys:
         for shortcut in window.findChildren(QShortcut):
             shortcut.activated.disconnect()
             shortcut.activated.connect(partial(self.done.append, shortcut.key().toString()))
-        launcher.cell.set_mode(mode)
+        launcher.session.set_mode(mode)
         launcher.launch.phase = LaunchPhase.RUNNING
         launcher.launch.changed.emit()
 
@@ -153,7 +153,7 @@ def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
     for key in ('R', 'M', 'Space'):
         window._launcher.link.key_pressed.emit(key)
     assert rviz.done == ['R', 'M']
-    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    window._launcher.session.set_mode(Mode.PLAYBACK)
     assert {'Space', 'Shift+Left', 'M', '['} <= set(rviz.told) and 'R' not in rviz.told
     window._launcher.link.key_pressed.emit('Space')
     assert rviz.done[2:] == ['Space']

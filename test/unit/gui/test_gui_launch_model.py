@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import shutil
+from types import SimpleNamespace
 from typing import Any, Iterator, List
 
 import pytest
 from held_tasks import HeldTasks
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
+from process_visualizer.cell.model import Mode
 from process_visualizer.generate.plan import Part, Plan, PlanError
 from process_visualizer.gui.cell import launch_model
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
+from process_visualizer.gui.session import Session
 from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
-FIRST: Any = 'the first choice'
-SECOND: Any = 'the second choice'
+FIRST: Any = SimpleNamespace(mode=Mode.REALTIME)
+SECOND: Any = SimpleNamespace(mode=Mode.PLAYBACK)
 PART = Part(None, {}, '')
 REFUSED = PlanError('the disk is full')
 
@@ -27,7 +30,7 @@ class Launching:
     def __init__(self) -> None:
         self.tasks = HeldTasks()
         tasks: Any = self.tasks
-        self.model = LaunchModel(tasks)
+        self.model = LaunchModel(tasks, Session())
         self.told: List[str] = []
         self.problems: List[Any] = []
         self.stops = 0

@@ -8,6 +8,7 @@ from typing import Any, Iterator, List
 import pytest
 import rosbag
 from genpy import Time
+from session_stand import play
 from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
@@ -51,6 +52,7 @@ def run(launcher: Launcher) -> None:
     """As if all that is chosen had been launched."""
     launcher.launch.running = launcher.choice()
     launcher.launch.phase = LaunchPhase.RUNNING
+    launcher.launch.changed.emit()
 
 
 def test_why_nothing_can_be_launched(loaded: Launcher) -> None:
@@ -72,7 +74,7 @@ def test_broken_configuration_cannot_be_launched(launcher: Launcher, qtbot: Any,
 
 def test_choice(loaded: Launcher) -> None:
     loaded.cell.tick('press', False)
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.session.set_mode(Mode.PLAYBACK)
     choice = loaded.choice()
     assert [device.name for device in choice.devices] == ['oven']
     assert (choice.mode, choice.rviz, choice.bag) == (Mode.PLAYBACK, RvizStart.OPTIONAL, None)
@@ -145,9 +147,9 @@ def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path)
 
 def test_all_files_of_a_split_recording_are_played(loaded: Launcher,
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loaded.bag, '_paths', ('/a_0.bag', '/a_1.bag'))
+    play(loaded.session, '/a_0.bag', '/a_1.bag')
     assert loaded.choice().bag is None
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.session.set_mode(Mode.PLAYBACK)
     assert (loaded.choice().bag, loaded.choice().further_bags) == ('/a_0.bag', ('/a_1.bag',))
 
 
@@ -157,13 +159,13 @@ def test_another_recording_is_played_with_all_its_files_and_no_others(
         loaded: Launcher, monkeypatch: pytest.MonkeyPatch, paths: 'tuple[str, ...]') -> None:
     applied: List[Any] = []
     monkeypatch.setattr(loaded.launch, 'apply', applied.append)
-    monkeypatch.setattr(loaded.bag, '_paths', ('/a_0.bag', '/a_1.bag'))
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    play(loaded.session, '/a_0.bag', '/a_1.bag')
+    loaded.session.set_mode(Mode.PLAYBACK)
     run(loaded)
-    loaded.bag.chosen.emit('/a_0.bag')
+    loaded.bag.chosen.emit()
     assert applied == []
-    monkeypatch.setattr(loaded.bag, '_paths', paths)
-    loaded.bag.chosen.emit(paths[0])
+    play(loaded.session, *paths)
+    loaded.bag.chosen.emit()
     assert [(choice.bag, *choice.further_bags) for choice in applied] == [paths]
 
 
@@ -173,18 +175,18 @@ def test_a_recording_of_another_cell_does_not_end_the_player(
     failed: List[str] = []
     monkeypatch.setattr(loaded.launch, 'apply', applied.append)
     loaded.failed.connect(failed.append)
-    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    play(loaded.session, '/a.bag')
+    loaded.session.set_mode(Mode.PLAYBACK)
     loaded.master.is_connected = True
     run(loaded)
-    monkeypatch.setattr(loaded.bag, '_paths', ('/foreign.bag',))
+    play(loaded.session, '/foreign.bag')
     monkeypatch.setattr(type(loaded.bag), 'is_foreign', property(lambda _: True))
-    loaded.bag.chosen.emit('/foreign.bag')
+    loaded.bag.chosen.emit()
     assert applied == []
     loaded.apply()
     assert failed == ['Nothing to play: foreign.bag has no topic of the ticked devices.']
     assert loaded.blocked_reason() == 'foreign.bag has no topic of the ticked devices'
-    loaded.cell.set_mode(Mode.REALTIME)
+    loaded.session.set_mode(Mode.REALTIME)
     assert loaded.blocked_reason() == ''
 
 
@@ -193,7 +195,7 @@ def test_the_mode_of_what_runs_is_changed(loaded: Launcher,
     """One click each way: the same devices, and the recording that is open."""
     applied: List[Any] = []
     monkeypatch.setattr(loaded.launch, 'apply', applied.append)
-    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
+    play(loaded.session, '/a.bag')
     loaded.choose_mode(Mode.PLAYBACK)
     assert applied == []  # nothing runs
     loaded.choose_mode(Mode.REALTIME)
@@ -218,20 +220,20 @@ def test_a_recording_is_played_by_what_runs_once_it_is_read(
     with rosbag.Bag(path, 'w') as bag:
         bag.write('/q', Float64(1.0), Time(1000))
     loaded.play((path,))
-    assert loaded.cell.mode is Mode.PLAYBACK and applied == []
+    assert loaded.session.mode is Mode.PLAYBACK and applied == []
     qtbot.waitUntil(lambda: bool(applied))
     assert [(it.mode, it.bag) for it in applied] == [(Mode.PLAYBACK, path)]
 
 
 def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    loaded.cell.set_mode(Mode.PLAYBACK)
-    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
+    loaded.session.set_mode(Mode.PLAYBACK)
+    play(loaded.session, '/a.bag')
     run(loaded)
     monkeypatch.setattr(type(loaded.bag.played), 'left_out', property(lambda _: ('/oven/image',)))
     assert loaded.choice().left_out == ('/oven/image',)
     assert loaded.pending() == 'restart the player'
-    loaded.cell.set_mode(Mode.REALTIME)
+    loaded.session.set_mode(Mode.REALTIME)
     assert loaded.choice().left_out == ()
 
 
@@ -274,15 +276,15 @@ def test_playback_has_the_recording_of_the_last_time(loaded: Launcher, qtbot: An
     loaded.bag.restore({'recent': [[path]], 'open': [path]})
     loaded.cell.tick('oven', False)
     assert not loaded.bag.is_loading
-    loaded.cell.set_mode(Mode.PLAYBACK)
-    qtbot.waitUntil(lambda: loaded.bag.path == path)
+    loaded.session.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(lambda: loaded.session.paths == (path,))
 
 
 def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> None:
     """It was called with another configuration, mode and recording than are open now."""
-    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.session.set_mode(Mode.PLAYBACK)
     loaded.cell.tick('oven', False)
-    assert words_to_go_on(loaded.cell, [
+    assert words_to_go_on(loaded.session, [
         'gui', 'other.xml', '--mode', 'realtime', '--bag', 'b.bag', '--launch', 'a:=1',
         '__name:=launcher']) == ['gui', '--mode', 'playback', '--devices', 'press',
                                  '__name:=launcher']

@@ -91,7 +91,7 @@ def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: 
 def test_nothing_is_scrolled_to_before_everything_has_given_way(window: LauncherApp, qtbot: Any,
                                                                 config: Path) -> None:
     load(window, qtbot, config, VALID)
-    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    window._launcher.session.set_mode(Mode.PLAYBACK)
     window.launch.status.setText('In playback mode.\nA warning\nof two lines')
     area = window.centralWidget()
     settle()
@@ -117,7 +117,7 @@ def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, confi
     before = places()
     launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
     launcher.launch.changed.emit()
-    for device in launcher.cell.devices[:7]:
+    for device in launcher.session.devices[:7]:
         launcher.cell.tick(device.name, False)
     assert launch.apply.text().endswith('oven_6') and places() == before
     launch.show_status('In real-time mode.\n' + 'A warning that goes on and on. ' * 20)
@@ -131,7 +131,7 @@ def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, confi
     for page in range(window.panels.count()):
         window.panels.setCurrentIndex(page)
         assert places() == before
-    launcher.cell.set_mode(Mode.PLAYBACK)
+    launcher.session.set_mode(Mode.PLAYBACK)
     assert places() == before
     launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
     launcher.launch.changed.emit()

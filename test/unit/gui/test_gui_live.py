@@ -15,10 +15,12 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from recent_parts import part_of, parts_of
+from session_stand import open_cell, run
 from timeline_bench import TRACK_Y
 
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recorder_topics import MARKS
+from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import RecentPart
@@ -28,6 +30,7 @@ from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.live.replay_model import ReplayPhase
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan
@@ -80,10 +83,13 @@ class Stand:
         self.now_s = 0.0
         self.parts = list(parts_of(write_bag(folder), 8.0))
         self.tasks, self.memory, self.choices = HeldTasks(), ListedMemory(), LaneChoices()
-        self.model = LiveCurvesModel(self.tasks, self.memory)  # type: ignore[arg-type]
+        self.session = Session()
+        self.model = LiveCurvesModel(  # type: ignore[arg-type]
+            self.tasks, self.memory, self.session)
         self.replay = Replay()
         self.tasks_of_runs = HeldTasks()
-        self.compare = CompareModel(self.tasks_of_runs)  # type: ignore[arg-type]
+        self.compare = CompareModel(  # type: ignore[arg-type]
+            self.tasks_of_runs, self.session)
         self.comparison = LiveComparisonModel(self.compare, self.model)
         self.panel = LivePanel(self.model, self.choices, self.replay,  # type: ignore[arg-type]
                                self.comparison, wall_s=lambda: self.now_s)
@@ -91,7 +97,7 @@ class Stand:
         self.panel.replay_wanted.connect(self.wanted.append)
         qtbot.addWidget(self.panel)
         self.panel.resize(900, 300)
-        self.model.set_devices(XmlParser().parse(str(folder / 'cell.xml')).devices)
+        open_cell(self.session, XmlParser().parse(str(folder / 'cell.xml')))
         self.panel.show()
         qtbot.waitExposed(self.panel)
 
@@ -104,7 +110,7 @@ class Stand:
         self.memory.parts += [(it, row + 1 < len(parts)) if isinstance(it, RecentPart) else it
                               for row, it in enumerate(parts)]
         if not self.model.is_running:
-            self.model.set_running(True)
+            run(self.session, Mode.REALTIME)
         elif self.model._timer.isActive():
             self.model._timer.timeout.emit()
         self.tasks.end_all()
@@ -181,7 +187,7 @@ def test_a_recorder_that_is_silent_is_told_and_asked_again(stand: Stand) -> None
 
 def test_an_end_leaves_the_last_picture_and_a_launch_begins_anew(stand: Stand) -> None:
     stand.come(stand.parts[0])
-    stand.model.set_running(False)
+    run(stand.session, None)
     assert len(stand.timeline.stack.lanes) == 3 and 'Stopped' in stand.panel.state.text()
     restarts = stand.memory.restarts
     stand.come(stand.parts[1])
@@ -255,7 +261,7 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
 
 def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:
     stand.come(*stand.parts)
-    stand.model.set_running(False)
+    run(stand.session, None)
     QTest.mousePress(stand.timeline, Qt.LeftButton, pos=QPoint(300, 40))
     assert stand.wanted == [] and not stand.model.is_held
 

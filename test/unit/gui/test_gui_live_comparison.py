@@ -10,6 +10,8 @@ import pytest
 from cycle_bags import BEGIN_S, CYCLE_S, write_bag
 from pytestqt.qtbot import QtBot
 from recent_parts import parts_of
+from session_stand import choose, play
+from session_stand import run as run_in
 from test_gui_alarms import NOON_S
 from test_gui_alarms import Stand as AlarmStand
 from test_gui_live import Stand
@@ -31,7 +33,6 @@ class Compared:
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self.stand = Stand(qtbot, folder)
         self.parts = list(parts_of(write_bag(folder, 'poor.bag', poor=1), 1.0))
-        self.stand.compare.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
         self.stand.compare.add(str(folder / 'a.bag'))
         self.stand.tasks_of_runs.end_all()
         self.heard: List[str] = []
@@ -88,7 +89,7 @@ def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared
     qtbot.addWidget(panel)
     panel.set_live(True)
     compared.run(len(compared.parts), run)
-    compared.stand.model.set_running(False)
+    run_in(compared.stand.session, None)
     good, poor = compared.model.finished[:2]
     assert (good.verdict, good.is_good) == ('in range', True)
     assert poor.verdict.startswith('out of range: arm tool force +') and not poor.is_good
@@ -128,7 +129,7 @@ def test_a_node_that_says_nothing_is_told(compared: Compared) -> None:
     assert compared.model.text.startswith('Not compared: /ghost does not say which moment')
     compared.run(4, run)
     assert compared.model.text.startswith('Run in range')
-    compared.stand.model.set_running(False)
+    run_in(compared.stand.session, None)
     assert compared.model.text == '' and compared.model.departed == []
 
 
@@ -136,8 +137,8 @@ def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) 
     other = tmp_path / 'other'
     other.mkdir()
     path = write_bag(other, robot='other_arm')
-    compared.stand.compare.set_cell(None)  # the recording's own configuration, in its bag
-    compared.stand.compare.set_recording([path])
+    compared.stand.session.cell = None  # the recording's own configuration, in its bag
+    play(compared.stand.session, path)
     compared.stand.compare.find_runs()
     compared.stand.tasks_of_runs.end_all()
     run = compared.choose(0)
@@ -145,7 +146,8 @@ def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) 
     assert compared.model.text.startswith('Run in range'), 'the machine is the same'
     without = compared.stand.compare.runs[0].run
     assert ('arm', 'tool force') not in without.by_key
-    compared.stand.model.set_devices(XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
+    choose(compared.stand.session,
+           XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
     compared.run(3, run)
     assert compared.model.text.startswith('Not compared: a.bag#1 has none of the variables')
 
@@ -171,7 +173,7 @@ def test_it_is_an_alarm() -> None:
 def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     tasks = compared.stand.tasks_of_runs
     ghost = GhostModel(tasks, compared.stand.compare,  # type: ignore[arg-type]
-                       lambda _tracks: None, lambda *_what: None)
+                       compared.stand.session, lambda _tracks: None, lambda *_what: None)
     panel = ComparePanel(compared.stand.compare, ghost, compared.model, lambda: '')
     panel.set_live(True)
     run = compared.choose(0)
@@ -180,5 +182,5 @@ def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     assert row.text(0) == 'arm tool force' and row.text(2).endswith('N above range')
     assert row.text(1).startswith('since ')
     panel.departures.itemClicked.emit(row, 0)
-    compared.stand.model.set_running(False)
+    run_in(compared.stand.session, None)
     assert panel.state.text().endswith('they run.')

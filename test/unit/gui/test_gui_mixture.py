@@ -7,12 +7,14 @@ from typing import Any, List, Tuple
 
 import pytest
 from held_tasks import HeldTasks
+from playback_stand import PAUSED
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.cell.launch_model import LaunchGuard, MixtureModel
 from process_visualizer.gui.cell.notices import MixtureNotice
+from process_visualizer.gui.session import Session
 from process_visualizer.health.other_publishers import OtherPublisher, Others
 
 DRIVER = OtherPublisher('/oven/heat', '/oven_driver')
@@ -88,14 +90,20 @@ def test_it_launches_all_the_same_or_never(guarded: Guarded, choice: Choice) -> 
     assert guarded.launched == [choice]
 
 
-def beside(own: 'Tuple[str, ...]' = ()) -> 'Tuple[MixtureModel, HeldTasks, List[Others]]':
+@pytest.fixture
+def session() -> Session:
+    return Session()
+
+
+def beside(session: Session) -> 'Tuple[MixtureModel, HeldTasks, List[Others]]':
     """A model, its tasks, and what it will see; the last thing again and again."""
     tasks, seen = HeldTasks(), [()]  # type: Tuple[HeldTasks, List[Others]]
-    return MixtureModel(tasks, lambda: own, lambda _choice, _own: seen[0]), tasks, seen
+    return MixtureModel(tasks, session, lambda _choice, _own: seen[0]), tasks, seen
 
 
-def test_what_is_seen_beside_a_run_is_told_until_it_is_gone(qtbot: Any, choice: Choice) -> None:
-    model, tasks, seen = beside()
+def test_what_is_seen_beside_a_run_is_told_until_it_is_gone(qtbot: Any, session: Session,
+                                                            choice: Choice) -> None:
+    model, tasks, seen = beside(session)
     begun: List[int] = []
     model.begun.connect(lambda: begun.append(1))
     notice = MixtureNotice(model)
@@ -105,7 +113,7 @@ def test_what_is_seen_beside_a_run_is_told_until_it_is_gone(qtbot: Any, choice: 
         model._timer.timeout.emit()
         tasks.end_all()
 
-    model.follow(choice)
+    session.set_run(choice, True, {})
     look()
     assert model.sentences == () and notice.isHidden()
     seen[0] = (DRIVER,)
@@ -118,26 +126,28 @@ def test_what_is_seen_beside_a_run_is_told_until_it_is_gone(qtbot: Any, choice: 
     assert notice.isHidden()
 
 
-def test_what_the_player_tells_goes_with_it(qtbot: Any, choice: Choice) -> None:
-    model, _tasks, _seen = beside()
+def test_what_the_player_tells_goes_with_it(qtbot: Any, session: Session, choice: Choice) -> None:
+    model, _tasks, _seen = beside(session)
     notice = MixtureNotice(model)
     qtbot.addWidget(notice)
-    model.follow(choice)
-    model.take_player(('/q is published by /driver',))
+    session.set_run(choice, True, {})
+    told = PAUSED._replace(others=('/q is published by /driver',))
+    session.take_player(told)
     assert not notice.isHidden()
     assert notice._text.text().startswith('/q is published by /driver, in addition to the ')
-    model.follow(None)
+    session.set_run(None, False, {})
     assert notice.isHidden() and model.sentences == ()
-    model.take_player(('/q is published by /driver',))  # the last word of one that has ended
+    session.take_player(told)  # the last word of one that has ended
     assert notice.isHidden()
 
 
-def test_nobody_is_known_while_the_master_does_not_answer(qtbot: Any, choice: Choice) -> None:
+def test_nobody_is_known_while_the_master_does_not_answer(qtbot: Any, session: Session,
+                                                          choice: Choice) -> None:
     def fail(_choice: Choice, _own: Any) -> Others:
         raise OSError('no master')
     tasks = HeldTasks()
-    model = MixtureModel(tasks, tuple, fail)
-    model.follow(choice)
+    model = MixtureModel(tasks, session, fail)
+    session.set_run(choice, True, {})
     for _ in range(2):
         model._timer.timeout.emit()
         tasks.end_all()

@@ -12,16 +12,18 @@ from playback_stand import PlaybackStand
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QDialog, QInputDialog, QTreeWidget
 from pytestqt.qtbot import QtBot
+from session_stand import choose, play
 from std_msgs.msg import Float32
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
 from process_visualizer.gui.lanes.timeline_lanes import lane_label
-from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
 from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.playback.values_model import ValuesModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 HERE = Location('cell.xml', 1)
@@ -34,9 +36,10 @@ class Bench:
 
     def __init__(self, qtbot: QtBot, tasks: Tasks, folder: Path) -> None:
         self.stand = PlaybackStand()
-        self.bag = BagModel(tasks)
-        self.values = ValuesModel(tasks, self.stand.model)
-        self.bands = BandsModel(tasks, CompareModel(tasks))
+        self.session = Session()
+        self.bag = BagModel(tasks, self.session)
+        self.values = ValuesModel(tasks, self.stand.model, self.session)
+        self.bands = BandsModel(tasks, CompareModel(tasks, self.session))
         self.panel = PlaybackPanel(self.stand.model, self.bag, self.values, self.bands)
         qtbot.addWidget(self.panel)
         self.panel.resize(430, 600)
@@ -46,12 +49,10 @@ class Bench:
             for row in range(401):
                 time = genpy.Time(1000) + genpy.Duration.from_sec(row / 100)
                 bag.write('/feed', Float32(row / 100), time)
-        self.bag.set_devices([MACHINE])
+        choose(self.session, [MACHINE])
         self.bag.open([str(path)])
         qtbot.waitUntil(lambda: bool(self.bag.curves.curves))
-        self.values.set_devices([MACHINE])
-        self.values.set_recording(self.bag.paths)
-        self.stand.state(duration_s=4.0, position_s=1.0, files=self.bag.paths)
+        self.stand.state(duration_s=4.0, position_s=1.0, files=self.session.paths)
 
 
 @pytest.fixture
@@ -100,7 +101,7 @@ def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
     with rosbag.Bag(str(path), 'w') as bag:
         for row in range(401):
             bag.write('/feed', Float32(7.0), genpy.Time(2000) + genpy.Duration.from_sec(row / 100))
-    bench.values.set_recording([str(path)])
+    play(bench.session, str(path))
     assert shown(bench) == '…'
     qtbot.waitUntil(lambda: shown(bench) == '7.00')
 
@@ -129,23 +130,23 @@ def test_topics_are_ticked_to_be_played(bench: Bench, qtbot: QtBot) -> None:
     row.setCheckState(0, Qt.Unchecked)
     assert bench.bag.played.left_out == ('/feed',)
     assert bench.panel.bag.details.text().endswith('1 not ticked')
-    bench.bag.set_devices([])
+    choose(bench.session, [])
     assert row.data(0, Qt.CheckStateRole) is None
     assert 'it is not played' in row.toolTip(0)
     assert bench.bag.played.left_out == ()
-    bench.bag.set_devices([MACHINE])
+    choose(bench.session, [MACHINE])
     assert row.checkState(0) == Qt.Unchecked
 
 
 def test_of_another_recording_all_topics_are_ticked(bench: Bench, qtbot: QtBot) -> None:
     bench.bag.played.tick('/feed', False)
-    bench.bag.open(bench.bag.paths)
+    bench.bag.open(bench.session.paths)
     qtbot.waitUntil(lambda: not bench.bag.is_loading)
     assert bench.bag.played.left_out == ('/feed',)
-    other = Path(bench.bag.path).with_name('b.bag')
-    Path(bench.bag.path).rename(other)
+    other = Path(bench.session.paths[0]).with_name('b.bag')
+    Path(bench.session.paths[0]).rename(other)
     bench.bag.open([str(other)])
-    qtbot.waitUntil(lambda: bench.bag.path == str(other))
+    qtbot.waitUntil(lambda: bench.session.paths[0] == str(other))
     assert bench.bag.played.left_out == ()
 
 
@@ -158,7 +159,8 @@ def test_a_mark_is_asked_for_and_added(bench: Bench, qtbot: QtBot) -> None:
     dialog = bench.panel.findChild(QInputDialog, 'mark_label')
     dialog.setTextValue('thread breaks')
     dialog.accept()
-    qtbot.waitUntil(lambda: bench.bag.marks == (PlacedMark(2.5, 'thread breaks'),))
+    qtbot.waitUntil(lambda: placed_marks(bench.session.recording) == (
+        PlacedMark(2.5, 'thread breaks'),))
 
 
 def test_what_the_player_cannot_play_is_told(bench: Bench) -> None:

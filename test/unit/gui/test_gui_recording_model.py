@@ -8,12 +8,16 @@ from typing import Iterator, List
 import pytest
 from held_tasks import wait_for_line
 from recording_stand_in import StandInRecorder, devices, told
+from session_stand import choose, run
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
 from process_visualizer.gui.recording.recording_choices import NameChoice
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartState
 
 
 class Clock:
@@ -39,11 +43,17 @@ def tasks(qtbot: object) -> Iterator[Tasks]:
 
 
 @pytest.fixture
-def model(tasks: Tasks, client: StandInRecorder, clock: Clock, tmp_path: Path) -> RecordingModel:
-    recording = RecordingModel(tasks, client, now_s=clock, judge=client.judge)
+def session() -> Session:
+    return Session()
+
+
+@pytest.fixture
+def model(tasks: Tasks, client: StandInRecorder, session: Session, clock: Clock,
+          tmp_path: Path) -> RecordingModel:
+    recording = RecordingModel(tasks, client, session, now_s=clock, judge=client.judge)
     recording.choices.set_folder(str(tmp_path))
-    recording.choices.set_devices(devices())
-    recording.set_running(True)
+    choose(session, devices())
+    run(session, Mode.REALTIME)
     recording.take_state(told())
     recording.messages = messages = []  # type: ignore[attr-defined]
     recording.failed.connect(messages.append)
@@ -109,11 +119,11 @@ def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
     assert client.options.topics == ('/robot/q_act', '/kinect/image', '/kinect/points')
 
 
-def test_the_same_topics_are_not_listed_anew(model, qtbot):
+def test_the_same_topics_are_not_listed_anew(model, qtbot, session):
     with qtbot.assertNotEmitted(model.choices.topics_changed):
-        model.choices.set_devices(devices())
+        choose(session, devices())
     with qtbot.waitSignal(model.choices.topics_changed):
-        model.choices.set_devices(devices()[:1])
+        choose(session, devices()[:1])
 
 
 def test_without_a_topic_nothing_is_started(model, client):
@@ -261,10 +271,10 @@ def test_a_stop_that_could_not_write_everything(recording, client, qtbot):
     assert recording.phase is RecordingPhase.IDLE and messages_of(recording) == ['the disk is full']
 
 
-def test_a_stop_that_fails_after_all_nodes_were_quit(recording, client, qtbot):
+def test_a_stop_that_fails_after_all_nodes_were_quit(recording, client, qtbot, session):
     client.gate.clear()
     recording.stop()
-    recording.set_running(False)
+    run(session, None)
     client.error = RecorderError('the recorder is not recording')
     with qtbot.waitSignal(recording.failed):
         client.gate.set()
@@ -309,22 +319,22 @@ def test_nothing_is_started_while_the_recorder_says_nothing(model, client, qtbot
     assert 'Start when it responds' in messages_of(model)[0] and client.commands == []
 
 
-def test_a_recorder_that_has_ended_without_finishing_its_bag(recording, client, qtbot):
+def test_a_recorder_that_has_ended_without_finishing_its_bag(recording, client, qtbot, session):
     with qtbot.waitSignal(recording.failed) as signal:
-        recording.take_end_of_recorder()
+        run(session, Mode.REALTIME, PartState.FAILED)
     assert (
         recording.phase is RecordingPhase.GONE
         and f'cell reindex {client.path}.active' in signal.args[0]
     )
-    recording.take_end_of_recorder()  # told with every report
+    run(session, Mode.REALTIME, PartState.FAILED)  # told with every report
     recording.take_state(told())
     assert recording.phase is RecordingPhase.IDLE and len(messages_of(recording)) == 1
 
 
-def test_a_recorder_that_has_ended_and_finished_its_bag(recording, client, qtbot):
+def test_a_recorder_that_has_ended_and_finished_its_bag(recording, client, qtbot, session):
     Path(client.path).touch()
     with qtbot.waitSignal(recording.finished) as signal:
-        recording.take_end_of_recorder()
+        run(session, Mode.REALTIME, PartState.FAILED)
     assert signal.args == [client.path] and messages_of(recording) == []
 
 
@@ -351,18 +361,18 @@ def test_a_recording_that_somebody_else_started(model, clock):
     assert model.state.finished.files == ('/bags/other.bag',) and messages_of(model) == []
 
 
-def test_that_it_runs_may_be_told_again(recording):
-    recording.set_running(True)
+def test_that_it_runs_may_be_told_again(recording, session):
+    run(session, Mode.REALTIME)
     assert recording.phase is RecordingPhase.RECORDING
 
 
-def test_nothing_runs(model, client):
-    model.set_running(False)
+def test_nothing_runs(model, client, session):
+    run(session, None)
     model.take_state(told())
     assert model.phase is RecordingPhase.OFF
     model.start()
     assert 'launch the devices' in messages_of(model)[0] and client.commands == []
-    model.set_running(True)
+    run(session, Mode.REALTIME)
     assert model.phase is RecordingPhase.WAITING
 
 
@@ -374,10 +384,10 @@ def test_in_a_folder_that_cannot_be_written_nothing_is_started(model, client, qt
     assert model.phase is RecordingPhase.IDLE and client.commands == []
 
 
-def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
+def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot, session):
     client.gate.clear()
     model.start()
-    model.set_running(False)
+    run(session, None)
     client.gate.set()
     wait_for_line(tasks, 'recorder', qtbot)
     assert model.phase is RecordingPhase.OFF and client.commands == ['start']
@@ -386,8 +396,8 @@ def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
         model.take_end_of_run()
 
 
-def test_the_run_is_ended_while_something_is_recorded(recording, tasks, client, qtbot):
-    recording.set_running(False)
+def test_the_run_is_ended_while_something_is_recorded(recording, tasks, client, qtbot, session):
+    run(session, None)
     Path(client.path).touch()
     with qtbot.waitSignal(recording.finished) as signal:
         recording.take_end_of_run()
@@ -398,8 +408,8 @@ def test_the_run_is_ended_while_something_is_recorded(recording, tasks, client, 
         wait_for_line(tasks, 'files', qtbot)
 
 
-def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot):
-    recording.set_running(False)
+def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot, session):
+    run(session, None)
     with qtbot.waitSignal(recording.failed) as signal:
         recording.take_end_of_run()
     assert f'cell reindex {client.path}.active' in signal.args[0]
@@ -408,7 +418,7 @@ def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot):
 def test_settings_are_remembered(model, tasks, client):
     model.choices.choose_name(NameChoice.PREFIX)
     model.choices.set_prefix('run')
-    other = RecordingModel(tasks, client, model)  # lives as long as what it asked for
+    other = RecordingModel(tasks, client, Session(), model)  # lives as long as what it asked for
     other.choices.restore({**model.choices.settings(), 'unknown': 'x'})
     assert other.choices.settings() == model.choices.settings()
     other.choices.restore({'choice': 'nonsense'})

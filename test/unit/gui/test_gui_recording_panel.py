@@ -17,23 +17,32 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 from recording_stand_in import StandInRecorder, devices, seen, told
+from session_stand import choose, run
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.gui.recording.recording_choices import NameChoice
 from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
 from process_visualizer.gui.recording.recording_panel import Notice, RecordingPanel, notice_of
 from process_visualizer.gui.recording.recording_types import RecordingPhase
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 Find = Callable[[Type[QWidget], str], Any]
 
 
 @pytest.fixture
-def model(client: StandInRecorder, tmp_path: Path, qtbot) -> Iterator[RecordingModel]:
+def session() -> Session:
+    return Session()
+
+
+@pytest.fixture
+def model(client: StandInRecorder, session: Session, tmp_path: Path,
+          qtbot) -> Iterator[RecordingModel]:
     tasks = Tasks()
-    recording = RecordingModel(tasks, client, judge=client.judge)
+    recording = RecordingModel(tasks, client, session, judge=client.judge)
     recording.choices.set_folder(str(tmp_path))
-    recording.choices.set_devices(devices())
+    choose(session, devices())
     yield recording
     tasks.close()
 
@@ -53,8 +62,8 @@ def find(model: RecordingModel, qtbot) -> Iterator[Find]:
 
 
 @pytest.fixture
-def running(model: RecordingModel, find: Find) -> RecordingModel:
-    model.set_running(True)
+def running(model: RecordingModel, session: Session, find: Find) -> RecordingModel:
+    run(session, Mode.REALTIME)
     model.take_state(told())
     return model
 
@@ -196,7 +205,7 @@ def test_there_is_no_tick_before_the_verdict(find, running, client, qtbot):
     qtbot.waitUntil(lambda: notice_of(running).icon == 'ok')
 
 
-def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot):
+def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot, session):
     """After quitting and launching again it was "0 B · 34 815 messages" with nothing recorded."""
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
@@ -207,9 +216,9 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
     running.take_state(told(files=(client.path,), bytes=1_000_000, messages=1100, duration_s=2.2))
     whole = '1.0 MB · 1 100 messages · 0 dropped · 0 lost'
     assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
-    running.set_running(False)
+    run(session, None)
     assert text(find, 'record_figures') == whole
-    running.set_running(True)
+    run(session, Mode.REALTIME)
     running.take_state(told(messages=34_815))  # so many are in the memory of another recorder
     assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
     assert 'seam.bag' in text(find, 'record_notice')
@@ -218,11 +227,12 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
     assert text(find, 'record_time') == '0:00.0'
 
 
-def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, client, qtbot):
+def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, client, session,
+                                                               qtbot):
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     Path(client.path).touch()
-    running.set_running(False)
+    run(session, None)
     running.take_end_of_run()
     qtbot.waitUntil(lambda: running.state.finished is not None)
     assert text(find, 'record_figures').strip() == ''

@@ -10,6 +10,7 @@ import pytest
 from held_tasks import Refused
 from playback_stand import PAUSED, PlaybackStand
 from pytestqt.qtbot import QtBot
+from session_stand import run
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
@@ -17,6 +18,7 @@ from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.live.live_panel import ReplayBar
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.session import Session
 from process_visualizer.launching.part_report import PartReport, PartState
 
 BEGIN_S = 970.0
@@ -58,9 +60,9 @@ class Stand(PlaybackStand):
             '</visualizer>')
         cell = XmlParser().parse(str(folder / 'cell.xml'))
         self.choice = Choice(cell, Mode.REALTIME, cell.devices, RvizStart.OPTIONAL)
-        self.tools = Tools(folder / 'copies')
+        self.tools, self.session = Tools(folder / 'copies'), Session()
         self.replay = ReplayModel(self.tasks, self.model, self.tools,  # type: ignore[arg-type]
-                                  (Refused, OSError))
+                                  (Refused, OSError), self.session)
         self.replay.failed.connect(self.failures.append)
 
     def report(self, part: str, state: PartState) -> None:
@@ -239,11 +241,11 @@ def test_a_window_that_is_closed_before_it_shows_anything_is_told(stand: Stand) 
 
 
 def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
-    stand.replay.stop()  # there was none
+    run(stand.session, None)  # there was none
     stand.tasks.end_all()
     assert stand.tools.names() == []
     stand.begin()
-    stand.replay.stop()
+    run(stand.session, None)
     stand.tasks.end_all()
     assert stand.replay.is_live
     names = stand.tools.names()

@@ -2,7 +2,8 @@
 """The tool that was learned: offered once, written into the file or not."""
 from __future__ import annotations
 
-from typing import Any, Iterator, List, Tuple
+from types import SimpleNamespace
+from typing import Any, Iterator, List, Sequence, Tuple
 
 import pytest
 from held_tasks import HeldTasks
@@ -11,9 +12,10 @@ from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.file_edit import PoseEditError
-from process_visualizer.cell.model import Device, DeviceType, Pose, Tool
+from process_visualizer.cell.model import Cell, Device, DeviceType, Pose, Tool
 from process_visualizer.gui.cell.calibration_model import ToolModel
 from process_visualizer.gui.cell.notices import ToolNotice
+from process_visualizer.gui.session import Session
 from process_visualizer.health.node_warnings import NodeWarning, Severity
 
 HERE = Location('/cells/cell.xml', 1)
@@ -32,13 +34,19 @@ class Stand:
 
     def __init__(self) -> None:
         self.tasks = HeldTasks()
-        self.model = ToolModel(self.tasks)
+        self.session = Session()
+        self.model = ToolModel(self.tasks, self.session)
         self.written: List[Tuple[str, str, Pose]] = []
         self.refusal = ''
         self.failures: List[str] = []
         self.model.failed.connect(self.failures.append)
-        self.model.set_devices(ARMS, self.save)
+        self.open(ARMS)
         self.notice = ToolNotice(self.model)
+
+    def open(self, devices: Sequence[Device]) -> None:
+        editor: Any = SimpleNamespace(save_tool=self.save)
+        cell = Cell('cell.xml', 'world', tuple(devices))
+        self.session.set_cell(cell, cell.devices, editor)
 
     def save(self, device: str, frame: str, pose: Pose) -> None:
         if self.refusal:
@@ -111,5 +119,5 @@ def test_what_cannot_be_written_stays_offered(stand: Stand) -> None:
 def test_a_robot_whose_tool_is_configured_is_left_alone(stand: Stand) -> None:
     stand.learn('left')
     configured = Device(DeviceType.ROBOT, 'left', HERE, tool=Tool('a', Pose(), HERE))
-    stand.model.set_devices([configured], stand.save)
+    stand.open([configured])
     assert stand.asked() == ''

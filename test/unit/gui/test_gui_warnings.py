@@ -10,12 +10,14 @@ import pytest
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QLabel, QPlainTextEdit
+from session_stand import run
 
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType
+from process_visualizer.cell.model import Device, DeviceType, Mode
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.devices_panel import DevicesView, WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchModel
+from process_visualizer.gui.session import Session
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
@@ -31,11 +33,12 @@ class Stand:
     def __init__(self) -> None:
         self.now_s = 100.0
         self.said = NodeWarnings()
-        self.warnings = WarningsModel(self.said, clock_s=lambda: self.now_s)
-        self.launch = LaunchModel(HeldTasks())
+        self.session = Session()
+        self.warnings = WarningsModel(self.said, self.session, clock_s=lambda: self.now_s)
+        self.launch = LaunchModel(HeldTasks(), self.session)
         self.launch.reports = {'arm': PartReport('arm', PartState.RUNNING, tuple(
             NodeReport(f'/arm/{name}', NodeState.RUNNING) for name in ('driver', 'robot_proc')))}
-        self.states = DeviceStatesModel(self.launch, self.warnings)
+        self.states = DeviceStatesModel(self.launch, self.warnings, self.session)
         self.view = DevicesView()
         self.states.changed.connect(lambda: self.view.set_state('arm', self.states.state(ARM)))
         self.view.set_devices((ARM,), lambda _name: True)
@@ -131,7 +134,7 @@ def test_the_window_follows(stand: Stand, qtbot: Any) -> None:
 
 
 def test_nothing_is_left_of_a_run_that_has_ended(stand: Stand) -> None:
-    stand.warnings.follow(True)
+    run(stand.session, Mode.REALTIME)
     stand.complain()
-    stand.warnings.follow(False)
+    run(stand.session, None)
     assert stand.warnings.present == ()

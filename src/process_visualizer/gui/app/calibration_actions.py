@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The calibration's use of other models: frames and marker of the node, the recording."""
+"""Connections of the calibration tab: the session, and frames and markers of the window's node."""
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Optional
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.model import Cell, Mode, Pose, Vector3
+from process_visualizer.cell.model import Mode, Pose, Vector3
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit, fit_sensor
+from process_visualizer.generate.plan import FRAMES_PART
 from process_visualizer.gui.cell.calibration_model import (
     CalibrationModel,
     FitModel,
     RecordingCalibrationModel,
+    RegionModel,
 )
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
-from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.ros.sensor_links import RegionLink
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartState
 
 _MARKER = 'marker'
 
@@ -26,34 +30,18 @@ class CalibrationActions(QObject):
 
     failed = pyqtSignal(str)
 
-    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, link: RosLink, session: Session,
+                 parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks, self._link = tasks, link
-        self._cell: Optional[Cell] = None
-        self._chosen: Sequence[str] = ()
-        self._player: Optional[PlayerSnapshot] = None
-        self._mode: Optional[Mode] = None
+        self._tasks, self._link, self._session = tasks, link, session
         self.model = CalibrationModel(tasks, self._move, self)
         self.fit = FitModel(tasks, self.model, self._find, self)
-        self.recording = RecordingCalibrationModel(tasks, self)
+        self.recording = RecordingCalibrationModel(tasks, session, self)
         self._connect()
 
-    def set_cell(self, cell: Optional[Cell], chosen: Sequence[str]) -> None:
-        """Take the configuration, and the names of the devices that are ticked."""
-        self._cell, self._chosen = cell, tuple(chosen)
-        devices = () if cell is None else cell.devices
-        self.model.set_devices(devices, '' if cell is None else cell.frame)
-
-    def set_mode(self, mode: Mode) -> None:
-        """Take the mode that runs, or would be launched: a recording counts in playback only."""
-        self._mode = mode
-        self._follow_recording()
-
-    def take_player(self, player: Optional[PlayerSnapshot]) -> None:
-        """Take the state of the player, None without one."""
-        self._player = player
-
     def _connect(self) -> None:
+        self._session.cell_changed.connect(self._follow_cell)
+        self._session.run_changed.connect(self._follow_run)
         self.model.marker_wanted.connect(self._show_marker)
         self.model.moved.connect(lambda frame, pose: self._tasks.run(
             _MARKER, lambda: self._link.move_marker(frame, pose)))
@@ -63,8 +51,24 @@ class CalibrationActions(QObject):
         for model in (self.model, self.recording):
             model.failed.connect(self.failed)
 
+    def _follow_cell(self) -> None:
+        cell, editor = self._session.cell, self._session.editor
+        if cell is not None:
+            self.model.set_devices(cell.devices, cell.frame)
+        if editor is not None:
+            self.model.set_save(editor.save)
+        self._follow_recording()
+
+    def _follow_run(self) -> None:
+        frames = self._session.reports.get(FRAMES_PART)  # it may have been restarted
+        self._follow_recording()
+        self.model.set_running(self._session.running is not None and (
+            frames is None or frames.state is PartState.RUNNING))
+
     def _follow_recording(self) -> None:
-        self.model.set_recording(self.recording.value if self._mode is Mode.PLAYBACK else None)
+        """Only in playback, what was saved for the recording counts."""
+        is_played = self._session.mode_in_force is Mode.PLAYBACK
+        self.model.set_recording(self.recording.value if is_played else None)
 
     def _move(self, frame: str, xyz: Vector3, ypr: Vector3) -> None:
         """Move a frame; what is seen by it is published again where playback stands still.
@@ -73,7 +77,7 @@ class CalibrationActions(QObject):
             RosLinkError: a node refuses, or does not answer.
         """
         self._link.move_frame(frame, xyz, ypr)
-        player = self._player
+        player = self._session.player
         if player is None or not player.paused:
             return
         try:
@@ -87,14 +91,13 @@ class CalibrationActions(QObject):
         Raises:
             FitError: it cannot be found.
         """
-        cell = self._cell
+        cell, chosen = self._session.cell, self._session.chosen
         if cell is None:
             raise FitError('no configuration is loaded')
-        return fit_sensor(cell.device(name),
-                          [it for it in cell.devices if it.name in self._chosen], cell.frame)
+        return fit_sensor(cell.device(name), chosen, cell.frame)
 
     def _show_marker(self, is_shown: bool) -> None:
-        cell, base, pose = self._cell, self.model.base, self.model.pose
+        cell, base, pose = self._session.cell, self.model.base, self.model.pose
         if is_shown and cell is not None and base is not None:
             self._tasks.run(_MARKER, lambda: self._link.show_marker(cell.frame, base.frame, pose),
                             None, self._tell_marker)
@@ -110,3 +113,39 @@ class CalibrationActions(QObject):
         base = self.model.base
         if base is not None and frame == base.frame:
             self.model.take_pose(pose.xyz, pose.ypr)
+
+
+class RegionActions(QObject):
+    """The model of the boxes to which clouds are cropped, and its marker in RViz."""
+
+    def __init__(self, tasks: Tasks, session: Session, parent: QObject) -> None:
+        super().__init__(parent)
+        self._tasks, self._session = tasks, session
+        self._link = RegionLink(self)
+        self.model = RegionModel(tasks, self._link.move, self)
+        self._link.dragged.connect(self.model.take_dragged)
+        self.model.marker_wanted.connect(self._show_marker)
+        self.model.moved.connect(lambda device, region: tasks.run(
+            _MARKER, lambda: self._link.move_marker(device, region)))
+        session.cell_changed.connect(self._follow_cell)
+        session.run_changed.connect(
+            lambda: self.model.set_running(session.running is not None))
+
+    def _follow_cell(self) -> None:
+        self.model.set_devices(self._session.devices)
+        if self._session.editor is not None:
+            self.model.set_save(self._session.editor.save_region)
+
+    def _show_marker(self, is_shown: bool) -> None:
+        device, region = self.model.device, self.model.region
+        if is_shown and region is not None:
+            chosen = region
+            self._tasks.run(_MARKER, lambda: self._link.show_marker(device, chosen), None,
+                            self._tell_marker)
+        else:
+            self._tasks.run(_MARKER, self._link.hide_marker)
+
+    def _tell_marker(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self.model.failed.emit(str(error))

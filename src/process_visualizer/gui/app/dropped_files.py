@@ -72,10 +72,10 @@ class DropTarget(QObject):
 
     def _open(self, bags: Tuple[str, ...]) -> None:
         """Open a recording in playback mode; a running cell leaves its own if that is wanted."""
-        cell, bag = self._launcher.cell, self._launcher.bag
-        if self._launcher.launch.is_idle or cell.mode is Mode.PLAYBACK:
-            bag.open(bags)
-            cell.set_mode(Mode.PLAYBACK)
+        session = self._launcher.session
+        if self._launcher.launch.is_idle or session.mode is Mode.PLAYBACK:
+            self._launcher.bag.open(bags)
+            session.set_mode(Mode.PLAYBACK)
         else:
             ask(self._window, f'Leave real-time mode, and play {os.path.basename(bags[0])}?',
                 'Play', lambda: self.play_wanted.emit(bags))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import replace
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Mapping, Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -16,11 +16,11 @@ from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers
-from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
-from process_visualizer.gui.app.calibration_actions import CalibrationActions
+from process_visualizer.generate.plan import BAG_PART, PlanError
+from process_visualizer.gui.app.calibration_actions import CalibrationActions, RegionActions
 from process_visualizer.gui.app.event_notes import EventNotes
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.cell.calibration_model import RegionModel, ToolModel
+from process_visualizer.gui.cell.calibration_model import ToolModel
 from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.edited_values import UnsavedModel
@@ -38,7 +38,7 @@ from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.replay_model import ReplayModel
-from process_visualizer.gui.playback.bag_model import BagModel
+from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.recording.recording_choices import is_for_anybody
@@ -46,11 +46,11 @@ from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
-from process_visualizer.gui.ros.sensor_links import ObjectLink, RegionLink
+from process_visualizer.gui.ros.sensor_links import ObjectLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
-from process_visualizer.launching.part_report import NodeState, PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
 # The status line, in the thesis' words (figures 5.2 to 5.4).
@@ -88,44 +88,14 @@ def player_activity(player: Optional[PlayerSnapshot]) -> str:
     return f'Playing{direction} at {abs(player.rate):g}×'
 
 
-_MARKER_LINE = 'marker'
-
-
-class RegionControl(QObject):
-    """Has the model; what takes its time is a task."""
-
-    def __init__(self, tasks: Tasks, parent: QObject) -> None:
-        super().__init__(parent)
-        self._tasks = tasks
-        self._link = RegionLink(self)
-        self.model = RegionModel(tasks, self._link.move, self)
-        self._link.dragged.connect(self.model.take_dragged)
-        self.model.marker_wanted.connect(self._show_marker)
-        self.model.moved.connect(lambda device, region: tasks.run(
-            _MARKER_LINE, lambda: self._link.move_marker(device, region)))
-
-    def _show_marker(self, is_shown: bool) -> None:
-        device, region = self.model.device, self.model.region
-        if is_shown and region is not None:
-            chosen = region
-            self._tasks.run(_MARKER_LINE, lambda: self._link.show_marker(device, chosen), None,
-                            self._tell)
-        else:
-            self._tasks.run(_MARKER_LINE, self._link.hide_marker)
-
-    def _tell(self, error: Exception) -> None:
-        if not isinstance(error, RosLinkError):
-            raise error
-        self.model.failed.emit(str(error))
-
-
 _OBJECTS_LINE = 'objects'
 
 
 class ObjectAlarms(QObject):
     """Has the model; subscribing is a task."""
 
-    def __init__(self, tasks: Tasks, launch: LaunchModel, alarms: AlarmsModel) -> None:
+    def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel,
+                 alarms: AlarmsModel) -> None:
         super().__init__(alarms)
         self._tasks, self._launch, self._alarms = tasks, launch, alarms
         self._link = ObjectLink(self)
@@ -134,6 +104,7 @@ class ObjectAlarms(QObject):
         self.model.changed.connect(self._tell)
         self._link.seen.connect(self.model.take)
         launch.changed.connect(self._follow_launch)
+        session.player_changed.connect(lambda: self.model.take_player(session.player))
 
     def _follow_launch(self) -> None:
         is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
@@ -168,41 +139,40 @@ class Launcher(QObject):
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self.viewers = Viewers()
-        self.tasks = Tasks(self)
-        self.link = RosLink(self)
-        self.master = MasterModel(self.tasks, self.link, self)
-        self.cell = CellModel(self.tasks, self)
-        self.new = NewConfigurationModel(self.tasks, self.link.look_at_system, self)
-        self.launch = LaunchModel(self.tasks, self)
-        self.guard = LaunchGuard(self.tasks, self.launch.launch, parent=self)
-        self.mixture = MixtureModel(self.tasks, self._own_nodes, parent=self)
-        self.warnings = WarningsModel(self.link.warnings, self)
-        self.states = DeviceStatesModel(self.launch, self.warnings)
-        self.recording = RecordingModel(self.tasks, self.link.recorder, self)
-        self.live = LiveCurvesModel(self.tasks, self.link.memory, self)
-        self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
-        self.replay = ReplayModel(
-            self.tasks, PlaybackModel(self.tasks, self.link.replay.player, PlayerError,
-                                      parent=self), self.link.replay, _REPLAY_ERRORS, self)
-        self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
-        self.compare = CompareModel(self.tasks, self)
-        self.bands = BandsModel(self.tasks, self.compare, self)
-        self.ghost = GhostModel(self.tasks, self.compare, show_ghost, follow_ghost, self)
-        self.live_comparison = LiveComparisonModel(self.compare, self.live, self)
-        self.values = ValuesModel(self.tasks, self.playback, parent=self)
-        self.view = ViewModel(self.tasks, self.cell, self.launch)
-        self._regions = RegionControl(self.tasks, self)
-        self.region = self._regions.model
-        self.calibrating = CalibrationActions(self.tasks, self.link, self)
+        self.tasks = tasks = Tasks(self)
+        self.link = link = RosLink(self)
+        self.session = session = Session(self)
+        self.master = MasterModel(tasks, link, self)
+        self.calibrating = CalibrationActions(tasks, link, session, self)
         self.calibration = self.calibrating.model
-        self.unsaved = UnsavedModel({'the pose': self.calibration,
-                                     'the crop box': self.region}, self)
-        self.tool = ToolModel(self.tasks, self)
+        self.region = RegionActions(tasks, session, self).model
+        self.unsaved = UnsavedModel({'the pose': self.calibration, 'the crop box': self.region},
+                                    session, self)
+        self.new = NewConfigurationModel(tasks, link.look_at_system, self)
+        self.launch = LaunchModel(tasks, session, self)
+        self.guard = LaunchGuard(tasks, self.launch.launch, parent=self)
+        self.mixture = MixtureModel(tasks, session, parent=self)
+        self.warnings = WarningsModel(link.warnings, session, self)
+        self.states = DeviceStatesModel(self.launch, self.warnings, session)
+        self.recording = RecordingModel(tasks, link.recorder, session, self)
+        self.live = LiveCurvesModel(tasks, link.memory, session, self)
+        self.playback = PlaybackModel(tasks, link.player, PlayerError, parent=self)
+        self.replay = ReplayModel(
+            tasks, PlaybackModel(tasks, link.replay.player, PlayerError, parent=self),
+            link.replay, _REPLAY_ERRORS, session, self)
+        self.bag = BagModel(tasks, session, self, lambda: self.recording.choices.folder)
+        self.compare = CompareModel(tasks, session, self)
+        self.bands = BandsModel(tasks, self.compare, self)
+        self.ghost = GhostModel(tasks, self.compare, session, show_ghost, follow_ghost, self)
+        self.live_comparison = LiveComparisonModel(self.compare, self.live, self)
+        self.values = ValuesModel(tasks, self.playback, session, parent=self)
+        self.view = ViewModel(tasks, session, self.launch)
+        self.tool = ToolModel(tasks, session, self)
         self.alarms = AlarmsModel(self.launch, self.states)
         self.watch = WatchModel(self.launch)
-        self.objects = ObjectAlarms(self.tasks, self.launch, self.alarms)
-        self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
-        self._player: Optional[PlayerSnapshot] = None
+        self.objects = ObjectAlarms(tasks, session, self.launch, self.alarms)
+        self._notes = EventNotes(tasks, self.alarms, self.launch, self.recording)
+        self.cell = CellModel(tasks, session, self)  # last: the others follow first
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
         self._connect()
@@ -240,21 +210,20 @@ class Launcher(QObject):
 
     def choice(self) -> Choice:
         """The choice that would be launched now."""
-        mode = self.cell.mode
-        bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
-        assert self.cell.cell is not None
-        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
-                      self.view.window, self.view.content, tuple(others), self._left_out(),
-                      bag_folder=self._bag_folder(), viewers=self.viewers)
-
-    def _bag_folder(self) -> str:
-        """The folder for recordings, if the recorder has to be started with it to use it."""
-        folder = self.recording.choices.folder
+        session, folder = self.session, self.recording.choices.folder
+        assert session.cell is not None
+        choice = Choice(session.cell, session.mode, session.chosen, RvizStart.OPTIONAL,
+                        window=self.view.window, view=self.view.content, viewers=self.viewers)
+        if session.mode is Mode.PLAYBACK:
+            return self._playing(choice)
         is_known = is_for_anybody(folder, os.path.expanduser('~'))
-        return '' if is_known or self.cell.mode is Mode.PLAYBACK else folder
+        return choice if is_known else replace(choice, bag_folder=folder)
 
-    def _left_out(self) -> Tuple[str, ...]:
-        return self.bag.played.left_out if self.cell.mode is Mode.PLAYBACK else ()
+    def _playing(self, choice: Choice) -> Choice:
+        """Return a choice with the recording that is open, and what of it is played."""
+        bag, *others = self.session.paths or (None,)
+        return replace(choice, bag=bag, further_bags=tuple(others),
+                       left_out=self.bag.played.left_out)
 
     def start(self) -> None:
         """Launch the choice, once no other node publishes topics that would be mixed with it."""
@@ -267,7 +236,7 @@ class Launcher(QObject):
         self._try_to_begin()
 
     def _try_to_begin(self) -> None:
-        if self.cell.cell is not None and self._devices_when_ready is not None:
+        if self.session.cell is not None and self._devices_when_ready is not None:
             devices, self._devices_when_ready = self._devices_when_ready, None
             self.cell.tick_only(set(devices))
         if self._launches_when_ready and self.blocked_reason() == '' and not self.bag.is_loading:
@@ -278,58 +247,58 @@ class Launcher(QObject):
         """Return why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
             return self.master.problem
-        if self.cell.cell is None:
+        if self.session.cell is None:
             return 'The configuration has problems' if self.cell.problems else 'Loading'
-        if not self.cell.chosen:
+        if not self.session.chosen:
             return 'Tick a device first'
-        return self.bag.foreign_text if self.cell.mode is Mode.PLAYBACK else ''
+        return self.bag.foreign_text if self.session.mode is Mode.PLAYBACK else ''
 
     def pending(self) -> str:
         """Return what would change if the present choice were applied to the running nodes."""
         running = self.launch.running
-        if not self.launch.is_running or running is None or self.cell.cell is None:
+        if not self.launch.is_running or running is None or self.session.cell is None:
             return ''
         return _difference(running, self.choice())
 
     def choose_mode(self, mode: Mode) -> None:
         """Take another mode, also for what runs: what is the same in both keeps running."""
-        if mode is not self.cell.mode:
-            self.cell.set_mode(mode)
+        if mode is not self.session.mode:
+            self.session.set_mode(mode)
             if self.launch.is_running:
                 self.launch.apply(self.choice())
 
     def play(self, paths: Sequence[str]) -> None:
         """Open a recording and play it, once it is read; nodes that run change the mode."""
         self.bag.open(paths)
-        self.cell.set_mode(Mode.PLAYBACK)
+        self.session.set_mode(Mode.PLAYBACK)
         self.when_ready(None, True)
 
     def apply(self) -> None:
         """Apply the present choice; a recording must not be interrupted."""
         if self.recording.is_recording:
             self.failed.emit('A recording is in progress: stop it before you change devices.')
-        elif self.cell.mode is Mode.PLAYBACK and self.bag.is_foreign:
+        elif self.session.mode is Mode.PLAYBACK and self.bag.is_foreign:
             self.failed.emit(f'Nothing to play: {self.bag.foreign_text}.')
         else:
             self.launch.apply(self.choice())
 
     def show_replay(self, time_s: float) -> None:
         """Show a moment [s, on the recorder's clock] of the cell that runs."""
-        running = self.launch.running
-        if running is not None and self.launch.is_running and running.mode is Mode.REALTIME:
+        running = self.session.running
+        if running is not None and running.mode is Mode.REALTIME:
             self.replay.show(time_s, replace(running, window=self.view.window,
                                              view=self.view.content))
 
     def status(self) -> str:
         """The status line."""
         if self.guard.is_looking:
-            return status_text(LaunchPhase.LAUNCHING, self.cell.mode, '', Line(Level.OFF, ''))
+            return status_text(LaunchPhase.LAUNCHING, self.session.mode, '', Line(Level.OFF, ''))
         if self.launch.is_idle and self._waits_for():
             return self._waits_for()
         running = self.launch.running
         mode = None if running is None else running.mode
         activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
-                    else player_activity(self._player))
+                    else player_activity(self.session.player))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble)
         compared = self.live_comparison.text if self.launch.is_running else ''
@@ -344,25 +313,12 @@ class Launcher(QObject):
             return f'Looking at {self.new.where}…'
         return 'Reading the configuration…' if self.cell.is_loading else ''
 
+    # Connections
+
     def _connect(self) -> None:
-        self.link.player_state.connect(self._take_player)
-        self.link.replay.reported.connect(self.replay.take_report)
-        self.link.rviz_moved.connect(self.replay.follow_window)
-        self.link.replay.player_state.connect(self.replay.take_state)
-        for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
-            saved.connect(lambda _device: self.cell.reload())
-        self.warnings.changed.connect(self._follow_warnings)
-        self.link.ghost_phase.connect(self.live_comparison.take_phase)
-        self.live_comparison.changed.connect(
-            lambda: self.alarms.set_departed(self.live_comparison.departed))
-        self.live_comparison.run_finished.connect(self._note_run)
-        self.watch.found.connect(self.alarms.take_look)
-        self.link.recorder_state.connect(self.recording.take_state)
-        self.link.recorder_state.connect(self.states.take_recorder)
-        self.link.recorder_state.connect(self.alarms.take_recorder)
-        self.playback.moved.connect(lambda: self.alarms.take_position(self.playback.position_s))
-        curves = self.bag.curves
-        curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
+        self._connect_node()
+        self._connect_playback()
+        self._connect_alarms()
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
                       self.calibrating, self.region, self.tool, self.view, self.new, self.compare,
                       self.ghost, self.replay, self.replay.playback):
@@ -371,112 +327,54 @@ class Launcher(QObject):
                       self.new, self.live_comparison):
             model.changed.connect(self.status_changed)
         self.new.made.connect(self.cell.open)
-        self.launch.changed.connect(self._follow_launch)
+        for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
+            saved.connect(lambda _device: self.cell.reload())
+        self.warnings.changed.connect(lambda: self.tool.take_warnings(
+            {device.name: self.states.warnings(device.name) for device in self.session.devices}))
         self.launch.stopped.connect(self.recording.take_end_of_run)
-        self.launch.stopped.connect(self.playback.forget_player)
-        self.mixture.begun.connect(self._pause_mixture)
-        self.cell.changed.connect(self._follow_cell)
         for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
             ready.connect(self._try_to_begin)
-        self.bag.chosen.connect(self._play_other_bag)
-        self.bag.changed.connect(self._follow_bag)
 
-    def _note_run(self) -> None:
-        run = self.live_comparison.finished[-1]
-        self.alarms.note(f'run finished (reference {run.reference}): {run.verdict}')
+    def _connect_node(self) -> None:
+        """Pass on what the window's node receives."""
+        link = self.link
+        link.player_state.connect(self.session.take_player)
+        for model in (self.recording.take_state, self.states.take_recorder,
+                      self.alarms.take_recorder):
+            link.recorder_state.connect(model)
+        link.replay.reported.connect(self.replay.take_report)
+        link.replay.player_state.connect(self.replay.take_state)
+        link.rviz_moved.connect(self.replay.follow_window)
+        link.ghost_phase.connect(self.live_comparison.take_phase)
 
-    def _follow_launch(self) -> None:
-        running = self.launch.running
-        mode = running.mode if running is not None and self.launch.is_running else None
-        self.playback.follow_player(self._runs(BAG_PART))
-        has_ghost = self._runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART)
-        self.ghost.set_running(mode if has_ghost else None)
-        self.mixture.follow(running)
-        self.warnings.follow(running is not None)
-        self.recording.set_running(mode is Mode.REALTIME)
-        if mode is Mode.REALTIME and self._has_ended(BAG_PART):
-            self.recording.take_end_of_recorder()
-        self.live.set_running(mode is Mode.REALTIME)
-        if mode is not Mode.REALTIME:
-            self.replay.stop()
-        self.region.set_running(mode is not None)
-        frames = self.launch.reports.get(FRAMES_PART)  # it may have been restarted
-        self.calibrating.set_mode(mode or self.cell.mode)
-        self.calibration.set_running(
-            mode is not None and (frames is None or frames.state is PartState.RUNNING))
-        if mode is Mode.PLAYBACK:
-            self._play_other_bag('')
-        else:
-            self._take_player(None)
+    def _connect_playback(self) -> None:
+        session, playback = self.session, self.playback
+        session.run_changed.connect(lambda: playback.follow_player(session.runs(BAG_PART)))
+        session.player_changed.connect(lambda: playback.take_state(session.player))
+        session.recording_changed.connect(
+            lambda: playback.set_marks(placed_marks(session.recording)))
+        self.launch.stopped.connect(playback.forget_player)
+        self.mixture.begun.connect(
+            lambda: playback.pause() if self.mixture.mode is Mode.PLAYBACK else None)
+        for other in (self.bag.chosen, session.run_changed):
+            other.connect(self._play_other_bag)
 
-    def _runs(self, part: str) -> bool:
-        report = self.launch.reports.get(part)
-        return report is not None and report.state is PartState.RUNNING
+    def _connect_alarms(self) -> None:
+        alarms, curves, comparison = self.alarms, self.bag.curves, self.live_comparison
+        comparison.changed.connect(lambda: alarms.set_departed(comparison.departed))
+        comparison.run_finished.connect(lambda: alarms.note(
+            'run finished (reference {0.reference}): {0.verdict}'.format(comparison.finished[-1])))
+        self.watch.found.connect(alarms.take_look)
+        self.playback.moved.connect(lambda: alarms.take_position(self.playback.position_s))
+        curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))
 
-    def _has_ended(self, part: str) -> bool:
-        """Return whether a part, or a node of it, has ended by itself."""
-        report = self.launch.reports.get(part)
-        return report is not None and (
-            report.state in (PartState.FAILED, PartState.STOPPED)
-            or any(node.state in (NodeState.EXITED, NodeState.FAILED) for node in report.nodes))
-
-    def _own_nodes(self) -> List[str]:
-        """The nodes that were launched here."""
-        return [node.name for report in self.launch.reports.values() for node in report.nodes]
-
-    def _pause_mixture(self) -> None:
-        if self.mixture.mode is Mode.PLAYBACK:
-            self.playback.pause()
-
-    def _follow_cell(self) -> None:
-        self.recording.choices.set_devices(self.cell.chosen)
-        self.live.set_devices(self.cell.chosen)
-        self.bag.set_devices(self.cell.chosen)
-        if self.cell.mode is Mode.PLAYBACK:
-            self.bag.reopen()
-        self.values.set_devices(self.cell.chosen)
-        self.compare.set_cell(self.cell.cell)
-        self.unsaved.set_file('' if self.cell.cell is None else self.cell.cell.file)
-        self.region.set_devices(self.cell.devices)
-        self.calibrating.set_cell(self.cell.cell, [it.name for it in self.cell.chosen])
-        running = self.launch.running if self.launch.is_running else None
-        self.calibrating.set_mode(self.cell.mode if running is None else running.mode)
-        editor = self.cell.editor
-        self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
-        if editor is not None:
-            self.calibration.set_save(editor.save)
-            self.region.set_save(editor.save_region)
-
-    def _follow_warnings(self) -> None:
-        self.tool.take_warnings({device.name: self.states.warnings(device.name)
-                                 for device in self.cell.devices})
-
-    def _follow_bag(self) -> None:
-        self.playback.set_marks(self.bag.marks)
-        self.values.set_recording(self.bag.paths)
-        self.compare.set_recording(self.bag.paths)
-        self.calibrating.recording.set_recording(self.bag.paths)
-        self.states.set_recording(self.bag.catalogue)
-
-    def _play_other_bag(self, _path: str) -> None:
+    def _play_other_bag(self) -> None:
         """Restart the player with another bag; everything else keeps running."""
-        running, paths = self.launch.running, self.bag.paths
-        if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
+        running, paths = self.session.running, self.session.paths
+        if running is not None and running.mode is Mode.PLAYBACK \
                 and paths and paths != (running.bag, *running.further_bags) \
                 and not self.bag.is_foreign:
-            self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:],
-                                      left_out=self._left_out()))
-
-    def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
-        if player is None and self._player is None:
-            return
-        self._player = player
-        self.objects.model.take_player(player)
-        self.calibrating.take_player(player)
-        self.playback.take_state(player)
-        if player is not None:
-            self.states.take_player(player)
-            self.mixture.take_player(player.others)
+            self.launch.apply(self._playing(running))
 
 
 def _difference(before: Choice, after: Choice) -> str:

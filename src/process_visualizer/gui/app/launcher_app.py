@@ -368,8 +368,7 @@ class LauncherApp(QMainWindow):
     # What is shown
 
     def _show_devices(self, _valid: bool) -> None:
-        cell = self._launcher.cell
-        self.devices.set_devices(cell.devices, cell.is_ticked)
+        self.devices.set_devices(self._launcher.session.devices, self._launcher.cell.is_ticked)
         self._show_states()
 
     def _show_cell(self) -> None:
@@ -380,8 +379,9 @@ class LauncherApp(QMainWindow):
         self._launcher.bag.curves.choices.set_configuration(cell.path)
         self.devices.set_ticks(cell.is_ticked)
         self._devices_panel.show_problems(cell.problems, cell.in_force)
-        is_playback = cell.mode is Mode.PLAYBACK
-        self.launch.show_mode(cell.mode)
+        mode = self._launcher.session.mode
+        is_playback = mode is Mode.PLAYBACK
+        self.launch.show_mode(mode)
         self.compare.set_live(not is_playback)
         self._mode_panels.setCurrentWidget(
             self._playback_page if is_playback else self.recording)
@@ -409,7 +409,7 @@ class LauncherApp(QMainWindow):
                                      self._launcher.recording.is_recording)
 
     def _show_states(self) -> None:
-        for device in self._launcher.cell.devices:
+        for device in self._launcher.session.devices:
             self.devices.set_state(device.name, self._launcher.states.state(device))
 
     def _show_status(self) -> None:

@@ -23,8 +23,8 @@ from process_visualizer.gui.app.look_on import SecondLauncher
 from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.app.window_keeper import WindowKeeper
-from process_visualizer.gui.cell.cell_model import CellModel
 from process_visualizer.gui.ros.ros_link import NODE
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
@@ -73,7 +73,7 @@ def main() -> int:
         watcher.close()
     signals.close()
     if window.restarts:
-        os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.cell, sys.argv)])
+        os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.session, sys.argv)])
     return int(code)
 
 
@@ -89,14 +89,14 @@ def _look_on(app: QApplication, owner: CellOwner) -> int:
     return int(code)
 
 
-def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
+def words_to_go_on(session: Session, words: Sequence[str]) -> List[str]:
     """Return the command line of a program that continues where this one ends.
 
     The recording, and the values of the configuration's arguments, are in the settings. Those that
     this program was started with no longer count.
     """
-    ticked = ','.join(device.name for device in cell.chosen)
-    return [words[0], '--mode', cell.mode.value, '--devices', ticked,
+    ticked = ','.join(device.name for device in session.chosen)
+    return [words[0], '--mode', session.mode.value, '--devices', ticked,
             *(word for word in words[1:] if word.startswith('__'))]  # roslaunch's own
 
 
@@ -172,7 +172,7 @@ def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
     launcher.bag.curves.choices.restore(settings.value('curves', {}))
     if options.bag:
         launcher.bag.open([options.bag])
-    launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
+    launcher.session.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
     launcher.cell.open(*_configuration(settings, options.config, arguments))
     if options.devices or options.launch:
         launcher.when_ready(options.devices.split(',') if options.devices else None,
@@ -201,7 +201,7 @@ def _package_folder() -> str:
 
 def _remember(keeper: WindowKeeper, launcher: Launcher, settings: Settings) -> None:
     keeper.remember()
-    settings.store('mode', launcher.cell.mode.value)
+    settings.store('mode', launcher.session.mode.value)
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())

@@ -179,7 +179,7 @@ class WindowKeys:
 
     def enable(self) -> None:
         """Enable the keys of the mode while nodes run in it."""
-        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
+        is_playback = self._launcher.session.mode is Mode.PLAYBACK
         is_running = self._launcher.launch.phase is LaunchPhase.RUNNING
         for shortcut in self._playback:
             shortcut.setEnabled(is_running and is_playback)

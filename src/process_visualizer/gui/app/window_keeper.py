@@ -206,7 +206,7 @@ class WindowKeeper(QObject):
 
     def _show_timeline(self) -> None:
         """Show the one of the mode."""
-        self._is_wide = self._launcher.cell.mode is Mode.PLAYBACK
+        self._is_wide = self._launcher.session.mode is Mode.PLAYBACK
         window = self._window
         self._timelines.setCurrentWidget(window.playback.below if self._is_wide else window.live)
 

@@ -25,6 +25,7 @@ from process_visualizer.cell.model import (
 )
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit
 from process_visualizer.gui.cell.edited_values import EditedValues
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.robot.rotations import pose_difference
@@ -341,25 +342,23 @@ class RecordingCalibrationModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
         self._paths: Tuple[str, ...] = ()
         self._value: Optional[RecordingCalibration] = None
+        session.recording_changed.connect(lambda: self._follow(session.paths))
 
     @property
     def value(self) -> Optional[RecordingCalibration]:
         """Return what was read at last."""
         return self._value
 
-    def set_recording(self, paths: Sequence[str]) -> None:
-        """Read another recording."""
-        if tuple(paths) == self._paths:
-            return
-        self._paths = tuple(paths)
-        self._value = None
-        self.changed.emit()
-        self.read_again()
+    def _follow(self, paths: Tuple[str, ...]) -> None:
+        if paths != self._paths:
+            self._paths, self._value = paths, None
+            self.changed.emit()
+            self.read_again()
 
     def read_again(self) -> None:
         """Read what has been saved meanwhile."""
@@ -382,10 +381,6 @@ class RecordingCalibrationModel(QObject):
 
 
 # Offers to write a robot's learned tool frame into the configuration.
-
-Save = Callable[[str, str, Pose], object]
-"""Writes the tool of a device (its name), its pose in a frame; blocks; ``PoseEditor.save_tool``."""
-
 
 class LearnedTool(NamedTuple):
     """The frame of a robot's poses, in words, and as it would be written."""
@@ -410,33 +405,28 @@ class ToolModel(QObject):
     saved = pyqtSignal(str)
     """The file now has the tool of this device."""
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks = tasks
-        self._save: Optional[Save] = None
-        self._devices: Dict[str, Device] = {}
+        self._tasks, self._session = tasks, session
         self._answered: Set[str] = set()
         self._learned: Dict[str, LearnedTool] = {}
         self.is_saving = False
+        session.cell_changed.connect(lambda: self._keep(self._learned))
 
     @property
     def offered(self) -> Optional[LearnedTool]:
         """The tool in the present question."""
         return next((it for name, it in self._learned.items() if name not in self._answered), None)
 
-    def set_devices(self, devices: Sequence[Device], save: Optional[Save]) -> None:
-        """Set the configuration's devices, and the function that writes into its files."""
-        self._devices, self._save = {device.name: device for device in devices}, save
-        self._keep(self._learned)
-
     def take_warnings(self, warnings: Mapping[str, Sequence[NodeWarning]]) -> None:
         """Set the present warnings of the nodes of each device (its name)."""
         found: Dict[str, LearnedTool] = {}
-        for name, own in warnings.items():
-            for warning in own:
-                device, tool = self._devices.get(name), _tool(warning.values)
-                if device is not None and tool is not None:
-                    found[name] = LearnedTool(name, warning.text, *tool, device.location.file)
+        for device in self._session.devices:
+            for warning in warnings.get(device.name, ()):
+                tool = _tool(warning.values)
+                if tool is not None:
+                    found[device.name] = LearnedTool(device.name, warning.text, *tool,
+                                                     device.location.file)
         self._keep(found)
 
     def dismiss(self) -> None:
@@ -447,9 +437,10 @@ class ToolModel(QObject):
 
     def write(self) -> None:
         """Write the offered tool into the file."""
-        offered, save = self.offered, self._save
-        if offered is None or save is None or self.is_saving:
+        offered, editor = self.offered, self._session.editor
+        if offered is None or editor is None or self.is_saving:
             return
+        save = editor.save_tool
         device, frame, pose = offered.device, offered.frame, offered.pose
         self.is_saving = True
         self.changed.emit()
@@ -458,8 +449,8 @@ class ToolModel(QObject):
 
     def _keep(self, learned: Mapping[str, LearnedTool]) -> None:
         before = self.offered
-        self._learned = {name: it for name, it in learned.items()
-                         if name in self._devices and self._devices[name].tool is None}
+        without = {device.name for device in self._session.devices if device.tool is None}
+        self._learned = {name: it for name, it in learned.items() if name in without}
         if self.offered != before:
             self.changed.emit()
 

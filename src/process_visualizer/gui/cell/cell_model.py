@@ -24,9 +24,10 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.file_edit import PoseEditError, PoseEditor
-from process_visualizer.cell.model import Cell, Device, Mode
+from process_visualizer.cell.model import Cell, Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.discovery.new_configuration import NewConfiguration, from_bags, write_new
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 # Notices that files have changed on the disk since they were read.
@@ -117,29 +118,28 @@ class _Loaded(NamedTuple):
 
 
 class CellModel(QObject):
-    """Loads a configuration off the GUI thread; an invalid one leaves the previous one in place.
+    """Loads a configuration off the GUI thread; an invalid one leaves the previous one in force.
 
     ``problems`` are those of the file that was read last, ``missing`` is what the devices need but
     this computer lacks.
     """
 
     changed = pyqtSignal()
+    """What is loaded, its problems, or what the session says of the cell."""
     loaded = pyqtSignal(bool)
     """A file has been read; True if the configuration is valid."""
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks = tasks
+        self._tasks, self.session = tasks, session
         self._arguments: Dict[str, str] = {}
         self._unticked: Dict[str, Set[str]] = {}  # by configuration
         self.files = FileWatch(tasks, self)
         self.path = ''
-        self.cell: Optional[Cell] = None
         self.problems: Tuple[Problem, ...] = ()
         self.missing: Tuple[Problem, ...] = ()
-        self.editor: Optional[PoseEditor] = None
         self.is_loading = False
-        self.mode = Mode.REALTIME
+        session.cell_changed.connect(self.changed)
 
     def open(self, path: str, arguments: Optional[Mapping[str, str]] = None) -> None:
         """Load another configuration with values for its ``<arg>`` elements."""
@@ -164,38 +164,22 @@ class CellModel(QObject):
             return
         unticked = self._unticked.setdefault(self._file, set())
         (unticked.discard if ticked else unticked.add)(name)
-        self.changed.emit()
+        self.session.choose(self._ticked(self.session.cell))
 
     def tick_only(self, names: Set[str]) -> None:
         """Choose these devices only."""
-        if self.cell is not None:
-            self._unticked[self._file] = {it.name for it in self.cell.devices} - names
-            self.changed.emit()
-
-    def set_mode(self, mode: Mode) -> None:
-        """Choose real time or playback."""
-        if mode is not self.mode:
-            self.mode = mode
-            self.changed.emit()
-
-    @property
-    def devices(self) -> Tuple[Device, ...]:
-        """All devices."""
-        return () if self.cell is None else self.cell.devices
-
-    @property
-    def chosen(self) -> Tuple[Device, ...]:
-        """The chosen devices in the order of the configuration."""
-        return tuple(device for device in self.devices if self.is_ticked(device.name))
+        if self.session.cell is not None:
+            self._unticked[self._file] = {it.name for it in self.session.devices} - names
+            self.session.choose(self._ticked(self.session.cell))
 
     @property
     def in_force(self) -> str:
         """Return which devices remain although the file has problems; empty if there are none."""
-        if self.cell is None:
+        if self.session.cell is None:
             return ''
-        if self.cell.file == self.path:
+        if self.session.file == self.path:
             return 'Keeping the last valid configuration; fix the file and press F5:'
-        return f'The devices are still those of {os.path.basename(self.cell.file)}:'
+        return f'The devices are still those of {os.path.basename(self.session.file)}:'
 
     @property
     def source(self) -> Dict[str, Any]:
@@ -210,12 +194,20 @@ class CellModel(QObject):
     def set_unticked(self, unticked: Mapping[str, Sequence[str]]) -> None:
         """Take what ``unticked`` was."""
         self._unticked = {path: set(names) for path, names in unticked.items()}
+        self.session.choose(self._ticked(self.session.cell))
         self.changed.emit()
 
     @property
     def _file(self) -> str:
         """The configuration whose devices are shown."""
-        return self.path if self.cell is None else self.cell.file
+        return self.session.file or self.path
+
+    def _ticked(self, cell: Optional[Cell]) -> Tuple[Device, ...]:
+        """The chosen devices in the order of the configuration."""
+        if cell is None:
+            return ()
+        unticked = self._unticked.get(cell.file, ())
+        return tuple(it for it in cell.devices if it.name not in unticked)
 
     def _take(self, loaded: _Loaded) -> None:
         if loaded.path != self.path:  # another file was opened in the meantime
@@ -223,9 +215,11 @@ class CellModel(QObject):
         self.is_loading = False
         self.problems = loaded.problems
         self.files.follow(loaded.contents)
-        if loaded.cell is not None:
-            self.cell, self.missing, self.editor = loaded.cell, loaded.missing, loaded.editor
-        self.changed.emit()
+        if loaded.cell is None:
+            self.changed.emit()
+        else:
+            self.missing = loaded.missing
+            self.session.set_cell(loaded.cell, self._ticked(loaded.cell), loaded.editor)
         self.loaded.emit(loaded.cell is not None)
 
 

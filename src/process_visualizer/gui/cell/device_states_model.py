@@ -7,10 +7,10 @@ from typing import Callable, Dict, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from process_visualizer.bagio.catalogue import Catalogue
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.cell.launch_model import LaunchModel
-from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.health.alarm_conditions import own_part_conditions, part_titles
 from process_visualizer.health.device_state import (
     DeviceState,
@@ -34,16 +34,16 @@ class WarningsModel(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, warnings: NodeWarnings, parent: Optional[QObject] = None,
+    def __init__(self, warnings: NodeWarnings, session: Session, parent: Optional[QObject] = None,
                  clock_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(parent)
         self._warnings, self._clock_s = warnings, clock_s
         self.present: Tuple[NodeWarning, ...] = ()
         self._timer = QTimer(self, interval=PERIOD_MS)
         self._timer.timeout.connect(self.look)
+        session.run_changed.connect(lambda: self._follow(session.launched is not None))
 
-    def follow(self, is_running: bool) -> None:
-        """Set whether nodes are running."""
+    def _follow(self, is_running: bool) -> None:
         if is_running == self._timer.isActive():
             return
         if is_running:
@@ -66,12 +66,12 @@ class DeviceStatesModel(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, launch: LaunchModel, warnings: WarningsModel) -> None:
+    def __init__(self, launch: LaunchModel, warnings: WarningsModel, session: Session) -> None:
         super().__init__(launch)
-        self._launch, self._warnings = launch, warnings
+        self._launch, self._warnings, self._session = launch, warnings, session
         self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
-        self._recorded: Optional[Catalogue] = None
+        session.player_changed.connect(self._follow_player)
         launch.changed.connect(self.changed)
         warnings.changed.connect(self.changed)
         launch.stopped.connect(self._forget)
@@ -83,15 +83,12 @@ class DeviceStatesModel(QObject):
             for topic in recorder.topics}
         self.changed.emit()
 
-    def set_recording(self, recording: Optional[Catalogue]) -> None:
-        """Set the contents of the recording that is played, or will be."""
-        self._recorded = recording
-
-    def take_player(self, player: PlayerSnapshot) -> None:
-        """Update from the player; a topic has the state of the recording, whatever the rate."""
-        recorded, played = self._recorded, {topic for topic, _ in player.topics}
-        if recorded is None or recorded.paths != player.files:
+    def _follow_player(self) -> None:
+        """A topic has the state of the recording, whatever the rate."""
+        recorded, player = self._session.recording, self._session.player
+        if recorded is None or player is None or recorded.paths != player.files:
             return  # one of them is about to change
+        played = {topic for topic, _ in player.topics}
         lines = {topic.name: recorded_line(topic, topic.name in played)
                  for topic in recorded.topics}
         if lines != self._lines:

@@ -20,6 +20,7 @@ from typing import (
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.file_edit import PoseEditError
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 
 Value = TypeVar('Value')
@@ -301,7 +302,8 @@ class UnsavedModel(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, edited: Mapping[str, 'EditedValues[Any]'], parent: QObject) -> None:
+    def __init__(self, edited: Mapping[str, 'EditedValues[Any]'], session: Session,
+                 parent: QObject) -> None:
         """``edited`` are the models of the values, by what one of them is ('the pose')."""
         super().__init__(parent)
         self._edited = edited
@@ -309,6 +311,7 @@ class UnsavedModel(QObject):
         self._left: Dict[str, _Edits] = {}
         for model in edited.values():
             model.changed.connect(self.changed)
+        session.opened.connect(lambda: self._follow(session.file))
 
     @property
     def unsaved(self) -> List[str]:
@@ -322,11 +325,11 @@ class UnsavedModel(QObject):
         return [f'{what} of {name}' for what, edits in self._left.get(self._file, {}).items()
                 for name, numbers in edits.items() if self._edited[what].differs(name, numbers)]
 
-    def set_file(self, file: str) -> None:
-        """Set the configuration before its devices are set; what is edited stays with the last."""
-        if file == self._file:
-            return
-        self._keep()
+    def _follow(self, file: str) -> None:
+        """Before the models take the devices of another configuration: edits stay with the last."""
+        present = self._with_edits()
+        if present:
+            self._left[self._file] = present
         self._file = file
         for model in self._edited.values():
             model.forget()
@@ -364,11 +367,6 @@ class UnsavedModel(QObject):
                                          edits.get(what, {}).items()} for what in self._edited}
                       for file, edits in settings.items()}
         self.changed.emit()
-
-    def _keep(self) -> None:
-        present = self._with_edits()
-        if present:
-            self._left[self._file] = present
 
     def _with_edits(self) -> _Edits:
         """Return what was left in this configuration, and over it what is edited."""

@@ -15,6 +15,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import Plan, PlanError
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.mixed_sources import mixture_text, others_before, others_beside
 from process_visualizer.health.other_publishers import Others, described
@@ -47,7 +48,7 @@ class LaunchModel(QObject):
     """Every node has ended."""
     _reported = pyqtSignal(object)
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
         self.folder = new_run_folder()
@@ -59,6 +60,7 @@ class LaunchModel(QObject):
         self.reports: Dict[str, PartReport] = {}
         self.warnings: Tuple[Problem, ...] = ()
         self._reported.connect(self._take_report)
+        self.changed.connect(lambda: session.set_run(self.running, self.is_running, self.reports))
 
     def prepare(self, then: Callable[[], None] = lambda: None) -> None:
         """End processes of a crashed launcher, and prepare for fast launching."""
@@ -281,18 +283,20 @@ class MixtureModel(QObject):
     begun = pyqtSignal()
     """This model has seen a new publisher."""
 
-    def __init__(self, tasks: Tasks, own_nodes: Callable[[], Collection[str]],
+    def __init__(self, tasks: Tasks, session: Session,
                  look: Callable[[Choice, Collection[str]], Others] = others_beside,
                  parent: Optional[QObject] = None) -> None:
-        """``own_nodes`` returns names of launched nodes; ``look`` finds others and blocks."""
+        """``look`` finds nodes beside those that were launched, and blocks."""
         super().__init__(parent)
-        self._tasks, self._own_nodes, self._look = tasks, own_nodes, look
+        self._tasks, self._session, self._look = tasks, session, look
         self._choice: Optional[Choice] = None
         self._others: Others = ()
         self._player_sentences: Tuple[str, ...] = ()
         self._timer = QTimer(self, interval=PERIOD_MS)
         self._timer.timeout.connect(self._begin_look)
         self._is_looking = False
+        session.run_changed.connect(self._follow_run)
+        session.player_changed.connect(self._follow_player)
 
     @property
     def mode(self) -> Optional[Mode]:
@@ -304,8 +308,8 @@ class MixtureModel(QObject):
         """Return who publishes what; empty if there is no mixture."""
         return (*described(self._others), *self._player_sentences)
 
-    def follow(self, choice: Optional[Choice]) -> None:
-        """Watch a running choice; None: nothing is running any more."""
+    def _follow_run(self) -> None:
+        choice = self._session.launched
         if choice is self._choice:
             return
         self._choice = choice
@@ -316,14 +320,15 @@ class MixtureModel(QObject):
         else:
             self._timer.start()
 
-    def take_player(self, sentences: Tuple[str, ...]) -> None:
-        """Set what the player reports about other publishers of its topics."""
-        if sentences != self._player_sentences and self._choice is not None:
-            self._player_sentences = sentences
+    def _follow_player(self) -> None:
+        player = self._session.player
+        if player is not None and player.others != self._player_sentences \
+                and self._choice is not None:
+            self._player_sentences = player.others
             self.changed.emit()
 
     def _begin_look(self) -> None:
-        choice, own = self._choice, frozenset(self._own_nodes())
+        choice, own = self._choice, frozenset(self._session.nodes)
         if choice is not None and not self._is_looking:
             self._is_looking = True
             self._tasks.run(LINE, lambda: self._look(choice, own),

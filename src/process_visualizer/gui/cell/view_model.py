@@ -11,8 +11,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.rviz_view import RvizView, RvizViewError
 from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
-from process_visualizer.gui.cell.cell_model import CellModel
 from process_visualizer.gui.cell.launch_model import LaunchModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.alarm_conditions import own_part_conditions
 from process_visualizer.launching.part_report import PartState
@@ -39,15 +39,15 @@ class ViewModel(QObject):
     ended = pyqtSignal()
     """RViz has been closed or has died, or it runs again: see ``end_text``."""
 
-    def __init__(self, tasks: Tasks, cell: CellModel, launch: LaunchModel) -> None:
+    def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel) -> None:
         super().__init__(launch)
-        self._tasks, self._cell, self._launch = tasks, cell, launch
+        self._tasks, self._session, self._launch = tasks, session, launch
         self._rviz = RvizView()
         self._views = _Views((), None, None)
         self._key: Tuple[str, Tuple[str, ...]] = ('', ())
         self._end_text = ''
         self.window: Optional[Rectangle] = None
-        cell.changed.connect(self._follow_cell)
+        session.cell_changed.connect(self._follow_cell)
         launch.changed.connect(self._follow_launch)
 
     @property
@@ -107,7 +107,7 @@ class ViewModel(QObject):
             self.ended.emit()
 
     def _follow_cell(self) -> None:
-        key = (self._cell.path, tuple(device.name for device in self._cell.chosen))
+        key = (self._session.file, tuple(device.name for device in self._session.chosen))
         if key != self._key and key[0] and key[1]:
             self._key = key
             views = self._saved_views()

@@ -8,8 +8,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.model import Cell
 from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
@@ -100,10 +100,9 @@ class CompareModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks = tasks
-        self._cell: Optional[Cell] = None
+        self._tasks, self._session = tasks, session
         self._recording: Tuple[str, ...] = ()
         self._added: Tuple[str, ...] = ()
         self._runs: Tuple[ListedRun, ...] = ()
@@ -116,6 +115,8 @@ class CompareModel(QObject):
         self._last: Tuple[str, ...] = ()  # recording of the last session
         self._waiting: Optional[KeptComparison] = None  # for the configuration
         self._again: Optional[KeptComparison] = None  # is being read
+        session.cell_changed.connect(lambda: self._compare_again(self._waiting))
+        session.recording_changed.connect(self._follow_recording)
 
     @property
     def recording(self) -> Tuple[str, ...]:
@@ -141,11 +142,6 @@ class CompareModel(QObject):
     def compared(self) -> Optional[Compared]:
         """The result; None until runs have been compared."""
         return self._compared
-
-    @property
-    def cell(self) -> Optional[Cell]:
-        """The configuration by which recordings are read."""
-        return self._cell
 
     @property
     def of_recording(self) -> Tuple[Comparison, ...]:
@@ -175,17 +171,12 @@ class CompareModel(QObject):
         """Return what is going on, in words; empty if nothing."""
         return self._activity
 
-    def set_cell(self, cell: Optional[Cell]) -> None:
-        """Take the configuration by which recordings are read."""
-        self._cell = cell
-        self._compare_again(self._waiting)
-
-    def set_recording(self, paths: Sequence[str]) -> None:
-        """Take another recording; one that was compared before is compared again."""
-        if tuple(paths) != self._recording:
+    def _follow_recording(self) -> None:
+        """A recording that was compared before is compared again."""
+        if self._session.paths != self._recording:
             self._stop()
             self._kept = self._with_present()
-            self._recording, self._added, self._runs = tuple(paths), (), ()
+            self._recording, self._added, self._runs = self._session.paths, (), ()
             self._good, self._compared, self._anchors = frozenset(), None, {}
             self._compare_again(self._kept.get(self._recording))
             self.changed.emit()
@@ -217,7 +208,7 @@ class CompareModel(QObject):
 
     def find_runs(self) -> None:
         """Read the recordings, and cut them into their runs."""
-        cell, recording, added = self._cell, self._recording, self._added
+        cell, recording, added = self._session.cell, self._recording, self._added
 
         def found(progress: TaskProgress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
@@ -314,8 +305,8 @@ class CompareModel(QObject):
 
     def _compare_again(self, kept: Optional[KeptComparison]) -> None:
         """Do again what was done with these recordings, once the configuration is known."""
-        self._waiting = kept if self._cell is None else None
-        if kept is not None and self._cell is not None:
+        self._waiting = kept if self._session.cell is None else None
+        if kept is not None and self._session.cell is not None:
             self._added, self._again = kept.added, kept
             self.find_runs()
 

@@ -8,7 +8,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.ghost_client import GhostError
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.comparison.ghost import (
     GhostTrack,
@@ -42,18 +44,20 @@ class GhostModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
 
-    def __init__(self, tasks: Tasks, compare: CompareModel,
+    def __init__(self, tasks: Tasks, compare: CompareModel, session: Session,
                  show: Callable[[Sequence[GhostTrack], Sequence[ReferenceArrow]], None],
                  follow: Follow,
                  parent: Optional[QObject] = None) -> None:
         """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
         super().__init__(parent)
-        self._tasks, self._compare, self._show, self._follow_live = tasks, compare, show, follow
+        self._tasks, self._compare, self._session = tasks, compare, session
+        self._show, self._follow_live = show, follow
         self._mode: Optional[Mode] = None
         self._is_wanted = True
         self._shown: Tuple[Optional[Compared], bool] = (None, True)
         self._may_draw = self._is_unsure = False
         compare.changed.connect(self._follow)
+        session.run_changed.connect(self._follow_run)
 
     @property
     def is_wanted(self) -> bool:
@@ -66,8 +70,11 @@ class GhostModel(QObject):
         self._follow()
         self.changed.emit()
 
-    def set_running(self, mode: Optional[Mode]) -> None:
-        """Tell in which mode the node that draws runs, beside the player if there is one."""
+    def _follow_run(self) -> None:
+        """Take in which mode the node that draws runs, beside the player if there is one."""
+        mode = self._session.running_mode
+        if not self._session.runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART):
+            mode = None
         if mode is not self._mode:  # the node may have ended, or go on with what it was told before
             self._shown, self._is_unsure = (None, True), self._may_draw
         self._mode = mode
@@ -94,7 +101,7 @@ class GhostModel(QObject):
 
     def _ghost(self, compared: Optional[Compared]
                ) -> Tuple[Tuple[GhostTrack, ...], Tuple[ReferenceArrow, ...]]:
-        cell = self._compare.cell
+        cell = self._session.cell
         if compared is None or cell is None:
             return (), ()
         wanted = cell, compared.good.reference, self._compare.of_recording, robot_models(cell)
@@ -102,7 +109,7 @@ class GhostModel(QObject):
 
     def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
         """Run in the line of tasks."""
-        cell, reference = self._compare.cell, LiveReference(())
+        cell, reference = self._session.cell, LiveReference(())
         if compared is not None and cell is not None:
             reference = live_reference(cell, compared.good.reference)
             if not reference.tracks:

@@ -7,10 +7,11 @@ from typing import List, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from process_visualizer.cell.model import Device
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import LiveCurves, LiveWindow, RecentPart
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 MAX_SHARE = 0.08
@@ -67,7 +68,8 @@ class LiveCurvesModel(QObject):
     judged = pyqtSignal(object)
     """What somebody may judge has come: a LiveWindow of the last half minute, held or not."""
 
-    def __init__(self, tasks: Tasks, memory: Memory, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, memory: Memory, session: Session,
+                 parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks, self._memory = tasks, memory
         self._devices: Tuple[Device, ...] = ()
@@ -81,6 +83,9 @@ class LiveCurvesModel(QObject):
         self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._read)
+        session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
+        session.run_changed.connect(
+            lambda: self._follow_run(session.running_mode is Mode.REALTIME))
 
     @property
     def window(self) -> Optional[LiveWindow]:
@@ -107,14 +112,13 @@ class LiveCurvesModel(QObject):
         """Return why nothing new comes; empty if all is well."""
         return self._problem
 
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices whose variables are followed."""
-        if tuple(devices) != self._devices:
-            self._devices = tuple(devices)
+    def _follow_cell(self, devices: Tuple[Device, ...]) -> None:
+        if devices != self._devices:
+            self._devices = devices
             self._begin_anew()
 
-    def set_running(self, is_running: bool) -> None:
-        """Tell that a recorder was launched, or has ended; its last curves stay to be looked at."""
+    def _follow_run(self, is_running: bool) -> None:
+        """A recorder was launched, or has ended: its last curves stay to be looked at."""
         if is_running != self._is_running:
             self._is_running = is_running
             if is_running:

@@ -13,6 +13,7 @@ from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.launching.part_report import PartReport, PartState
 
@@ -69,7 +70,7 @@ class ReplayModel(QObject):
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
-                 refused: Tuple[Type[Exception], ...],
+                 refused: Tuple[Type[Exception], ...], session: Session,
                  parent: Optional[QObject] = None) -> None:
         """Take what the tools raise with a text for the user."""
         super().__init__(parent)
@@ -82,6 +83,7 @@ class ReplayModel(QObject):
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
         self._moves = NewestCall[bool](tasks, LINE, self._move, lambda: None, self._fail)
+        session.run_changed.connect(lambda: self._follow_run(session.running_mode))
 
     @property
     def phase(self) -> ReplayPhase:
@@ -121,9 +123,9 @@ class ReplayModel(QObject):
         if before is not ReplayPhase.LIVE:
             self.changed.emit()
 
-    def stop(self) -> None:
+    def _follow_run(self, mode: Optional[Mode]) -> None:
         """The cell ends, and with it the replay."""
-        if self._is_started:
+        if mode is not Mode.REALTIME and self._is_started:
             self.leave()
             self._is_started, self._reports = False, {}
             self.playback.take_state(None)

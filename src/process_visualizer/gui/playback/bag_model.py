@@ -13,12 +13,13 @@ from process_visualizer.bagio.marks import Mark, add_mark, marks_path
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.reindex import ReindexCancelled, Reindexed, copy_path, reindex
-from process_visualizer.cell.model import Device
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
 from process_visualizer.curves.curves import Curve, RecordedAlarm, read_curves, recorded_alarms
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 
@@ -134,11 +135,13 @@ class PlayedTopics(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, parent: QObject) -> None:
+    def __init__(self, session: Session, parent: QObject) -> None:
         super().__init__(parent)
         self._of_devices: FrozenSet[str] = frozenset()
         self._unticked: Set[str] = set()
         self._paths: Tuple[str, ...] = ()
+        session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
+        session.recording_changed.connect(lambda: self._follow_recording(session.paths))
 
     @property
     def left_out(self) -> Tuple[str, ...]:
@@ -159,16 +162,15 @@ class PlayedTopics(QObject):
             (self._unticked.discard if is_ticked else self._unticked.add)(topic)
             self.changed.emit()
 
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices whose topics are played."""
+    def _follow_cell(self, devices: Sequence[Device]) -> None:
         topics = frozenset(topic.name for device in devices for topic in device.topics
                            if topic.record)
         if topics != self._of_devices:
             self._of_devices = topics
             self.changed.emit()
 
-    def set_recording(self, paths: Tuple[str, ...]) -> None:
-        """Take the files of the recording; of another one, all topics are ticked."""
+    def _follow_recording(self, paths: Tuple[str, ...]) -> None:
+        """Tick all topics of another recording."""
         if paths != self._paths:
             self._paths = paths
             self._unticked.clear()
@@ -184,17 +186,16 @@ class CurvesModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks = tasks
+        self._tasks, self._session = tasks, session
         self.choices = LaneChoices(self)
-        self._paths: Tuple[str, ...] = ()
-        self._devices: Tuple[Device, ...] = ()
         self._sources: Tuple[CurveSource, ...] = ()
         self._curves: Tuple[Curve, ...] = ()
         self._alarms: Tuple[RecordedAlarm, ...] = ()
         self._reading: Optional[TaskProgress] = None
         self._is_cancelled = False
+        session.cell_changed.connect(self._follow_cell)
 
     @property
     def curves(self) -> Tuple[Curve, ...]:
@@ -216,15 +217,8 @@ class CurvesModel(QObject):
         """Return whether the operator did not want the curves; ``read`` reads them after all."""
         return self._is_cancelled
 
-    def set_recording(self, paths: Sequence[str]) -> None:
-        """Read the curves of another recording."""
-        self._paths = tuple(paths)
-        self.read()
-
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices whose variables are drawn."""
-        sources = curve_sources(devices)
-        self._devices = tuple(devices)
+    def _follow_cell(self) -> None:
+        sources = curve_sources(self._session.chosen)
         if sources != self._sources:
             self._sources = sources
             self.read()
@@ -235,9 +229,9 @@ class CurvesModel(QObject):
         """Read all curves anew."""
         self._stop()
         self._curves, self._alarms, self._is_cancelled = (), (), False
-        if self._paths and self._sources:
+        paths, devices = self._session.paths, self._session.chosen
+        if paths and self._sources:
             self._reading = progress = TaskProgress(self)
-            paths, devices = self._paths, self._devices
             self._tasks.run(
                 LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
                                           progress.is_cancelled),
@@ -254,7 +248,8 @@ class CurvesModel(QObject):
 
     def _judge(self) -> bool:
         """Find the alarms, and tell whether there are others: limits may have changed."""
-        before, self._alarms = self._alarms, recorded_alarms(self._devices, self._curves)
+        before = self._alarms
+        self._alarms = recorded_alarms(self._session.chosen, self._curves)
         return self._alarms != before
 
     def _stop(self) -> None:
@@ -285,32 +280,42 @@ _NS_PER_S = 1_000_000_000
 Paths = Tuple[str, ...]
 
 
-class BagModel(QObject):
-    """One bag, or several files of one recording; read in the background.
+def placed_marks(found: Optional[Catalogue]) -> Tuple[PlacedMark, ...]:
+    """Return the marks of a recording; of none, none."""
+    return () if found is None else tuple(
+        PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
 
-    A bag that cannot be read does not take the place of the one that is open.
+
+def placed_gaps(found: Optional[Catalogue]) -> Tuple[Tuple[float, float], ...]:
+    """Return the parts that cannot be read, where that is known [s from the beginning]."""
+    return () if found is None else tuple(
+        ((gap.begin_ns - found.begin_ns) / _NS_PER_S, (gap.end_ns - found.begin_ns) / _NS_PER_S)
+        for gap in found.gaps if gap.end_ns)
+
+
+class BagModel(QObject):
+    """Opens one bag, or several files of one recording, in the background.
+
+    It puts them in force in the session; a bag that cannot be read does not take their place.
     """
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     noted = pyqtSignal(str)
     """Something the operator should know, though it is no failure."""
-    chosen = pyqtSignal(str)
-    """Another recording has been opened: the path of its first file."""
+    chosen = pyqtSignal()
+    """A recording has been opened."""
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None,
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
                  where_recorded: Callable[[], str] = lambda: '') -> None:
         """``where_recorded`` returns the folder into which recordings go."""
         super().__init__(parent)
         self._where_recorded = where_recorded
-        self.curves = CurvesModel(tasks, self)
+        self.curves = CurvesModel(tasks, session, self)
         self.curves.failed.connect(self.failed)
-        self.played = PlayedTopics(self)
-        self._tasks = tasks
+        self.played = PlayedTopics(session, self)
+        self._tasks, self.session = tasks, session
         self._wanted: Paths = ()
-        self._paths: Paths = ()
-        self._catalogue: Optional[Catalogue] = None
-        self._devices: Tuple[Device, ...] = ()
         self._unindexed = ''
         self._reindexing: Optional[TaskProgress] = None
         self._recent: Tuple[Paths, ...] = ()
@@ -320,18 +325,9 @@ class BagModel(QObject):
         self._folder = ''
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
+        session.cell_changed.connect(self._follow_cell)
 
     # What is open.
-
-    @property
-    def path(self) -> str:
-        """The first file of the recording; empty if none is open."""
-        return self._paths[0] if self._paths else ''
-
-    @property
-    def paths(self) -> Paths:
-        """The files of the recording."""
-        return self._paths
 
     @property
     def is_loading(self) -> bool:
@@ -339,45 +335,24 @@ class BagModel(QObject):
         return bool(self._wanted) and not self._unindexed
 
     @property
-    def catalogue(self) -> Optional[Catalogue]:
-        """Return what is in the recording; None if none is open."""
-        return self._catalogue
-
-    @property
-    def marks(self) -> Tuple[PlacedMark, ...]:
-        """The marks of the recording."""
-        found = self._catalogue
-        if found is None:
-            return ()
-        return tuple(PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
-
-    @property
-    def gaps(self) -> Tuple[Tuple[float, float], ...]:
-        """The parts that cannot be read, where that is known [s from the beginning]."""
-        found = self._catalogue
-        if found is None:
-            return ()
-        return tuple(((gap.begin_ns - found.begin_ns) / _NS_PER_S,
-                      (gap.end_ns - found.begin_ns) / _NS_PER_S)
-                     for gap in found.gaps if gap.end_ns)
-
-    @property
     def missing(self) -> Dict[str, Tuple[str, ...]]:
         """By device what it would play and the recording has not."""
-        return {} if self._catalogue is None else missing_topics(self._catalogue, self._devices)
+        found = self.session.recording
+        return {} if found is None else missing_topics(found, self.session.chosen)
 
     @property
     def is_foreign(self) -> bool:
         """Return whether the recording has no topic of the ticked devices, which have some."""
-        found = self._catalogue
-        wanted = {topic.name for it in self._devices for topic in it.topics if topic.record}
+        found = self.session.recording
+        wanted = {topic.name for it in self.session.chosen for topic in it.topics if topic.record}
         return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
 
     @property
     def foreign_text(self) -> str:
         """Return why nothing of the recording can be played; empty if something can."""
-        name = os.path.basename(self.path)
-        return f'{name} has no topic of the ticked devices' if self.is_foreign else ''
+        if not self.is_foreign:
+            return ''
+        return f'{os.path.basename(self.session.paths[0])} has no topic of the ticked devices'
 
     @property
     def holds_configuration(self) -> bool:
@@ -393,17 +368,11 @@ class BagModel(QObject):
         """Open the files of one recording in place of what is open."""
         self._read(tuple(in_order(paths)), catalogue_of)
 
-    def reopen(self) -> None:
-        """Open what was open when the window was closed, unless another was chosen since."""
-        if self._last:
-            self._read(self._last, catalogue_if_there)
-
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices that are to be played."""
-        self._devices = tuple(devices)
-        self.curves.set_devices(self._devices)
-        self.played.set_devices(self._devices)
+    def _follow_cell(self) -> None:
+        """For playback, open what was open when the window was closed, if nothing was since."""
         self.changed.emit()
+        if self.session.mode is Mode.PLAYBACK and self._last:
+            self._read(self._last, catalogue_if_there)
 
     # A bag without an index.
 
@@ -445,7 +414,7 @@ class BagModel(QObject):
 
     def add_mark(self, position_s: float, label: str) -> None:
         """Add a mark beside the bag, or elsewhere if that is read-only; the bag is not touched."""
-        found = self._catalogue
+        found = self.session.recording
         if found is not None:
             mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
             self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
@@ -481,10 +450,10 @@ class BagModel(QObject):
         """Return what is to be remembered."""
         is_chosen = self._wanted and not self._unindexed
         return {'recent': [list(paths) for paths in self._recent],
-                'open': list(self._wanted if is_chosen else self._paths or self._last)}
+                'open': list(self._wanted if is_chosen else self.session.paths or self._last)}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was remembered; see ``reopen``."""
+        """Take what was remembered; what was open is opened again for playback."""
         self._recent = tuple(tuple(str(path) for path in paths)
                              for paths in settings.get('recent', []) if paths)
         self._last = tuple(str(path) for path in settings.get('open', []))
@@ -503,19 +472,18 @@ class BagModel(QObject):
         if wanted != self._wanted:
             return  # another one has been chosen meanwhile
         self._wanted, self._gone = (), ()
-        self._paths, self._catalogue = found.paths, found
+        self.session.set_recording(found)
         self._remember(found.paths)
         self._watch()
-        self.curves.set_recording(found.paths)
-        self.played.set_recording(found.paths)
+        self.curves.read()
         self._holds_configuration = False
         self._tasks.run(_FILES, lambda: holds_configuration(found.paths),
                         lambda holds: self._take_configuration(found.paths, holds), self._report)
         self.changed.emit()
-        self.chosen.emit(self.path)
+        self.chosen.emit()
 
     def _take_configuration(self, paths: Paths, holds: bool) -> None:
-        if paths == self._paths and holds != self._holds_configuration:
+        if paths == self.session.paths and holds != self._holds_configuration:
             self._holds_configuration = holds
             self.changed.emit()
 
@@ -557,9 +525,9 @@ class BagModel(QObject):
         if path != marks_path(paths[0]):
             self.noted.emit(f'{os.path.dirname(paths[0])} cannot be written: the mark is kept in '
                             f'{path}')
-        found = self._catalogue
+        found = self.session.recording
         if found is not None and found.paths == paths:
-            self._catalogue = found._replace(marks=tuple(sorted([*found.marks, mark])))
+            self.session.set_recording(found._replace(marks=tuple(sorted([*found.marks, mark]))))
             self.changed.emit()
 
     def _remember(self, paths: Paths) -> None:
@@ -570,16 +538,16 @@ class BagModel(QObject):
     def _watch(self) -> None:
         if self._watcher.files():
             self._watcher.removePaths(self._watcher.files())
-        self._watcher.addPaths(list(self._paths))
+        self._watcher.addPaths(list(self.session.paths))
 
     def _look(self, _path: str) -> None:
         """A file has changed: perhaps it is not there any more."""
-        paths = self._paths
+        paths = self.session.paths
         self._tasks.run(_FILES, lambda: missing_of(paths),
                         lambda gone: self._take_gone(paths, gone))
 
     def _take_gone(self, paths: Paths, gone: Paths) -> None:
-        if paths != self._paths or gone == self._gone:
+        if paths != self.session.paths or gone == self._gone:
             return
         self._gone = gone
         self.changed.emit()

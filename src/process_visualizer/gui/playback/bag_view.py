@@ -117,7 +117,8 @@ class BagView(QWidget):
         self.warnings = QLabel()
         self.unindexed = UnindexedRow(bag)
         self.foreign = ForeignRow(bag)
-        self.foreign.make.clicked.connect(lambda: self.configuration_wanted.emit(bag.paths))
+        self.foreign.make.clicked.connect(
+            lambda: self.configuration_wanted.emit(bag.session.paths))
         self._prepare()
         self._lay_out()
         bag.changed.connect(self._show)
@@ -163,7 +164,7 @@ class BagView(QWidget):
 
     def _show(self) -> None:
         self._show_recent()
-        found = self._bag.catalogue
+        found = self._bag.session.recording
         self.facts.setText(self._facts(found))
         self.facts.setToolTip('' if found is None else _origin(found))
         self.details.setVisible(found is not None)
@@ -182,10 +183,11 @@ class BagView(QWidget):
         for paths in self._bag.recent:
             self.recent.addItem(name_of(paths), list(paths))
             self.recent.setItemData(self.recent.count() - 1, '\n'.join(paths), Qt.ToolTipRole)
-        is_known = self._bag.paths in self._bag.recent
-        self.recent.setCurrentIndex(self._bag.recent.index(self._bag.paths) if is_known else -1)
+        paths = self._bag.session.paths
+        is_known = paths in self._bag.recent
+        self.recent.setCurrentIndex(self._bag.recent.index(paths) if is_known else -1)
         self.recent.setEnabled(bool(self._bag.recent))
-        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were opened before')
+        self.recent.setToolTip('\n'.join(paths) or 'Recordings that were opened before')
 
     def _facts(self, found: Optional[Catalogue]) -> str:
         if self._bag.is_loading:
@@ -303,8 +305,8 @@ def _warnings(bag: BagModel) -> List[str]:
     lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items() if not bag.is_foreign]
-    problems, remarks = ((), ()) if bag.catalogue is None else (
-        bag.catalogue.problems, bag.catalogue.remarks)
+    problems, remarks = ((), ()) if bag.session.recording is None else (
+        bag.session.recording.problems, bag.session.recording.remarks)
     if problems:
         parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
         lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
@@ -317,8 +319,8 @@ def _warnings(bag: BagModel) -> List[str]:
 
 def _whole_warnings(bag: BagModel) -> str:
     lines = [f'{device}: {", ".join(topics)}' for device, topics in bag.missing.items()]
-    return '\n'.join([*bag.gone, *lines, *(() if bag.catalogue is None else (
-        *bag.catalogue.problems, *bag.catalogue.remarks))])
+    return '\n'.join([*bag.gone, *lines, *(() if bag.session.recording is None else (
+        *bag.session.recording.problems, *bag.session.recording.remarks))])
 
 
 def _named(topics: Tuple[str, ...]) -> str:

@@ -23,7 +23,7 @@ from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.compare.compare_model import BandsModel
 from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
-from process_visualizer.gui.playback.bag_model import BagModel, CurvesModel
+from process_visualizer.gui.playback.bag_model import BagModel, CurvesModel, placed_gaps
 from process_visualizer.gui.playback.bag_view import BagView
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.timeline_header import Alarms
@@ -165,8 +165,8 @@ class PlaybackPanel(QWidget):
         self.timeline.update()
 
     def _show_bag(self) -> None:
-        found = self._bag.catalogue
-        self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
+        found = self._bag.session.recording
+        self.timeline.set_recording(0.0 if found is None else found.duration_s, placed_gaps(found))
         self.transport.set_topics(() if found is None else found.topic_names)
 
     def _show_notes(self) -> None:
@@ -180,7 +180,7 @@ class PlaybackPanel(QWidget):
         self.notes.setToolTip('\n'.join(notes))
 
     def _show_curves(self) -> None:
-        found = self._bag.catalogue
+        found = self._bag.session.recording
         self._show_alarms()
         lanes = [] if found is None else [
             _lane(curve, found.duration_s) for curve in self._bag.curves.curves]

@@ -11,6 +11,7 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.position_values import Key, PositionValues
 from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 
 LINE = 'values'
@@ -40,12 +41,11 @@ class ValuesModel(QObject):
     changed = pyqtSignal()
     _read = pyqtSignal(object)
 
-    def __init__(self, tasks: Tasks, playback: PlaybackModel, open_values: Read = PositionValues,
-                 parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, playback: PlaybackModel, session: Session,
+                 open_values: Read = PositionValues, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks, self._playback, self._open = tasks, playback, open_values
-        self._paths: Tuple[str, ...] = ()
-        self._devices: Tuple[Device, ...] = ()
+        self._tasks, self._playback, self._session = tasks, playback, session
+        self._open = open_values
         self._found: Optional[_Found] = None
         self._asked: Optional[_Wish] = None
         self._reader: Optional[PositionValues] = None  # of the line of tasks, with what it is of
@@ -54,22 +54,14 @@ class ValuesModel(QObject):
         self._reads = NewestCall(tasks, LINE, self._read_values, lambda: None, _raise)
         self._rest = QTimer(self, interval=PERIOD_MS, singleShot=True)
         self._rest.timeout.connect(self._follow)
-        playback.moved.connect(self._follow)
-
-    def set_recording(self, paths: Sequence[str]) -> None:
-        """Read from another recording."""
-        self._paths = tuple(paths)
-        self._follow()
-
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices whose variables are read."""
-        self._devices = tuple(devices)
-        self._follow()
+        for changed in (playback.moved, session.recording_changed, session.cell_changed):
+            changed.connect(self._follow)
 
     def value(self, key: Key) -> Optional[float]:
         """Return the value of a curve at the position; NaN: there is none; None: not known yet."""
-        found = self._found
-        if found is None or (found.wish.paths, found.wish.devices) != (self._paths, self._devices):
+        found, session = self._found, self._session
+        if found is None or (found.wish.paths, found.wish.devices) != (session.paths,
+                                                                       session.chosen):
             return None
         held_s = _HELD_S * abs(self._playback.rate) if self._playback.is_playing else 0.0
         if abs(found.wish.position_s - self._playback.position_s) > held_s + _SAME_S:
@@ -79,8 +71,8 @@ class ValuesModel(QObject):
 
     def _follow(self) -> None:
         """Ask for the values of the position, after a rest if it was asked for others just now."""
-        wish = _Wish(self._paths, self._devices, self._playback.position_s)
-        if wish != self._asked and not self._rest.isActive() and self._paths:
+        wish = _Wish(self._session.paths, self._session.chosen, self._playback.position_s)
+        if wish != self._asked and not self._rest.isActive() and wish.paths:
             self._asked = wish
             self._rest.start()
             self._reads.request(wish)

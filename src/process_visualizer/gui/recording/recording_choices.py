@@ -14,6 +14,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.clients.bag_recorder import RecordingOptions
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.health.device_state import TopicWatch
 
@@ -226,7 +227,7 @@ class RecordingChoices(QObject):
     """The list of topics is another one (ticks and rates come with ``changed``)."""
     _looked = pyqtSignal(object)
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._ticks = TopicTicks()
         self._looked.connect(self._take_target)
@@ -234,6 +235,7 @@ class RecordingChoices(QObject):
         self._target = BagTarget()
         self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
                           'folder': os.path.expanduser('~/bags')}
+        session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
 
     @property
     def name_choice(self) -> NameChoice:
@@ -309,8 +311,7 @@ class RecordingChoices(QObject):
             known.pop('choice', None)
         self._set(known)
 
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the chosen devices, whose topics can be recorded."""
+    def _follow_cell(self, devices: Sequence[Device]) -> None:
         before = [(row.name, row.device) for row in self.topics]
         self._ticks.set_devices(devices)
         if [(row.name, row.device) for row in self.topics] != before:

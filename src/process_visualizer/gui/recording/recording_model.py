@@ -12,7 +12,9 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import make_report
 from process_visualizer.bagio.report_text import verdict
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.recording.recording_choices import DiskRoom, RecordingChoices, disk_room
 from process_visualizer.gui.recording.recording_state import (
     RecordingState,
@@ -34,6 +36,7 @@ from process_visualizer.gui.recording.recording_types import (
     SilenceWatch,
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 # The verdict on the last recording: that of `cell report`, found in a task.
@@ -109,11 +112,12 @@ class RecordingModel(QObject):
     finished = pyqtSignal(str)
     """A bag is complete; its path (of a recording in parts, that of the first)."""
 
-    def __init__(self, tasks: Tasks, client: RecorderClient, parent: Optional[QObject] = None,
+    def __init__(self, tasks: Tasks, client: RecorderClient, session: Session,
+                 parent: Optional[QObject] = None,
                  now_s: Callable[[], float] = time.monotonic, judge: Judge = verdict_on) -> None:
         super().__init__(parent)
         self._tasks, self._client, self._now_s = tasks, client, now_s
-        self.choices = RecordingChoices(tasks, self)
+        self.choices = RecordingChoices(tasks, session, self)
         self.verdict = FinishedVerdict(tasks, self, judge)
         for part in (self.choices, self.verdict):
             part.changed.connect(self.changed)
@@ -123,6 +127,7 @@ class RecordingModel(QObject):
         self._silence = SilenceWatch(self)
         self._silence.silent.connect(
             lambda: self._enter(self._state._replace(is_silent=True)))
+        session.run_changed.connect(lambda: self._follow_run(session))
 
     @property
     def state(self) -> RecordingState:
@@ -151,19 +156,16 @@ class RecordingModel(QObject):
 
     # What the run and the recorder say
 
-    def set_running(self, is_running: bool) -> None:
-        """Tell that a recorder has been launched, or that it has ended with its run."""
-        if is_running == (self.phase is not RecordingPhase.OFF):
-            return
-        self._silence.stop()
-        self._sender = SenderClock()
-        self.choices.take_topics(())
-        self.choices.look()
-        self._enter(self._state.run(is_running))
-
-    def take_end_of_recorder(self) -> None:
-        """Tell that the recorder's process has ended, while the other nodes go on."""
-        if self.phase not in (RecordingPhase.OFF, RecordingPhase.GONE):
+    def _follow_run(self, session: Session) -> None:
+        """A recorder was launched, has ended with its run, or alone while other nodes go on."""
+        is_running = session.running_mode is Mode.REALTIME
+        if is_running != (self.phase is not RecordingPhase.OFF):
+            self._silence.stop()
+            self._sender = SenderClock()
+            self.choices.take_topics(())
+            self.choices.look()
+            self._enter(self._state.run(is_running))
+        if is_running and session.has_ended(BAG_PART) and self.phase is not RecordingPhase.GONE:
             self._silence.stop()
             self._take(gone(self._state))
             self.take_end_of_run()

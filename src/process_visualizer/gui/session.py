@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Session: the cell, its ticked devices, the mode, the run and the recording that are in force."""
+from __future__ import annotations
+
+from typing import List, Mapping, Optional, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.bagio.catalogue import Catalogue
+from process_visualizer.cell.file_edit import PoseEditor
+from process_visualizer.cell.model import Cell, Device, Mode
+from process_visualizer.generate.choice import Choice
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.launching.part_report import NodeState, PartReport, PartState
+
+
+class Session(QObject):
+    """Told by the models that read, launch and open; all others look here, and follow the signals.
+
+    ``editor`` writes poses into the files of the cell; None if one of them has just been removed.
+    ``launched`` is the choice that was launched last, until all its nodes have ended. ``reports``
+    are the states of its parts. ``player`` is the last state of the player, None without one.
+    """
+
+    opened = pyqtSignal()
+    """Another configuration is in force; ``cell_changed`` follows."""
+    cell_changed = pyqtSignal()
+    """The configuration has been read, other devices are ticked, or the mode is another one."""
+    run_changed = pyqtSignal()
+    """What is launched, or the state of one of its parts."""
+    player_changed = pyqtSignal()
+    """There is another state of the player, or none any more."""
+    recording_changed = pyqtSignal()
+    """The recording that is open, or its marks."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self.cell: Optional[Cell] = None
+        self.editor: Optional[PoseEditor] = None
+        self.chosen: Tuple[Device, ...] = ()
+        self.mode = Mode.REALTIME
+        self.launched: Optional[Choice] = None
+        self.running: Optional[Choice] = None
+        self.reports: Mapping[str, PartReport] = {}
+        self.player: Optional[PlayerSnapshot] = None
+        self.recording: Optional[Catalogue] = None
+
+    # The cell and what is chosen of it
+
+    @property
+    def file(self) -> str:
+        """The configuration's file; '' before one has been read."""
+        return '' if self.cell is None else self.cell.file
+
+    @property
+    def devices(self) -> Tuple[Device, ...]:
+        """All devices of the cell."""
+        return () if self.cell is None else self.cell.devices
+
+    def set_cell(self, cell: Cell, chosen: Tuple[Device, ...],
+                 editor: Optional[PoseEditor] = None) -> None:
+        """Put a configuration that has been read in force, with the devices that are ticked."""
+        before = self.file
+        self.cell, self.chosen, self.editor = cell, chosen, editor
+        if cell.file != before:
+            self.opened.emit()
+        self.cell_changed.emit()
+
+    def choose(self, devices: Tuple[Device, ...]) -> None:
+        """Tick these devices only."""
+        if devices != self.chosen:
+            self.chosen = devices
+            self.cell_changed.emit()
+
+    def set_mode(self, mode: Mode) -> None:
+        """Choose real time or playback."""
+        if mode is not self.mode:
+            self.mode = mode
+            self.cell_changed.emit()
+
+    # What runs
+
+    @property
+    def running_mode(self) -> Optional[Mode]:
+        """The mode of what runs; None while nothing does, or it is still launched or quit."""
+        return None if self.running is None else self.running.mode
+
+    @property
+    def mode_in_force(self) -> Mode:
+        """The mode that runs, or would be launched."""
+        return self.running_mode or self.mode
+
+    @property
+    def nodes(self) -> List[str]:
+        """The nodes that were launched here."""
+        return [node.name for report in self.reports.values() for node in report.nodes]
+
+    def set_run(self, launched: Optional[Choice], is_running: bool,
+                reports: Mapping[str, PartReport]) -> None:
+        """Take what is launched, whether all of it has started, and the states of its parts."""
+        self.launched, self.running = launched, launched if is_running else None
+        self.reports = reports
+        self.run_changed.emit()
+        if self.running_mode is not Mode.PLAYBACK:
+            self.take_player(None)
+
+    def runs(self, part: str) -> bool:
+        """Return whether a part is up."""
+        report = self.reports.get(part)
+        return report is not None and report.state is PartState.RUNNING
+
+    def has_ended(self, part: str) -> bool:
+        """Return whether a part, or a node of it, has ended by itself."""
+        report = self.reports.get(part)
+        return report is not None and (
+            report.state in (PartState.FAILED, PartState.STOPPED)
+            or any(node.state in (NodeState.EXITED, NodeState.FAILED) for node in report.nodes))
+
+    def take_player(self, player: Optional[PlayerSnapshot]) -> None:
+        """Take the newest state of the player; None when there is none any more."""
+        if player is not None or self.player is not None:
+            self.player = player
+            self.player_changed.emit()
+
+    # The recording
+
+    @property
+    def paths(self) -> Tuple[str, ...]:
+        """The files of the recording that is open."""
+        return () if self.recording is None else self.recording.paths
+
+    def set_recording(self, recording: Catalogue) -> None:
+        """Put a recording that has been opened in force, or the same one with other marks."""
+        self.recording = recording
+        self.recording_changed.emit()
