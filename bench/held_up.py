@@ -99,8 +99,8 @@ class Work:
         self._launcher.bag.open([self.bag])
         until(lambda: self._launcher.session.paths == (self.bag,), 60.0)
         self._launcher.choose_mode(Mode.PLAYBACK)
-        until(lambda: self._launcher.playback.is_available and self._launcher.launch.is_running,
-              120.0)
+        until(lambda: (self._launcher.playback.state.is_available
+                       and self._launcher.launch.is_running), 120.0)
         until(lambda: bool(self._launcher.bag.curves.curves), 60.0)
         self._launcher.playback.play()
         pause(LOOKED_S)

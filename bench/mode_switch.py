@@ -51,7 +51,7 @@ def main() -> None:
         path = bench.record(RECORDED_S)
         bench.launcher.play((path,))
         playback = bench.launcher.playback
-        until(lambda: playback.is_available and playback.duration_s > RECORDED_S / 2, 60.0)
+        until(lambda: playback.state.duration_s > RECORDED_S / 2, 60.0)
         print('| from the click to the scene, s | median | p95 | longest |\n|---|---|---|---|')
         live, back = measured(bench, playback, times)
         for name, found in (('playback to live', live), ('live to playback', back)):
@@ -71,7 +71,7 @@ def measured(bench: BenchWindow, playback: PlaybackModel,
         until(lambda: bench.launcher.launch.is_running, TIMEOUT_S)
         pause(REST_S)
         back.append(taken_s(bench, 'playback',
-                            lambda: robot.is_at(place) and playback.is_available))
+                            lambda: robot.is_at(place) and playback.state.is_available))
         until(lambda: bench.launcher.launch.is_running, TIMEOUT_S)
         pause(REST_S)
     return live, back
@@ -83,7 +83,7 @@ def go_away(robot: Robot, playback: PlaybackModel) -> Tuple[float, ...]:
     playback.seek(0.0)
     pause(REST_S)
     rest = robot.positions
-    for position_s in np.arange(2.0, playback.duration_s, 1.0):
+    for position_s in np.arange(2.0, playback.state.duration_s, 1.0):
         playback.seek(float(position_s))
         pause(1.0)
         if not robot.is_at(rest, AWAY):

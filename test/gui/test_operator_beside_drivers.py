@@ -89,7 +89,7 @@ def it_is_asked_and_can_be_left(operator: Operator) -> None:
 
 def it_begins_by_itself(operator: Operator) -> None:
     playback = operator.launcher.playback
-    operator.wait(lambda: playback.is_playing and playback.position_s > 0.1, 'it plays')
+    operator.wait(lambda: playback.state.is_playing and playback.position_s > 0.1, 'it plays')
     assert question(operator) == ''
     assert '/bag_player' in nodes()
     assert not operator.widget('mixture').isVisible()
@@ -97,7 +97,7 @@ def it_begins_by_itself(operator: Operator) -> None:
 
 def it_is_told_and_pauses(operator: Operator) -> None:
     notice = operator.widget('mixture')
-    operator.wait(lambda: notice.isVisible() and not operator.launcher.playback.is_playing,
+    operator.wait(lambda: notice.isVisible() and not operator.launcher.playback.state.is_playing,
                   'it is told and paused')
     assert WHO in operator.text('mixture_text')
     keep_picture(operator, 'told')

@@ -53,4 +53,4 @@ def play(operator: Operator, bag: str, config: Path) -> None:
     operator.launcher.bag.open([bag])
     operator.wait(lambda: operator.launcher.session.recording is not None, 'the recording is open')
     operator.click('launch')
-    operator.wait(lambda: operator.launcher.playback.is_available, 'the player is there')
+    operator.wait(lambda: operator.launcher.playback.state.is_available, 'the player is there')

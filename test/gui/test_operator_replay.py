@@ -160,9 +160,10 @@ def play(operator: Operator, replay: ReplayModel) -> None:
     """By the keys, wherever the focus is."""
     before_s = replay.time_s
     press_in_replay(operator, 'space')
-    operator.wait(lambda: replay.playback.is_playing and replay.time_s > before_s + 0.5, 'it plays')
+    operator.wait(lambda: replay.playback.state.is_playing and replay.time_s > before_s + 0.5,
+                  'it plays')
     operator.press(Qt.Key_Space)
-    operator.wait(lambda: not replay.playback.is_playing, 'it stands')
+    operator.wait(lambda: not replay.playback.state.is_playing, 'it stands')
 
 
 def wait_for_band(operator: Operator, picture: str, is_shown: bool) -> None:

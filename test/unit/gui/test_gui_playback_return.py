@@ -51,7 +51,7 @@ def test_a_and_b_stay_while_the_loop_is_off(stand: PlaybackStand) -> None:
     stand.state(position_s=7.0, loop=(5.0, 10.0))
     stand.state(loop=None)
     restart(stand)
-    assert stand.model.loop_points == LoopPoints(5.0, 10.0)
+    assert stand.model.state.points == LoopPoints(5.0, 10.0)
 
 
 def test_a_player_that_was_not_stopped_is_left_alone(stand: PlaybackStand) -> None:
@@ -71,4 +71,4 @@ def test_after_all_nodes_were_quit_it_begins_at_the_beginning(stand: PlaybackSta
     stand.play(position_s=7.0, loop=(5.0, 10.0))
     stand.model.forget_player()
     assert restart(stand) == []
-    assert stand.model.loop_points == LoopPoints()
+    assert stand.model.state.points == LoopPoints()

@@ -9,9 +9,9 @@ from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
+from process_visualizer.gui.lanes.timeline_header import HEADER_HEIGHT, TRACK_TOP, Alarms
 from process_visualizer.gui.playback.minimap import BAR_HEIGHT
 from process_visualizer.gui.playback.playback_state import PlacedMark
-from process_visualizer.gui.playback.timeline_header import HEADER_HEIGHT, TRACK_TOP, Alarms
 from process_visualizer.gui.playback.timeline_view import moment_at, moment_tip
 from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.runs.comparison.timeline_bands import MomentKind, ReferenceMoment
@@ -115,7 +115,7 @@ class TestLoop:
             bench.release(end_s, HANDLES_Y)
         assert bench.stand.commands() == [('set_loop', True, 5.0, 12.0),
                                           ('set_loop', True, 3.0, 12.0)]
-        assert bench.stand.model.is_playing
+        assert bench.stand.model.state.is_playing
 
     def test_dragging_a_over_b_stops_before_it(self, bench: Bench) -> None:
         bench.stand.state(loop=(5.0, 10.0))

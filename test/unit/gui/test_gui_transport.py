@@ -186,7 +186,7 @@ class TestStepUnit:
         bench.stand.model.set_step_unit(StepUnit('/camera'))
         assert bench.view.unit.currentText() == '/camera'
         bench.view.set_topics(['/force'])
-        assert bench.stand.model.step_unit == MESSAGE
+        assert bench.stand.model.state.unit == MESSAGE
         assert bench.view.unit.currentText() == 'message'
 
 

@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.lane_scale import SIDE
+from process_visualizer.gui.lanes.timeline_header import LEFT
 from process_visualizer.gui.lanes.timeline_lanes import Lane
-from process_visualizer.gui.playback.timeline_header import LEFT
 from process_visualizer.gui.playback.timeline_view import TimelineView
 
 WIDTH = 400 + int(LEFT + SIDE)  # 20 s: 20 px are 1 s

@@ -455,7 +455,7 @@ class LauncherApp(QMainWindow):
             self._launcher.launch.restart(name)
 
     def _mark_playback(self) -> None:
-        if self._launcher.playback.is_available:
+        if self._launcher.playback.state.is_available:
             self.playback.ask_for_mark(self._launcher.playback.position_s)
 
     def _save_view(self) -> None:

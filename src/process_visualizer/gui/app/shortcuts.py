@@ -45,8 +45,8 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
     """
     return [
         *_transport_keys(playback),
-        Shortcut('Home', 'to the beginning', playback.to_start),
-        Shortcut('End', 'to the end', playback.to_end),
+        Shortcut('Home', 'to the beginning', lambda: playback.seek(0.0)),
+        Shortcut('End', 'to the end', lambda: playback.seek(playback.state.duration_s)),
         Shortcut('A', 'set loop start', playback.set_loop_begin),
         Shortcut('B', 'set loop end', playback.set_loop_end),
         Shortcut('L', 'loop', playback.toggle_loop),
@@ -66,8 +66,9 @@ def _transport_keys(playback: PlaybackModel) -> List[Shortcut]:
         Shortcut('Right', 'one step forward', lambda: playback.step(1)),
         Shortcut(',', 'one step back', lambda: playback.step(-1)),
         Shortcut('.', 'one step forward', lambda: playback.step(1)),
-        Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
-        Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
+        Shortcut('Shift+Left', '1 s back', lambda: playback.seek(playback.position_s - 1.0)),
+        Shortcut('Shift+Right', '1 s forward',
+                 lambda: playback.seek(playback.position_s + 1.0)),
         Shortcut('[', 'slower', playback.slower),
         Shortcut(']', 'faster', playback.faster),
     ]

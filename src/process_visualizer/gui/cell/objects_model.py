@@ -21,7 +21,7 @@ from process_visualizer.health.near_objects import (
     ObjectSpans,
     ObjectWatch,
 )
-from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
+from process_visualizer.playback.playback_clock import PlaybackClock
 
 SILENT_S = 3.0
 """A running sensor that says nothing for so long does not know any more what is there."""
@@ -90,8 +90,7 @@ class ObjectsModel(QObject):
         if player is None:
             self._player = PlaybackClock()
             return
-        self._player.add(ClockState(player.stamp_s, player.position_s, player.achieved_rate,
-                                       player.paused, player.segment, player.since_s))
+        self._player.add(player.clock_state)
 
     def take(self, snapshot: ObjectsSnapshot) -> None:
         """Take what a sensor sees."""

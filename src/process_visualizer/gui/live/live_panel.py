@@ -84,7 +84,7 @@ class ReplayBar(QWidget):
         self.setVisible(not replay.is_live)
         for widget in (*self._moving, self.rate):
             widget.setEnabled(is_shown)
-        self.play.setIcon(icon('pause' if replay.playback.is_playing else 'play'))
+        self.play.setIcon(icon('pause' if replay.playback.state.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
         self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago' if is_shown
                            else self._preparing())

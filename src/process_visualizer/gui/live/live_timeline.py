@@ -1,54 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the curves of the last seconds; the present is at the right."""
+"""Timeline of the last seconds: the curves as they come; the present is at the right."""
 from __future__ import annotations
 
 from typing import List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
-from PyQt5.QtCore import QEvent, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QRect, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import (
     QColor,
     QContextMenuEvent,
-    QFont,
     QMouseEvent,
     QPainter,
-    QPaintEvent,
-    QPalette,
-    QResizeEvent,
     QWheelEvent,
 )
-from PyQt5.QtWidgets import QMenu, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QMenu, QWidget
 
 from process_visualizer.curves.live_curves import LiveMark
 from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.lanes import timeline_header as header
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.lane_scale import SIDE
-from process_visualizer.gui.lanes.lane_stack import LaneStack
-from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
-from process_visualizer.gui.playback import timeline_header as header
-from process_visualizer.gui.playback.playback_state import PlacedMark
-from process_visualizer.gui.playback.timeline_header import (
+from process_visualizer.gui.lanes.lanes_timeline import LanesTimeline
+from process_visualizer.gui.lanes.timeline_header import (
     AXIS_HEIGHT,
     AXIS_TOP,
-    HEADER_HEIGHT,
     LEFT,
 )
+from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
+from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan, times
 
-_MIN_LANES = 2  # that are visible, if there are so many
-_FONT_PX = 11
 _TICK_PX = 80.0
 _NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
 
 
-class LiveTimeline(QWidget):
+class LiveTimeline(LanesTimeline):
     """Lanes of the same time, with what the mouse points at."""
-
-    curves_wanted = pyqtSignal()
-    """The operator wants to choose the curves."""
 
     longer_wanted = pyqtSignal(int)
     """More of the past should be shown, or (below 0) less: so many steps."""
@@ -57,24 +47,16 @@ class LiveTimeline(QWidget):
     """The scene should show this time [s, below 0: before the right end]."""
 
     def __init__(self, choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
-        super().__init__(parent)
-        self._choices = choices
+        super().__init__(choices, parent)
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
         self.near: Tuple[NearSpan, ...] = ()  # [s, below 0]: when objects were near robots
         self._age_s = 0.0
         self._values: Mapping[Key, float] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
-        self._hover_x: Optional[float] = None
         self._is_dragged = False
-        self._font = QFont(self.font())
-        self._font.setPixelSize(_FONT_PX)
-        self.stack = LaneStack(self)
-        self.stack.redraw.connect(self.update)
         self.setObjectName('live_timeline')
         self.setAccessibleName('Curves of the last seconds')
-        self.setMouseTracking(True)
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
 
     def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Mapping[Key, float],
                    marks: Sequence[LiveMark], now_s: float) -> None:
@@ -95,7 +77,7 @@ class LiveTimeline(QWidget):
         """Show when [s, below 0] objects were near robots."""
         if tuple(spans) != self.near:
             self.near = tuple(spans)
-            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+            self._update_header()
 
     def show_replay(self, time_s: Optional[float]) -> None:
         """Show which moment is in the scene [s, below 0]; None: the present."""
@@ -115,46 +97,20 @@ class LiveTimeline(QWidget):
         return TimeAxis(self._duration_s, LEFT, max(self.width() - LEFT - SIDE, 0.0),
                         -self._duration_s)
 
-    # Size
-
-    def sizeHint(self) -> QSize:
-        """Return a size with room for all lanes."""
-        return QSize(400, self._height_of(len(self.stack.lanes)))
-
-    def minimumSizeHint(self) -> QSize:
-        """Return a size in which some lanes can be seen."""
-        return QSize(260, self._height_of(min(len(self.stack.lanes), _MIN_LANES)))
-
-    def _height_of(self, lanes: int) -> int:
-        return int(HEADER_HEIGHT) + self.stack.height_of(lanes)
-
-    def _fit(self) -> None:
-        self.setMaximumHeight(int(HEADER_HEIGHT) + self.stack.most_height)
-        self.stack.place(self.rect().adjusted(0, int(HEADER_HEIGHT), 0, 0))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the lanes their height in the new size."""
-        self._fit()
+    def _lanes_axis(self) -> Tuple[TimeAxis, float]:
+        return self.axis._replace(begin_s=0.0), self._duration_s
 
     # Drawing
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw everything: most of it has moved."""
-        painter = QPainter(self)
-        painter.setFont(self._font)
-        painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
-        axis, bottom = self.axis, float(self.height())
-        self.stack.draw(painter, axis._replace(begin_s=0.0), self._duration_s, event.rect())
+    def _draw(self, painter: QPainter, axis: TimeAxis, bottom: float, area: QRect) -> None:
         painter.setRenderHint(QPainter.Antialiasing)
         self._draw_header(painter, axis)
         if self._duration_s > 0.0:
             header.draw_flags(painter, axis, self._marks, -1)
             self._draw_moment(painter, axis, bottom)
-        if self._hover_x is not None:
-            time_s = axis.time_s(self._hover_x)
-            header.draw_hover(painter, axis, time_s, self.time_text(time_s, 2), bottom)
-        self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
-        painter.end()
+        hover_s = self.hover_s
+        if hover_s is not None:
+            header.draw_hover(painter, axis, hover_s, self.time_text(hover_s, 2), bottom)
 
     def _draw_moment(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
         """Draw the moment of the scene: the present at the right, or what is replayed."""
@@ -195,12 +151,12 @@ class LiveTimeline(QWidget):
 
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
         """Return a curve's value in the scene, the one at the mouse, and their difference."""
-        curve, at_mouse = self.stack.lanes[row].curves[number], None
+        curve, at_mouse, hover_s = self.stack.lanes[row].curves[number], None, self.hover_s
         value = self._values[curve.key]
         good = curve.good_at(_newest_share(curve, self._duration_s))
         if self._duration_s > 0.0:
-            if self._hover_x is not None:
-                at_mouse = curve.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
+            if hover_s is not None:
+                at_mouse = curve.at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
                 share = max(1.0 + self._replay_s / self._duration_s, 0.0)
                 value, good = curve.at(share), curve.good_at(share)
@@ -239,12 +195,8 @@ class LiveTimeline(QWidget):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Show more or less of the past; over lanes that do not fit, scroll them."""
-        steps = -1 if event.angleDelta().y() > 0 else 1
-        if self.stack.scroll.maximum() and event.modifiers() == Qt.NoModifier \
-                and event.pos().y() >= HEADER_HEIGHT:
-            self.stack.scroll.event(event)
-        elif event.angleDelta().y():
-            self.longer_wanted.emit(steps)
+        if not self._scrolls_lanes(event) and event.angleDelta().y():
+            self.longer_wanted.emit(-1 if event.angleDelta().y() > 0 else 1)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Offer what can be done with the lane under the mouse, and to choose the curves."""
@@ -255,9 +207,7 @@ class LiveTimeline(QWidget):
     def menu_at(self, row: Optional[int]) -> QMenu:
         """Return the menu for a lane, if there is one."""
         menu = QMenu(self)
-        if row is not None:
-            self.stack.add_actions(menu, row, self._choices)
-        menu.addAction('Curves…', self.curves_wanted)
+        self._add_lane_actions(menu, row)
         return menu
 
     def lane_rect(self, row: int) -> QRect:

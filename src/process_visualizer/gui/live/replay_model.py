@@ -175,7 +175,7 @@ class ReplayModel(QObject):
                   if part in self._reports]
         return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
                 and replace(choice, window=None) == replace(self._choice, window=None)
-                and self._begin_s <= time_s <= self._begin_s + self.playback.duration_s)
+                and self._begin_s <= time_s <= self._begin_s + self.playback.state.duration_s)
 
     def _begin_again(self) -> None:
         self._phase, self._is_opening = ReplayPhase.PREPARING, False

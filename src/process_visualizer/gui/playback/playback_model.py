@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Iterable, Optional, Tuple, Type
+from typing import Any, Callable, Iterable, Optional, Type
 
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
@@ -78,7 +78,7 @@ FRAME_MS = 16  # the position is drawn so often while playing
 
 
 class PlaybackModel(QObject):
-    """The state of the player, between its messages too, and the requests to it.
+    """The ``state`` of the player, its position between two states, and the requests to it.
 
     Commands return at once and do nothing while there is no player; what the player refuses is
     told by ``failed``.
@@ -103,11 +103,10 @@ class PlaybackModel(QObject):
         self._client = client
         self._refused = refused
         self._clock = clock
-        self._state = PlaybackState()
+        self.state = PlaybackState()
         self._position = PlaybackPosition()
         self._return = PlaybackReturn()
-        self._seeks = SeekCommands(client, clock,
-                                   lambda send: self._newest(send, self._forget_seek))
+        self._seeks = SeekCommands(client, clock, lambda send: self._newest(send, self._arrive))
         self._motion = MotionCommands(client.set_rate, client.play, self._newest)
         self._loops = self._newest(lambda loop: client.set_loop(*loop))
         self._steps = StepCommands(client, self._newest)
@@ -118,17 +117,18 @@ class PlaybackModel(QObject):
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Take the newest state of the player; None when there is none any more."""
-        before = self._state
-        current = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
-        self._state = current.arrived(self._seeks.done_since_s)
+        before = self.state
+        self.state = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
+        self._arrive()
         self._position.take(snapshot)
-        if self.is_playing != self._frames.isActive():
-            self._frames.start() if self.is_playing else self._frames.stop()
-        if self._state.differs_from(before):
+        if self.state.is_playing != self._frames.isActive():
+            self._frames.start() if self.state.is_playing else self._frames.stop()
+        if self.state.differs_from(before):
             self.changed.emit()
         self.moved.emit()
-        if snapshot is not None:
-            self._go_back(self._return.take(snapshot))
+        spot = None if snapshot is None else self._return.take(snapshot)
+        if spot is not None:
+            self._go_back(spot)
 
     def follow_player(self, is_up: bool) -> None:
         """Take whether the player runs; one that is started again goes on where it was."""
@@ -137,54 +137,25 @@ class PlaybackModel(QObject):
     def forget_player(self) -> None:
         """Let the next player begin at the beginning."""
         self._return.forget()
-        self._state = self._state._replace(points=LoopPoints())
+        self.state = self.state._replace(points=LoopPoints())
         self.changed.emit()
-
-    @property
-    def is_available(self) -> bool:
-        """Return whether there is a player to command."""
-        return self._state.snapshot is not None
-
-    @property
-    def duration_s(self) -> float:
-        """Return how long the recording is; 0 while there is no player."""
-        return self._state.duration_s
 
     @property
     def position_s(self) -> float:
         """Return where playback is now [s from the beginning], or where it is about to be."""
-        sought = self._state.sought
+        sought = self.state.sought
         return self._position.at(self._clock()) if sought is None else sought.position_s
-
-    @property
-    def is_playing(self) -> bool:
-        """Return whether the position moves."""
-        return self._state.is_playing
-
-    @property
-    def is_backwards(self) -> bool:
-        """The direction in which it plays, or last did."""
-        return self.rate < 0.0
 
     @property
     def rate(self) -> float:
         """The rate as commanded; below 0 backwards."""
-        return self._state.rate if self._motion.rate is None else self._motion.rate
+        return self.state.rate if self._motion.rate is None else self._motion.rate
 
     @property
-    def reached_rate(self) -> Optional[float]:
-        """The rate that the machine reaches, if that is less than the rate wanted."""
-        return self._state.reached_rate
-
-    @property
-    def dropped(self) -> int:
-        """Return how many messages slow subscribers did not get."""
-        return self._state.dropped
-
-    @property
-    def problems(self) -> Tuple[str, ...]:
-        """Return what the player cannot play."""
-        return self._state.problems
+    def is_looping(self) -> bool:
+        """Return whether playback is repeated, as commanded."""
+        wanted = self._loops.wanted
+        return self.state.loop is not None if wanted is None else wanted[0]
 
     # Play.
 
@@ -202,11 +173,11 @@ class PlaybackModel(QObject):
 
     def toggle(self) -> None:
         """Pause while playing, in either direction; play forward while paused."""
-        self.pause() if self.is_playing else self.play()
+        self.pause() if self.state.is_playing else self.play()
 
     def toggle_backwards(self) -> None:
         """Play backwards, or pause if it does so already."""
-        self.pause() if self.is_playing and self.is_backwards else self.play_backwards()
+        self.pause() if self.state.is_playing and self.rate < 0.0 else self.play_backwards()
 
     def stop(self) -> None:
         """Stand still at the beginning."""
@@ -219,79 +190,57 @@ class PlaybackModel(QObject):
 
         While one seek is under way, only the newest other one waits for its turn.
         """
-        if self.is_available:
-            sought = self._state.sought_at(position_s)
-            self._state = self._state._replace(sought=sought)
+        if self.state.is_available:
+            sought = self.state.sought_at(position_s)
+            self.state = self.state._replace(sought=sought)
             self._seeks.request(sought)
             self.moved.emit()
 
-    def jump(self, seconds: float) -> None:
-        """Go on or (below 0) back by a time [s]."""
-        self.seek(self.position_s + seconds)
-
-    def to_start(self) -> None:
-        """Go to the beginning."""
-        self.seek(0.0)
-
-    def to_end(self) -> None:
-        """Go to the end."""
-        self.seek(self.duration_s)
-
     def begin_scrub(self) -> None:
         """Stand still while the operator drags."""
-        if self.is_playing and not self._state.resumes:
-            self._state = self._state._replace(resumes=True)
+        if self.state.is_playing and not self.state.resumes:
+            self.state = self.state._replace(resumes=True)
             self.pause()
 
     def end_scrub(self) -> None:
         """Play on after dragging, if it did before."""
-        if self._state.resumes:
-            self._state = self._state._replace(resumes=False)
+        if self.state.resumes:
+            self.state = self.state._replace(resumes=False)
             self._run(self._client.play)
-
-    @property
-    def step_unit(self) -> StepUnit:
-        """Return what one step is."""
-        return self._state.unit
 
     def set_step_unit(self, unit: StepUnit) -> None:
         """Choose what one step is."""
-        self._state = self._state._replace(unit=unit)
+        self.state = self.state._replace(unit=unit)
         self.changed.emit()
 
     def step(self, count: int) -> None:
         """Pause and go so many steps on, or (below 0) back."""
-        if self.is_available:
+        if self.state.is_available:
             self._motion.stand()
-            self._steps.request(count, self._state.unit)
+            self._steps.request(count, self.state.unit)
 
     # Marks.
 
-    @property
-    def marks(self) -> Tuple[PlacedMark, ...]:
-        """The marks of the recording in the order of time."""
-        return self._state.marks.all
-
     def set_marks(self, marks: Iterable[PlacedMark]) -> None:
         """Take the marks of the recording."""
-        self._state = self._state._replace(marks=Marks.of(marks))
+        self.state = self.state._replace(marks=Marks.of(marks))
         self.changed.emit()
 
     def to_next_mark(self) -> None:
         """Go to the next mark, if there is one."""
-        next_s = self._state.marks.after(self.position_s)
+        next_s = self.state.marks.after(self.position_s)
         if next_s is not None:
             self.seek(next_s)
 
     def to_previous_mark(self) -> None:
         """Go to the mark before; to the beginning before the first one."""
-        self.seek(self._state.marks.before(self.position_s, self.is_playing))
+        self.seek(self.state.marks.before(self.position_s, self.state.is_playing))
 
     # Rate.
 
     def set_rate(self, rate: float) -> None:
         """Change the rate at once; below 0 backwards; the nearest possible one is taken."""
-        if not self.is_available or rate == 0.0:
+        if not self.state.is_available or rate == 0.0:
             return
         size = min(max(abs(rate), MIN_RATE), MAX_RATE)
         self._motion.change_rate(size if rate > 0.0 else -size)
@@ -299,7 +248,7 @@ class PlaybackModel(QObject):
 
     def set_speed(self, speed: float) -> None:
         """Change the rate and keep the direction."""
-        self.set_rate(-abs(speed) if self.is_backwards else abs(speed))
+        self.set_rate(-abs(speed) if self.rate < 0.0 else abs(speed))
 
     def faster(self) -> None:
         """Take the next higher speed of the ladder."""
@@ -311,32 +260,21 @@ class PlaybackModel(QObject):
 
     # Loop.
 
-    @property
-    def is_looping(self) -> bool:
-        """Return whether playback is repeated."""
-        wanted = self._loops.wanted
-        return self._state.loop is not None if wanted is None else wanted[0]
-
-    @property
-    def loop_points(self) -> LoopPoints:
-        """A and B, which stay while the loop is off."""
-        return self._state.points
-
     def toggle_loop(self) -> None:
         """Repeat what is between A and B, or everything; or no more."""
-        self._set_loop(not self.is_looping, self._state.points)
+        self._set_loop(not self.is_looping, self.state.points)
 
     def set_loop_begin(self, position_s: Optional[float] = None) -> None:
         """Repeat from a position (now) on, to B or, where there is none behind it, the end."""
-        self._set_loop(True, self._state.points.with_begin(self._chosen(position_s)))
+        self._set_loop(True, self.state.points.with_begin(self._chosen(position_s)))
 
     def set_loop_end(self, position_s: Optional[float] = None) -> None:
         """Repeat up to a position (now); if it lies before A, A and B change places."""
-        self._set_loop(True, self._state.points.with_end(self._chosen(position_s)))
+        self._set_loop(True, self.state.points.with_end(self._chosen(position_s)))
 
     def move_loop_point(self, which: str, position_s: float) -> None:
         """Drag 'A' or 'B' to a position, as far as the other one allows."""
-        points = self._state.points.moved(which, position_s, self.duration_s)
+        points = self.state.points.moved(which, position_s, self.state.duration_s)
         self._set_loop(self.is_looping, points)
 
     def clear_loop(self) -> None:
@@ -350,12 +288,12 @@ class PlaybackModel(QObject):
         return NewestCall(self._tasks, LINE, function, on_done, self._fail)
 
     def _run(self, command: Callable[[], Any]) -> None:
-        if self.is_available:
+        if self.state.is_available:
             self._tasks.run(LINE, command, None, self._fail)
 
     def _fail(self, error: Exception) -> None:
         """Return to what the player does, and tell."""
-        self._state = self._state.failed(self._seeks.wanted)
+        self.state = self.state.failed(self._seeks.wanted)
         self.changed.emit()
         if not isinstance(error, self._refused):
             raise error
@@ -364,7 +302,7 @@ class PlaybackModel(QObject):
     def _play_at(self, rate: float) -> None:
         if rate == self.rate and self._motion.rate is None:
             self._run(self._client.play)
-        elif self.is_available:
+        elif self.state.is_available:
             self._motion.play(rate)
             self.changed.emit()
 
@@ -372,25 +310,25 @@ class PlaybackModel(QObject):
         self._motion.stand()
         self._run(command)
 
-    def _go_back(self, spot: Optional[PlayerSnapshot]) -> None:
-        if spot is not None:
-            self._run(lambda: hold(self._client, spot))
-            self.seek(spot.position_s)
-            self._run(lambda: go_on(self._client, spot))
+    def _go_back(self, spot: PlayerSnapshot) -> None:
+        self._run(lambda: hold(self._client, spot))
+        self.seek(spot.position_s)
+        self._run(lambda: go_on(self._client, spot))
 
-    def _forget_seek(self) -> None:
-        self._state = self._state.arrived(self._seeks.done_since_s)
+    def _arrive(self) -> None:
+        """Show where the player is, once it tells of the newest seek."""
+        self.state = self.state.arrived(self._seeks.done_since_s)
 
     def _chosen(self, position_s: Optional[float]) -> float:
-        return self._state.within(self.position_s if position_s is None else position_s)
+        return self.state.within(self.position_s if position_s is None else position_s)
 
     def _set_loop(self, on: bool, points: LoopPoints) -> None:
-        if not self.is_available:
+        if not self.state.is_available:
             return
-        if not points.is_long_enough(self.duration_s):
+        if not points.is_long_enough(self.state.duration_s):
             self.failed.emit(f'A and B must be at least {MIN_LOOP_S:g} s apart')
             return
-        self._state = self._state._replace(points=points)
+        self.state = self.state._replace(points=points)
         if on or self.is_looping:
-            self._loops.request((on, *points.bounds(self.duration_s)))
+            self._loops.request((on, *points.bounds(self.state.duration_s)))
         self.changed.emit()

@@ -22,11 +22,11 @@ from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.compare.compare_model import BandsModel
 from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.lanes.timeline_header import Alarms
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
 from process_visualizer.gui.playback.bag_model import BagModel, CurvesModel, placed_gaps
 from process_visualizer.gui.playback.bag_view import BagView
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.playback.timeline_header import Alarms
 from process_visualizer.gui.playback.timeline_view import TimelineView
 from process_visualizer.gui.playback.transport_view import TransportView
 from process_visualizer.gui.playback.values_model import ValuesModel
@@ -171,9 +171,10 @@ class PlaybackPanel(QWidget):
 
     def _show_notes(self) -> None:
         """Show what the player cannot play, and what did not arrive."""
-        notes = list(self._playback.problems)
-        if self._playback.dropped:
-            notes.append(f'{self._playback.dropped} messages were dropped for slow subscribers')
+        state = self._playback.state
+        notes = list(state.problems)
+        if state.dropped:
+            notes.append(f'{state.dropped} messages were dropped for slow subscribers')
         self.notes.setVisible(bool(notes))
         more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
         self.notes.setText(notes[-1] + more if notes else '')

@@ -139,6 +139,11 @@ class PlaybackState(NamedTuple):
     files: Tuple[str, ...] = ()
 
     @property
+    def is_available(self) -> bool:
+        """Return whether there is a player to command."""
+        return self.snapshot is not None
+
+    @property
     def duration_s(self) -> float:
         """Return how long the recording is; 0 while there is no player."""
         return 0.0 if self.snapshot is None else self.snapshot.duration_s
@@ -281,10 +286,9 @@ def _continues(before: PlayerSnapshot, after: PlayerSnapshot) -> bool:
 def _position(snapshot: PlayerSnapshot, now_s: float) -> float:
     if snapshot.paused:
         return snapshot.position_s
-    played_s = min(max(now_s - snapshot.stamp_s, 0.0), MAX_AHEAD_S) * snapshot.achieved_rate
-    limit_s = _limit(snapshot)
+    until_s = min(max(now_s, snapshot.stamp_s), snapshot.stamp_s + MAX_AHEAD_S)
     clamp = min if snapshot.rate > 0.0 else max
-    return clamp(snapshot.position_s + played_s, limit_s)
+    return clamp(snapshot.clock_state.position_at(until_s), _limit(snapshot))
 
 
 def _limit(snapshot: PlayerSnapshot) -> float:

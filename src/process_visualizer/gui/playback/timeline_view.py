@@ -4,36 +4,28 @@ from __future__ import annotations
 
 from typing import Any, Callable, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import (
     QColor,
     QContextMenuEvent,
-    QFont,
     QHelpEvent,
     QKeyEvent,
     QMouseEvent,
     QPainter,
-    QPaintEvent,
-    QPalette,
     QPen,
     QPixmap,
     QPolygonF,
-    QResizeEvent,
     QWheelEvent,
 )
-from PyQt5.QtWidgets import QApplication, QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
+from PyQt5.QtWidgets import QApplication, QMenu, QScrollBar, QToolTip, QWidget
 
 from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.lanes import timeline_header as header
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.lane_scale import SIDE
-from process_visualizer.gui.lanes.lane_stack import LaneStack
-from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
-from process_visualizer.gui.playback import timeline_header as header
-from process_visualizer.gui.playback.minimap import BAR_HEIGHT, MapContent, TimelineZoom
-from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.playback.timeline_header import (
+from process_visualizer.gui.lanes.lanes_timeline import LanesTimeline
+from process_visualizer.gui.lanes.timeline_header import (
     AXIS_TOP,
-    HEADER_HEIGHT,
     LEFT,
     TRACK_TOP,
     Target,
@@ -41,6 +33,10 @@ from process_visualizer.gui.playback.timeline_header import (
     target_at,
     track_rect,
 )
+from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
+from process_visualizer.gui.playback.minimap import BAR_HEIGHT, MapContent, TimelineZoom
+from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.playback.timeline import format_time
@@ -60,9 +56,9 @@ def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, 
     menu.addSeparator()
     menu.addAction('Add a mark here…', add_mark)
     menu.addSeparator()
-    bounds = playback.loop_points.bounds(playback.duration_s)
+    bounds = playback.state.points.bounds(playback.state.duration_s)
     part = menu.addAction('Show A to B only', lambda: zoom.show_part(*bounds))
-    part.setEnabled(bounds != (0.0, playback.duration_s))
+    part.setEnabled(bounds != (0.0, playback.state.duration_s))
     everything = menu.addAction('Show the whole recording (double click)', zoom.show_all)
     everything.setEnabled(not zoom.shown.is_all)
     return menu
@@ -123,8 +119,6 @@ def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
     painter.setBrush(Qt.NoBrush)
 
 
-_MIN_LANES = 2  # that are visible, if there are so many
-_FONT_PX = 11
 _CURSORS = {'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor, 'moment': Qt.SizeHorCursor,
             'mark': Qt.PointingHandCursor}
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are redrawn
@@ -133,7 +127,7 @@ _HINT = ('Press to go there, drag to look around, drag A and B to change the loo
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
 
 
-class TimelineView(QWidget):
+class TimelineView(LanesTimeline):
     """Shows the position in the recording, and goes where the operator presses or drags."""
 
     mark_wanted = pyqtSignal(float)
@@ -142,35 +136,27 @@ class TimelineView(QWidget):
     anchor_wanted = pyqtSignal(object, float)
     """A Moment of the good run belongs to this time [s]."""
 
-    curves_wanted = pyqtSignal()
-    """The operator wants to choose the curves."""
+    _below_lanes = BAR_HEIGHT
 
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
         """``value_of`` returns a curve's value at the position: NaN: none, None: unknown yet."""
-        super().__init__(parent)
-        self._playback, self._value_of, self._choices = playback, value_of, choices
+        super().__init__(choices, parent)
+        self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self.alarms = header.Alarms()  # when something was wrong
         self._moments: Tuple[ReferenceMoment, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
-        self._font = QFont(self.font())
-        self._font.setPixelSize(_FONT_PX)
-        self._hover_x: Optional[float] = None
         self._hover = Target('time')
         self._dragged: Optional[Target] = None
         self._drawn_x = 0
-        self.stack = LaneStack(self)
-        self.stack.redraw.connect(self.update)
         self.zoom = TimelineZoom(self)
         self.zoom.changed.connect(self.update)
         self.setObjectName('timeline')
         self.setAccessibleName('Timeline of the recording')
         self.setToolTip(_HINT)
-        self.setMouseTracking(True)
         self.setFocusPolicy(Qt.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
         playback.changed.connect(self._take_length)
         playback.moved.connect(self._follow)
         self._fit()
@@ -181,14 +167,18 @@ class TimelineView(QWidget):
         self._take_length()
 
     def _take_length(self) -> None:
-        self.zoom.set_length(self._playback.duration_s or self._length_s)
+        self.zoom.set_length(self._playback.state.duration_s or self._length_s)
         self._show_map()
         self.update()
+
+    @property
+    def _marks(self) -> Tuple[PlacedMark, ...]:
+        return self._playback.state.marks.all
 
     def _show_map(self) -> None:
         """Show the first curve and the marks of the whole recording."""
         length_s = self.zoom.shown.length_s
-        marks = [mark.position_s / length_s for mark in self._playback.marks] if length_s else []
+        marks = [mark.position_s / length_s for mark in self._marks] if length_s else []
         self.zoom.bar.show_content(MapContent(next(iter(self.stack.lanes), None), tuple(marks)))
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
@@ -203,7 +193,7 @@ class TimelineView(QWidget):
         """Set the moments of a good run that are shown, and can be dragged."""
         if tuple(moments) != self._moments:
             self._moments, self._dragged = tuple(moments), None
-            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+            self._update_header()
 
     @property
     def axis(self) -> TimeAxis:
@@ -213,16 +203,11 @@ class TimelineView(QWidget):
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
         """Return the values of a lane's curve at the position, at the mouse, and the difference."""
         curve, length_s = self.stack.lanes[row].curves[number], self.zoom.shown.length_s
-        time_s = self._hover_s
+        time_s = self.hover_s
         at_mouse = None if time_s is None or not length_s else curve.at(time_s / length_s)
         good = curve.good_at(self._playback.position_s / length_s) if length_s else None
         return lane_texts(curve, self.stack.pictures.scale(row, number).span,
                           self._value_of(curve.key), at_mouse, good)
-
-    @property
-    def _hover_s(self) -> Optional[float]:
-        """The time at the mouse, which changes when the axis moves below it."""
-        return None if self._hover_x is None else self.axis.time_s(self._hover_x)
 
     def show_values(self) -> None:
         """Redraw the values at the position."""
@@ -230,37 +215,18 @@ class TimelineView(QWidget):
 
     # Size
 
-    def sizeHint(self) -> QSize:
-        """Return a size with room for all lanes."""
-        return QSize(400, self._height_of(len(self.stack.lanes)))
-
-    def minimumSizeHint(self) -> QSize:
-        """Return a size in which the slider and some lanes can be used."""
-        return QSize(260, self._height_of(min(len(self.stack.lanes), _MIN_LANES)))
-
-    def _height_of(self, lanes: int) -> int:
-        return int(HEADER_HEIGHT) + self.stack.height_of(lanes) + BAR_HEIGHT
-
     def _fit(self) -> None:
         """Give the lanes and the scroll bars their places."""
-        self.setMaximumHeight(int(HEADER_HEIGHT) + self.stack.most_height + BAR_HEIGHT)
-        self.stack.place(self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT))
+        super()._fit()
         self.zoom.place(QRect(int(LEFT), self.height() - BAR_HEIGHT,
                               self.width() - int(LEFT + SIDE), BAR_HEIGHT))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the lanes their height in the new size."""
-        self._fit()
-
     # Drawing
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the changes; curves and header are drawn once and kept."""
-        painter = QPainter(self)
-        painter.setFont(self._font)
-        axis, bottom = self.axis, float(self.height() - BAR_HEIGHT)
-        painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
-        self.stack.draw(painter, axis, self.zoom.shown.length_s, event.rect())
+    def _lanes_axis(self) -> Tuple[TimeAxis, float]:
+        return self.axis, self.zoom.shown.length_s
+
+    def _draw(self, painter: QPainter, axis: TimeAxis, bottom: float, area: QRect) -> None:
         header.draw_gaps(painter, axis, self._gaps, bottom)
         painter.setRenderHint(QPainter.Antialiasing)
         self._draw_header(painter, axis)
@@ -269,13 +235,11 @@ class TimelineView(QWidget):
             header.draw_loop(painter, axis, loop, bottom)
         self._draw_position(painter, axis, bottom)
         draw_moments(painter, axis, with_dragged(self._moments, self._dragged_moment,
-                                                 self._hover_s), event.rect())
-        self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
-        painter.end()
+                                                 self.hover_s), area)
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         hovered = self._hover.mark if self._hover.kind == 'mark' else -1
-        look = (axis, self._playback.marks, hovered, self.devicePixelRatioF(), self._font,
+        look = (axis, self._marks, hovered, self.devicePixelRatioF(), self._font,
                 self.alarms)
         if self._header is None or self._header[0] != (theme(), look):
             self._header = ((theme(), look), header.header_picture(*look))
@@ -291,15 +255,17 @@ class TimelineView(QWidget):
         position_s = self._playback.position_s
         self._drawn_x = round(axis.x(position_s))
         if axis.duration_s > 0.0:
-            header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
-        hover_s = self._hover_s
+            header.draw_playhead(painter, axis, position_s, bottom,
+                                 self._playback.state.is_available)
+        hover_s = self.hover_s
         if hover_s is not None:
-            text = f'{format_time(hover_s)}  {_difference(hover_s - position_s)}'
+            away = f'Δ {hover_s - position_s:+.3f} s'.replace('-', '−')  # after or before it
+            text = f'{format_time(hover_s)}  {away}'
             header.draw_hover(painter, axis, hover_s, text, bottom)
 
     def _loop(self) -> Optional[header.Loop]:
         """The loop to show: A and B, or everything while that is repeated."""
-        points, length_s = self._playback.loop_points, self.zoom.shown.length_s
+        points, length_s = self._playback.state.points, self.zoom.shown.length_s
         if not self._playback.is_looping and points.begin_s is None and points.end_s is None:
             return None
         return header.Loop(*points.bounds(length_s), self._playback.is_looping)
@@ -308,7 +274,7 @@ class TimelineView(QWidget):
         """Redraw the playhead when it has moved by a pixel."""
         if self.zoom.shown.length_s > 0.0:
             self.zoom.bar.show_position(self._playback.position_s / self.zoom.shown.length_s)
-        self.zoom.follow(self._playback.position_s, self._playback.is_playing)
+        self.zoom.follow(self._playback.position_s, self._playback.state.is_playing)
         x = round(self.axis.x(self._playback.position_s))
         if x == self._drawn_x:
             return
@@ -321,14 +287,14 @@ class TimelineView(QWidget):
             if shown_x is not None:
                 self.update(round(shown_x) - _HOVER_REACH, 0, 2 * _HOVER_REACH, self.height())
         self._hover_x = x
-        self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+        self._update_header()
         self._update_values()
 
     def _update_values(self) -> None:
         """Redraw only the numbers: everything that is drawn is sent to the screen."""
         axis = self.axis
         if self._hover_x is not None:  # the time from the position to the mouse
-            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+            self._update_header()
         for row in range(len(self.stack.lanes)):
             self.update(self.stack.texts_rect(row, axis).toAlignedRect())
 
@@ -337,11 +303,11 @@ class TimelineView(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Grab what is under the mouse: a handle, a mark, or the time."""
         if event.button() != Qt.LeftButton or self.stack.fold(event.pos(), self._choices) \
-                or not self._playback.is_available:
+                or not self._playback.state.is_available:
             return
-        self._dragged = self._target(event)
+        self._dragged = self._target_at(event.localPos())
         if self._dragged.kind == 'mark':
-            self._playback.seek(self._playback.marks[self._dragged.mark].position_s)
+            self._playback.seek(self._marks[self._dragged.mark].position_s)
         elif self._dragged.kind == 'time':
             self._playback.seek(self.axis.time_s(event.localPos().x()))
 
@@ -349,7 +315,7 @@ class TimelineView(QWidget):
         """Drag what was grabbed; otherwise show what is under the mouse."""
         time_s = self.axis.time_s(event.localPos().x())
         if self._dragged is None:
-            self._hover = self._target(event)
+            self._hover = self._target_at(event.localPos())
             self.setCursor(_CURSORS.get(self._hover.kind, Qt.ArrowCursor))
         elif self._dragged.kind == 'time':
             self._playback.begin_scrub()
@@ -372,7 +338,7 @@ class TimelineView(QWidget):
             self._playback.seek(moment.position_s)
         else:
             self.anchor_wanted.emit(moment, self.axis.time_s(x))
-        self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+        self._update_header()
 
     def leaveEvent(self, event: QEvent) -> None:
         """Hide the line at the mouse."""
@@ -381,12 +347,8 @@ class TimelineView(QWidget):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom in or out; over lanes that do not fit, without Ctrl, scroll them."""
-        is_over_lanes = event.pos().y() >= HEADER_HEIGHT
-        modifiers = event.modifiers()
-        if self.stack.scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
-            self.stack.scroll.event(event)
-        else:
-            self.zoom.turn_wheel(event.angleDelta(), modifiers,
+        if not self._scrolls_lanes(event):
+            self.zoom.turn_wheel(event.angleDelta(), event.modifiers(),
                                  self.axis.time_s(event.pos().x()))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -405,7 +367,7 @@ class TimelineView(QWidget):
         target = self._target_at(event.pos())
         text = ''
         if target.kind == 'mark':
-            mark = self._playback.marks[target.mark]
+            mark = self._marks[target.mark]
             text = f'{format_time(mark.position_s)}  {mark.label}'
         elif target.kind == 'moment':
             text = moment_tip(self._moments[target.mark])
@@ -413,13 +375,10 @@ class TimelineView(QWidget):
             text = self.toolTip()
         QToolTip.showText(event.globalPos(), text, self)
 
-    def _target(self, event: QMouseEvent) -> Target:
-        return self._target_at(event.localPos())
-
     def _target_at(self, place: QPoint) -> Target:
         loop, row = self._loop(), moment_at(QPointF(place), self.axis, self._moments)
         return Target('moment', row) if row >= 0 else target_at(
-            place, self.axis, self._playback.marks, None if loop is None else loop.bounds)
+            place, self.axis, self._marks, None if loop is None else loop.bounds)
 
     # Keys and menu
 
@@ -427,7 +386,8 @@ class TimelineView(QWidget):
         """Move with the keys of the window; up and down scroll."""
         playback, scroll = self._playback, self.stack.scroll
         action = {Qt.Key_Left: lambda: playback.step(-1), Qt.Key_Right: lambda: playback.step(1),
-                  Qt.Key_Home: playback.to_start, Qt.Key_End: playback.to_end,
+                  Qt.Key_Home: lambda: playback.seek(0.0),
+                  Qt.Key_End: lambda: playback.seek(playback.state.duration_s),
                   Qt.Key_PageUp: playback.to_previous_mark,
                   Qt.Key_PageDown: playback.to_next_mark,
                   Qt.Key_Up: lambda: scroll.triggerAction(QScrollBar.SliderSingleStepSub),
@@ -440,7 +400,7 @@ class TimelineView(QWidget):
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """Offer what can be done with the time under the mouse, or at the playhead."""
-        if not self._playback.is_available:
+        if not self._playback.state.is_available:
             return
         by_mouse = event.reason() == QContextMenuEvent.Mouse
         time_s = self.axis.time_s(event.x()) if by_mouse else self._playback.position_s
@@ -453,16 +413,9 @@ class TimelineView(QWidget):
         menu = timeline_menu(self, self._playback, self.zoom, time_s,
                              lambda: self.mark_wanted.emit(time_s))
         menu.addSeparator()
-        if row is not None:
-            self.stack.add_actions(menu, row, self._choices)
-        menu.addAction('Curves…', self.curves_wanted)
+        self._add_lane_actions(menu, row)
         return menu
 
     def zoom_in(self, steps: float) -> None:
         """Zoom in, or (below 0) out, around the position."""
         self.zoom.step(steps, self._playback.position_s)
-
-
-def _difference(time_s: float) -> str:
-    """Return how long a moment is after (+) or before (−) the position."""
-    return f'Δ {time_s:+.3f} s'.replace('-', '−')

@@ -283,7 +283,7 @@ class TransportView(QWidget):
             self.unit.setItemData(self.unit.count() - 1, unit.label, Qt.ToolTipRole)
         self.unit.insertSeparator(1 + len(TIMES))
         self.unit.blockSignals(False)
-        if self._playback.step_unit.topic not in ('', *topics):
+        if self._playback.state.unit.topic not in ('', *topics):
             self._playback.set_step_unit(MESSAGE)
         self._show_unit()
 
@@ -321,14 +321,15 @@ class TransportView(QWidget):
                                   lambda: it.set_loop_begin(), True)
         self.end = self._button('loop_end', 'Set loop end  (B)',
                                 lambda: it.set_loop_end(), True)
-        moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
+        moving = [self._button('to_start', 'To the beginning  (home)', lambda: it.seek(0.0)),
                   self._button('step_back', 'One step back  (left arrow, or ,)',
                                lambda: it.step(-1), repeats=True),
                   self.backwards, self.play, self._button('stop', 'Stop: pause at the beginning',
                                                           it.stop),
                   self._button('step_forward', 'One step forward  (right arrow, or .)',
                                lambda: it.step(1), repeats=True),
-                  self._button('to_end', 'To the end  (end)', it.to_end)]
+                  self._button('to_end', 'To the end  (end)',
+                               lambda: it.seek(it.state.duration_s))]
         row = _row(*moving, spacing=1)
         layout = row.layout()
         layout.addWidget(self.reached, 1)
@@ -406,14 +407,14 @@ class TransportView(QWidget):
     def _show(self) -> None:
         it = self._playback
         for widget in (self._buttons, self._speed_row, self._step_row, self.time):
-            widget.setEnabled(it.is_available)
-        is_forward = it.is_playing and not it.is_backwards
+            widget.setEnabled(it.state.is_available)
+        is_forward = it.state.is_playing and it.rate > 0.0
         self.play.setIcon(icon('pause' if is_forward else 'play'))
-        self.backwards.setChecked(it.is_playing and it.is_backwards)
+        self.backwards.setChecked(it.state.is_playing and it.rate < 0.0)
         self.backwards.setIcon(icon('pause' if self.backwards.isChecked() else 'play_backwards'))
         self.loop.setChecked(it.is_looping)
-        self.begin.setChecked(it.loop_points.begin_s is not None)
-        self.end.setChecked(it.loop_points.end_s is not None)
+        self.begin.setChecked(it.state.points.begin_s is not None)
+        self.end.setChecked(it.state.points.end_s is not None)
         self.slider.show_speed(abs(it.rate))
         self.rate.show_rate(it.rate)
         self._show_reached()
@@ -421,19 +422,19 @@ class TransportView(QWidget):
         self._show_time()
 
     def _show_reached(self) -> None:
-        reached = self._playback.reached_rate
+        reached = self._playback.state.reached_rate
         self.reached.setText('' if reached is None else f'only {abs(reached):.2g}×')
 
     def _show_unit(self) -> None:
         row = next((row for row in range(self.unit.count())
-                    if self.unit.itemData(row) == self._playback.step_unit), 0)
+                    if self.unit.itemData(row) == self._playback.state.unit), 0)
         self.unit.setCurrentIndex(row)
-        self.unit.setToolTip(f'Size of a step: {self._playback.step_unit.label}'
+        self.unit.setToolTip(f'Size of a step: {self._playback.state.unit.label}'
                              '  (left and right arrow, or , and .)')
 
     def _show_time(self) -> None:
-        if self._playback.is_available:
-            self.time.show_time(self._playback.position_s, self._playback.duration_s)
+        if self._playback.state.is_available:
+            self.time.show_time(self._playback.position_s, self._playback.state.duration_s)
         else:
             self.time.show_nothing()
 

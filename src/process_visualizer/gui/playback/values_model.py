@@ -63,7 +63,7 @@ class ValuesModel(QObject):
         if found is None or (found.wish.paths, found.wish.devices) != (session.paths,
                                                                        session.chosen):
             return None
-        held_s = _HELD_S * abs(self._playback.rate) if self._playback.is_playing else 0.0
+        held_s = _HELD_S * abs(self._playback.rate) if self._playback.state.is_playing else 0.0
         if abs(found.wish.position_s - self._playback.position_s) > held_s + _SAME_S:
             return None
         value = found.values.get(key)

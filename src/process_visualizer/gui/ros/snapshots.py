@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Optional, Tuple
 
 from process_visualizer.health.near_objects import SeenObject
+from process_visualizer.playback.playback_clock import ClockState
 
 
 class PlayerSnapshot(NamedTuple):
@@ -33,6 +34,12 @@ class PlayerSnapshot(NamedTuple):
     topics: Tuple[Tuple[str, int], ...] = ()
     others: Tuple[str, ...] = ()
     since_s: float = 0.0
+
+    @property
+    def clock_state(self) -> ClockState:
+        """Its position over the wall time, at the rate that the machine reaches."""
+        return ClockState(self.stamp_s, self.position_s, self.achieved_rate, self.paused,
+                          self.segment, self.since_s)
 
 
 class TopicSnapshot(NamedTuple):
