@@ -112,7 +112,7 @@ class TestOpening:
         bench.open(str(other))
         assert bench.session.paths == (path,) and bench.chosen == [path]
         assert len(bench.failures) == 1 and str(other) in bench.failures[0]
-        assert bench.model.recent == ((path,),)
+        assert bench.model.recent.all == ((path,),)
 
     def test_only_the_last_choice_counts(self, bench: Bench, path: str, tmp_path: Path) -> None:
         second = write_bag(tmp_path / 'b.bag')
@@ -173,11 +173,11 @@ class TestRecent:
         bench.open(path)
         bench.open(second)
         bench.open(path)
-        assert bench.model.recent == ((path,), (second,))
+        assert bench.model.recent.all == ((path,), (second,))
         other = BagModel(Tasks(), Session())
         other.restore(bench.model.settings())
-        assert other.recent == bench.model.recent
-        assert other.folder == str(tmp_path)
+        assert other.recent.all == bench.model.recent.all
+        assert other.recent.folder == str(tmp_path)
 
     def test_what_was_open_is_opened_again(self, bench: Bench, path: str, tmp_path: Path) -> None:
         """Of a recording that was still being read, too; and only once."""
@@ -202,7 +202,7 @@ class TestRecent:
         os.remove(path)
         bench.session.set_mode(Mode.PLAYBACK)
         bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
-        assert bench.failures == [] and bench.model.recent == () and not bench.model.is_loading
+        assert bench.failures == [] and bench.model.recent.all == () and not bench.model.is_loading
         assert 'a.bag no longer exists' in view.warnings.text()
         assert bench.model.settings()['open'] == []
 
@@ -212,25 +212,25 @@ class TestRecent:
         monkeypatch.setenv('HOME', str(tmp_path))
         recorded, elsewhere = tmp_path / 'bags', tmp_path / 'stick'
         model = BagModel(bench.tasks, Session(), None, lambda: str(recorded))
-        assert model.folder == str(tmp_path)
+        assert model.recent.folder == str(tmp_path)
         recorded.mkdir()
-        assert model.folder == str(recorded)
+        assert model.recent.folder == str(recorded)
         elsewhere.mkdir()
         model.add_recent(str(elsewhere / 'a.bag'))
-        assert model.folder == str(elsewhere)
+        assert model.recent.folder == str(elsewhere)
         model.add_recent(str(recorded / 'b.bag'))
-        assert model.folder == str(recorded)
+        assert model.recent.folder == str(recorded)
         model.add_recent(str(tmp_path / 'gone' / 'c.bag'))
-        assert model.folder == str(recorded)
+        assert model.recent.folder == str(recorded)
 
     def test_there_are_not_too_many(self, bench: Bench) -> None:
         for number in range(20):
             bench.model.add_recent(f'/bags/{number}.bag')
-        assert bench.model.recent[0] == ('/bags/19.bag',) and len(bench.model.recent) == 8
+        assert bench.model.recent.all[0] == ('/bags/19.bag',) and len(bench.model.recent.all) == 8
 
     def test_settings_of_another_version_do_no_harm(self, bench: Bench) -> None:
         bench.model.restore({})
-        assert bench.model.recent == ()
+        assert bench.model.recent.all == ()
 
 
 class TestWithoutIndex:

@@ -19,7 +19,6 @@ from process_visualizer.health.alarm_board import events_text
 from process_visualizer.health.alarm_conditions import part_titles
 from process_visualizer.launching.part_report import PartState
 
-# Events of a recording, as text beside the bag.
 
 def events_path(bag: str) -> str:
     """Return the file beside a bag that says what happened while it was recorded."""
@@ -79,29 +78,24 @@ class EventNotes(QObject):
         before = self._parts
         self._parts = {part: report.state for part, report in self._launch.reports.items()}
         if self._phase is LaunchPhase.RUNNING:
+            titles = {} if self._launch.running is None else part_titles(
+                self._launch.running.mode)
             for part, state in self._parts.items():
                 if state is not before.get(part, state) and state in _STATES:
-                    self._alarms.note(f'{self._title(part)} {_STATES[state]}')
-
-    def _title(self, part: str) -> str:
-        running = self._launch.running
-        return part if running is None else part_titles(running.mode).get(part, part)
+                    self._alarms.note(f'{titles.get(part, part)} {_STATES[state]}')
 
     def _follow_recording(self) -> None:
         state = self._recording.state
         if state.path and state.path != self._path:
             self._begun_s, self._marks = self._wall_s(), 0
-            self._note_begin(os.path.basename(state.path))
+            self._alarms.note(f'recording {os.path.basename(state.path)}')
+            for alarm in self._alarms.alarms:  # it belongs to what happens meanwhile, too
+                if alarm.ended_s is None:
+                    self._alarms.note(f'{alarm.condition.said} (since before recording began)')
         self._path = state.path
         for mark in state.marks[self._marks:]:
             self._alarms.note(f'mark: {mark.label}')
         self._marks = len(state.marks)
-
-    def _note_begin(self, name: str) -> None:
-        """Alarms that have begun before belong to what happened meanwhile, too."""
-        self._alarms.note(f'recording {name}')
-        for condition in [it.condition for it in self._alarms.alarms if it.ended_s is None]:
-            self._alarms.note(f'{condition.said} (since before recording began)')
 
     def _finish(self, path: str) -> None:
         """Save the events of a bag; of one that was saved afterwards, those of its time."""

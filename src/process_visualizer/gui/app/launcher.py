@@ -97,10 +97,11 @@ class ObjectAlarms(QObject):
     def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel,
                  alarms: AlarmsModel) -> None:
         super().__init__(alarms)
-        self._tasks, self._launch, self._alarms = tasks, launch, alarms
+        self._launch, self._alarms = launch, alarms
         self._link = ObjectLink(self)
         self.model = ObjectsModel(self)
-        self.model.sensors_wanted.connect(self._follow_sensors)
+        self.model.sensors_wanted.connect(lambda names: tasks.run(
+            _OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse))
         self.model.changed.connect(self._tell)
         self._link.seen.connect(self.model.take)
         launch.changed.connect(self._follow_launch)
@@ -109,9 +110,6 @@ class ObjectAlarms(QObject):
     def _follow_launch(self) -> None:
         is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
         self.model.set_running(self._launch.running if is_up else None)
-
-    def _follow_sensors(self, names: Sequence[str]) -> None:
-        self._tasks.run(_OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse)
 
     def _refuse(self, error: Exception) -> None:
         if not isinstance(error, RosLinkError):

@@ -91,11 +91,13 @@ class WindowQuestions(QObject):
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns."""
         self.show_briefly('The ROS master is not responding')
+        unsaved = self._launcher.unsaved.unsaved
+        stays = f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
         question = ask(
             self._window,
             'The ROS master is not responding. Running nodes continue, but nothing can be '
             'launched or commanded. Quit all nodes (this finishes a recording) and start '
-            f'the launcher again?{self._what_stays()}', 'Quit and start again', start_again)
+            f'the launcher again?{stays}', 'Quit and start again', start_again)
         self._launcher.master.returned.connect(question.close)
 
     def ask_about_mixture(self, who: str, mode: Mode) -> None:
@@ -115,18 +117,12 @@ class WindowQuestions(QObject):
         question.finished.connect(self._forget_mixture)
         self._mixture = question
 
-    def _what_stays(self) -> str:
-        unsaved = self._launcher.unsaved.unsaved
-        return f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
-
     def _forget_message(self) -> None:
         self._message = None
 
     def _forget_mixture(self) -> None:
         self._mixture = None
 
-
-# The operator's choice of a theme.
 
 _SETTING = 'theme'
 
@@ -330,7 +326,8 @@ class LauncherApp(QMainWindow):
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
         self.devices.log_wanted.connect(self._show_log)
-        self.devices.warnings_wanted.connect(self._show_warnings)
+        self.devices.warnings_wanted.connect(
+            lambda device: WarningsView(device, launcher.states, self).show())
 
     def _connect_launch(self) -> None:
         launcher = self._launcher
@@ -427,9 +424,6 @@ class LauncherApp(QMainWindow):
         report = self._launcher.launch.reports.get(device)
         if report is not None:
             LogView.show_node(self, report, node)
-
-    def _show_warnings(self, device: str) -> None:
-        WarningsView(device, self._launcher.states, self).show()
 
     # What is done
 

@@ -186,17 +186,14 @@ def _configuration(settings: Settings, given: str,
     last = _last_configuration(settings)
     if last:
         return last['path'], {**last.get('arguments', {}), **arguments}
-    return os.path.join(_package_folder(), 'devices.xml'), arguments
+    package: str = rospkg.RosPack().get_path('process_visualizer')
+    return os.path.join(package, 'devices.xml'), arguments
 
 
 def _last_configuration(settings: Settings) -> Dict[str, Any]:
     """The last configuration, if its file still exists."""
     last: Dict[str, Any] = settings.value('configuration', {})
     return last if os.path.isfile(last.get('path', '')) else {}
-
-
-def _package_folder() -> str:
-    return str(rospkg.RosPack().get_path('process_visualizer'))
 
 
 def _remember(keeper: WindowKeeper, launcher: Launcher, settings: Settings) -> None:

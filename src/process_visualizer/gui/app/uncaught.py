@@ -18,8 +18,6 @@ from PyQt5.QtWidgets import QLabel, QWidget
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.icons import icon
 
-# One window for all unexpected errors.
-
 _MAX_ERRORS = 20
 _ICON_PX = 28
 

@@ -14,8 +14,6 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Union
 
 from PyQt5.QtCore import QObject, Qt, QTimer
 
-# Time that the program's threads have waited for a processor, as the kernel counts it.
-
 _RAN_NS, _WAITED_NS = 0, 1  # fields of schedstat
 _STOLEN_TICKS = 8  # the field of /proc/stat, proc(5)
 _TASKS = '/proc/self/task'

@@ -154,7 +154,7 @@ class AlarmChip(QFrame):
         super().__init__(parent)
         self.setObjectName('alarm')
         self.setFixedHeight(_ROW_PX)
-        tone = _colour(alarm.condition)
+        tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
         set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
                         f'border-radius: 4px; background: <behind_{tone}>; }}')
         self.text = ElidedLabel(Qt.ElideRight)
@@ -210,10 +210,6 @@ def _actions(alarm: Alarm) -> Tuple[Action, ...]:
     """Return what can be done; nobody acknowledges twice."""
     return tuple(it for it in alarm.condition.actions
                  if it is not Action.ACKNOWLEDGE or not alarm.is_acknowledged)
-
-
-def _colour(condition: Condition) -> str:
-    return 'bad' if condition.level is Level.BAD else 'warning'
 
 
 def _lasting(alarm: Alarm) -> Alarm:

@@ -127,7 +127,9 @@ class CalibrationModel(EditedValues[Pose]):
         self._forget_equal()
         for name, pose in before.items():
             if not self._is_same(pose, self._edited.get(name, self._saved(name))):
-                self._show_at_present(name)
+                if self._is_running:
+                    self._send(name)
+                self._tell_marker(name)
         self.changed.emit()
 
     # Commands
@@ -181,11 +183,6 @@ class CalibrationModel(EditedValues[Pose]):
     def _has_kept(self, name: str) -> bool:
         """Return whether a pose of the device was saved for the recording."""
         return self._recording is not None and self._base(name).frame in self._recording.saved
-
-    def _show_at_present(self, name: str) -> None:
-        if self._is_running:
-            self._send(name)
-        self._tell_marker(name)
 
     def _keep(self, name: str, pose: Optional[Pose]) -> None:
         """Save a pose beside the recording, or forget the one that is there."""

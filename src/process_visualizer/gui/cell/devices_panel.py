@@ -125,7 +125,8 @@ class DevicesView(QTreeWidget):
 
     def sizeHint(self) -> QSize:
         """Return a size with room for all open rows, up to a limit."""
-        return self._size_of(min(max(self._open_rows(), _MIN_ROWS), _MAX_ROWS))
+        open_rows = sum(1 + row.childCount() * row.isExpanded() for row in self._rows.values())
+        return self._size_of(min(max(open_rows, _MIN_ROWS), _MAX_ROWS))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which some rows can be seen."""
@@ -146,10 +147,6 @@ class DevicesView(QTreeWidget):
     def _size_of(self, rows: int) -> QSize:
         return QSize(300, rows * (self.fontMetrics().height() + _ROW_SPACING_PX)
                      + 2 * self.frameWidth() + 2)
-
-    def _open_rows(self) -> int:
-        rows = self._rows.values()
-        return sum(1 + row.childCount() * row.isExpanded() for row in rows)
 
     def selected_device(self) -> str:
         """The device whose row, or a row below it, is selected; empty without one."""

@@ -65,7 +65,9 @@ class LaunchModel(QObject):
     def prepare(self, then: Callable[[], None] = lambda: None) -> None:
         """End processes of a crashed launcher, and prepare for fast launching."""
         def on_result(ended: List[int]) -> None:
-            self._report_clean_up(ended)
+            if ended:
+                self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
+                                 'processes behind; they have been ended.')
             then()
 
         def on_error(error: Exception) -> None:
@@ -78,7 +80,8 @@ class LaunchModel(QObject):
         """Generate the files of a choice and start everything."""
         self.reports = {}
         self._begin(LaunchPhase.LAUNCHING, choice)
-        self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan, self._not_launched)
+        self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan,
+                        lambda error: self._not_changed(error, LaunchPhase.IDLE, None))
 
     def apply(self, choice: Choice) -> None:
         """Switch to another choice; parts that are the same in both keep running."""
@@ -144,9 +147,6 @@ class LaunchModel(QObject):
         if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and not starting:
             self.phase = LaunchPhase.RUNNING
 
-    def _not_launched(self, error: Exception) -> None:
-        self._not_changed(error, LaunchPhase.IDLE, None)
-
     def _not_changed(self, error: Exception, phase: LaunchPhase, running: Optional[Choice]) -> None:
         """The nodes keep running as before, unless everything is being quit."""
         if self.phase is LaunchPhase.LAUNCHING:
@@ -182,11 +182,6 @@ class LaunchModel(QObject):
             self.reports = {**self.reports, report.part: report}
             self._look_whether_up()
             self.changed.emit()
-
-    def _report_clean_up(self, ended: List[int]) -> None:
-        if ended:
-            self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
-                             'processes behind; they have been ended.')
 
 
 def _plan(choice: Choice) -> Plan:

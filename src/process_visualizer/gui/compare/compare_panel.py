@@ -62,7 +62,8 @@ class ComparePanel(QWidget):
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
         self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
-        self.reset = _button('reset_anchors', 'Reset alignment', self._reset_anchors)
+        self.reset = _button('reset_anchors', 'Reset alignment',
+                             lambda: self._model.reset_anchors(self._row))
         self.reset.setToolTip('Align the chosen run as if no moment had been dragged')
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
@@ -179,9 +180,6 @@ class ComparePanel(QWidget):
     def _chosen(self) -> Optional[Comparison]:
         compared, row = self._model.compared, self._row
         return None if compared is None or row < 0 else compared.comparisons[row]
-
-    def _reset_anchors(self) -> None:
-        self._model.reset_anchors(self._row)
 
     def _show_departures(self) -> None:
         self.departures.clear()

@@ -51,8 +51,6 @@ def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
     return np.minimum(covered, np.float32(1.0), out=covered)
 
 
-# Draws what good runs do behind a curve, and where the run departs from it.
-
 _DEPARTED_PX = 2.0
 _HALO_PX = 6.0  # a band that is narrower than the curve's line is seen beside it
 _SHARED_ALPHA, _SHARED_LINE_ALPHA = 45, 120  # of a band in the colour of its curve
@@ -78,7 +76,9 @@ def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
     painter.setPen(line)
     for begin, end in _stretches(~np.isnan(low)):
         x = rect.left() + (np.arange(begin, end) + 0.5) * step
-        painter.drawPolyline(QPolygonF(_points(x, 0.5 * (low + high)[begin:end], rect, scale)))
+        middle = 0.5 * (low + high)[begin:end]
+        painter.drawPolyline(QPolygonF([QPointF(at, value_y(value, rect, scale))
+                                        for at, value in zip(x.tolist(), middle.tolist())]))
     painter.restore()
 
 
@@ -128,12 +128,6 @@ def _band_colours(curve: Lane, is_shared: bool) -> Tuple[QColor, QColor]:
     area.setAlpha(_SHARED_ALPHA)
     line.setAlpha(_SHARED_LINE_ALPHA)
     return area, line
-
-
-def _points(x: np.ndarray, values: np.ndarray, rect: QRectF,
-            scale: ValueScale) -> List[QPointF]:
-    return [QPointF(at, value_y(value, rect, scale))
-            for at, value in zip(x.tolist(), values.tolist())]
 
 
 def _stretches(is_in: np.ndarray) -> List[Tuple[int, int]]:

@@ -66,7 +66,7 @@ class LaneStack(QObject):
         self.pictures = LanePictures()
         self.scroll = QScrollBar(Qt.Vertical, parent)
         self.scroll.setObjectName('timeline_scroll')
-        self.scroll.valueChanged.connect(self._redraw_all)
+        self.scroll.valueChanged.connect(lambda: self.redraw.emit(self.rect))
         self._heights: Tuple[int, ...] = ()
         self._tops: Tuple[int, ...] = ()
 
@@ -162,9 +162,6 @@ class LaneStack(QObject):
     def _visible_rows(self) -> List[int]:
         return [row for row in range(len(self.lanes))
                 if self.lane_rect(row).intersects(self.rect)]
-
-    def _redraw_all(self) -> None:
-        self.redraw.emit(self.rect)
 
     def draw_texts(self, painter: QPainter, axis: TimeAxis, area: QRect,
                    texts_of: Callable[[int, int], LaneTexts]) -> None:

@@ -62,12 +62,10 @@ def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
         hits = [row for row, mark in enumerate(marks)
                 if -4.0 <= place.x() - axis.x(mark.position_s) <= FLAG_WIDTH + 3.0]
         if hits:
-            return Target('mark', min(hits, key=lambda row: _distance(place, axis, marks[row])))
+            middle = place.x() - FLAG_WIDTH / 2
+            return Target('mark', min(hits, key=lambda row: abs(
+                middle - axis.x(marks[row].position_s))))
     return Target('time')
-
-
-def _distance(place: QPointF, axis: TimeAxis, mark: PlacedMark) -> float:
-    return abs(place.x() - axis.x(mark.position_s) - FLAG_WIDTH / 2)
 
 
 _MIN_LABEL = 34.0  # px: less room than this is not worth a label

@@ -86,12 +86,11 @@ class ReplayBar(QWidget):
             widget.setEnabled(is_shown)
         self.play.setIcon(icon('pause' if replay.playback.state.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
-        self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago' if is_shown
-                           else self._preparing())
-
-    def _preparing(self) -> str:
-        taken_s = int(self._now_s() - (self._since_s or self._now_s()))
-        return f'Preparing the replay… {taken_s} s' if taken_s else 'Preparing the replay…'
+        if is_shown:
+            self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago')
+        else:
+            taken_s = int(self._now_s() - (self._since_s or self._now_s()))
+            self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else ''))
 
     def _button(self, name: str, hint: str, action: Callable[[], object]) -> QToolButton:
         button = QToolButton()
@@ -135,7 +134,8 @@ class LivePanel(QWidget):
         self.durations.setObjectName('live_duration')
         self.durations.setAccessibleName('How much of the past is shown')
         for duration_s in DURATIONS_S:
-            self.durations.addItem(_duration_text(duration_s), duration_s)
+            text = f'{duration_s:.0f} s' if duration_s < 60.0 else f'{duration_s / 60.0:.0f} min'
+            self.durations.addItem(text, duration_s)
         self.hold = QToolButton()
         self.hold.setObjectName('live_hold')
         self.hold.setText('Hold')
@@ -150,7 +150,8 @@ class LivePanel(QWidget):
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))
         self.hold.clicked.connect(curves.hold)
-        self.timeline.curves_wanted.connect(self._ask_for_curves)
+        self.timeline.curves_wanted.connect(
+            lambda: CurvesDialog(tuple(self._lanes.values()), choices, self).open())
         self.timeline.longer_wanted.connect(self._change_duration)
         self.timeline.replay_wanted.connect(self._want_replay)
         replay.changed.connect(self._follow_replay)
@@ -254,9 +255,6 @@ class LivePanel(QWidget):
         row = min(max(self.durations.currentIndex() + steps, 0), self.durations.count() - 1)
         self._curves.set_duration(float(self.durations.itemData(row)))
 
-    def _ask_for_curves(self) -> None:
-        CurvesDialog(tuple(self._lanes.values()), self._choices, self).open()
-
 
 def _key(curve: LiveCurve) -> Key:
     source = curve.source
@@ -268,7 +266,3 @@ def _lane(curve: LiveCurve, duration_s: float) -> Lane:
     lane = lane_of(lane_label(source.device, source.label), source.unit, source.color, curve.low,
                    curve.high, duration_s / len(curve.low))
     return replace(lane, key=_key(curve), limits=source.limits)
-
-
-def _duration_text(duration_s: float) -> str:
-    return f'{duration_s:.0f} s' if duration_s < 60.0 else f'{duration_s / 60.0:.0f} min'

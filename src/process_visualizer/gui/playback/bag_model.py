@@ -293,6 +293,39 @@ def placed_gaps(found: Optional[Catalogue]) -> Tuple[Tuple[float, float], ...]:
         for gap in found.gaps if gap.end_ns)
 
 
+class RecentRecordings:
+    """``all`` are the last recordings, the newest first."""
+
+    def __init__(self, where_recorded: Callable[[], str]) -> None:
+        """``where_recorded`` returns the folder into which recordings go."""
+        self.all: Tuple[Paths, ...] = ()
+        self._where_recorded = where_recorded
+        self._folder = ''
+
+    @property
+    def folder(self) -> str:
+        """Return where the next recording is looked for: where the last one is, else where they go.
+
+        Touches the disk.
+        """
+        folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self.all),
+                   self._where_recorded(), os.path.expanduser('~'))
+        return next(filter(os.path.isdir, folders), '')
+
+    def look_into(self, folder: str) -> None:
+        """Say where the operator has looked for a recording."""
+        self._folder = folder
+
+    def add(self, paths: Paths) -> None:
+        """Put a recording in front."""
+        self.all = (paths, *(it for it in self.all if it != paths))[:_MAX_RECENT]
+        self._folder = os.path.dirname(paths[0])
+
+    def forget(self, paths: Paths) -> None:
+        """Leave out one that cannot be opened."""
+        self.all = tuple(it for it in self.all if it != paths)
+
+
 class BagModel(QObject):
     """Opens one bag, or several files of one recording, in the background.
 
@@ -310,7 +343,7 @@ class BagModel(QObject):
                  where_recorded: Callable[[], str] = lambda: '') -> None:
         """``where_recorded`` returns the folder into which recordings go."""
         super().__init__(parent)
-        self._where_recorded = where_recorded
+        self.recent = RecentRecordings(where_recorded)
         self.curves = CurvesModel(tasks, session, self)
         self.curves.failed.connect(self.failed)
         self.played = PlayedTopics(session, self)
@@ -318,11 +351,9 @@ class BagModel(QObject):
         self._wanted: Paths = ()
         self._unindexed = ''
         self._reindexing: Optional[TaskProgress] = None
-        self._recent: Tuple[Paths, ...] = ()
         self._gone: Paths = ()
         self._holds_configuration = False
         self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
-        self._folder = ''
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
         session.cell_changed.connect(self._follow_cell)
@@ -422,40 +453,21 @@ class BagModel(QObject):
 
     # What is remembered.
 
-    @property
-    def recent(self) -> Tuple[Paths, ...]:
-        """The last recordings, the newest first."""
-        return self._recent
-
-    @property
-    def folder(self) -> str:
-        """Return where the next recording is looked for: where the last one is, else where they go.
-
-        Touches the disk.
-        """
-        folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self._recent),
-                   self._where_recorded(), os.path.expanduser('~'))
-        return next(filter(os.path.isdir, folders), '')
-
-    def set_folder(self, folder: str) -> None:
-        """Say where the operator has looked for a recording."""
-        self._folder = folder
-
     def add_recent(self, path: str) -> None:
         """Put a bag in front of the last ones, without opening it."""
-        self._remember((path,))
+        self.recent.add((path,))
         self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
         """Return what is to be remembered."""
         is_chosen = self._wanted and not self._unindexed
-        return {'recent': [list(paths) for paths in self._recent],
+        return {'recent': [list(paths) for paths in self.recent.all],
                 'open': list(self._wanted if is_chosen else self.session.paths or self._last)}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
         """Take what was remembered; what was open is opened again for playback."""
-        self._recent = tuple(tuple(str(path) for path in paths)
-                             for paths in settings.get('recent', []) if paths)
+        self.recent.all = tuple(tuple(str(path) for path in paths)
+                                for paths in settings.get('recent', []) if paths)
         self._last = tuple(str(path) for path in settings.get('open', []))
         self.changed.emit()
 
@@ -473,8 +485,10 @@ class BagModel(QObject):
             return  # another one has been chosen meanwhile
         self._wanted, self._gone = (), ()
         self.session.set_recording(found)
-        self._remember(found.paths)
-        self._watch()
+        self.recent.add(found.paths)
+        if self._watcher.files():
+            self._watcher.removePaths(self._watcher.files())
+        self._watcher.addPaths(list(found.paths))
         self.curves.read()
         self._holds_configuration = False
         self._tasks.run(_FILES, lambda: holds_configuration(found.paths),
@@ -494,7 +508,7 @@ class BagModel(QObject):
             self._unindexed = error.file
         else:
             self._wanted = ()
-            self._recent = tuple(paths for paths in self._recent if paths != wanted)
+            self.recent.forget(wanted)
         if isinstance(error, RecordingGone):
             self._gone = error.paths
         self.changed.emit()
@@ -529,16 +543,6 @@ class BagModel(QObject):
         if found is not None and found.paths == paths:
             self.session.set_recording(found._replace(marks=tuple(sorted([*found.marks, mark]))))
             self.changed.emit()
-
-    def _remember(self, paths: Paths) -> None:
-        others: List[Paths] = [it for it in self._recent if it != paths]
-        self._recent = (paths, *others)[:_MAX_RECENT]
-        self._folder = os.path.dirname(paths[0])
-
-    def _watch(self) -> None:
-        if self._watcher.files():
-            self._watcher.removePaths(self._watcher.files())
-        self._watcher.addPaths(list(self.session.paths))
 
     def _look(self, _path: str) -> None:
         """A file has changed: perhaps it is not there any more."""

@@ -157,9 +157,10 @@ class BagView(QWidget):
     def choose_files(self) -> None:
         """Ask for the files of one recording and open them."""
         paths, _filter = QFileDialog.getOpenFileNames(
-            self, 'Open a recording', self._bag.folder, 'Bags (*.bag *.bag.active);;All files (*)')
+            self, 'Open a recording', self._bag.recent.folder,
+            'Bags (*.bag *.bag.active);;All files (*)')
         if paths:
-            self._bag.set_folder(os.path.dirname(paths[0]))
+            self._bag.recent.look_into(os.path.dirname(paths[0]))
             self._bag.open(paths)
 
     def _show(self) -> None:
@@ -180,13 +181,13 @@ class BagView(QWidget):
 
     def _show_recent(self) -> None:
         self.recent.clear()
-        for paths in self._bag.recent:
+        for paths in self._bag.recent.all:
             self.recent.addItem(name_of(paths), list(paths))
             self.recent.setItemData(self.recent.count() - 1, '\n'.join(paths), Qt.ToolTipRole)
         paths = self._bag.session.paths
-        is_known = paths in self._bag.recent
-        self.recent.setCurrentIndex(self._bag.recent.index(paths) if is_known else -1)
-        self.recent.setEnabled(bool(self._bag.recent))
+        is_known = paths in self._bag.recent.all
+        self.recent.setCurrentIndex(self._bag.recent.all.index(paths) if is_known else -1)
+        self.recent.setEnabled(bool(self._bag.recent.all))
         self.recent.setToolTip('\n'.join(paths) or 'Recordings that were opened before')
 
     def _facts(self, found: Optional[Catalogue]) -> str:

@@ -140,7 +140,8 @@ class TimelineZoom(QObject):
         self.bar = Minimap(parent)
         self.bar.setObjectName('timeline_part')
         self.bar.setAccessibleName('Part of the recording that is shown')
-        self.bar.valueChanged.connect(self._follow_bar)
+        self.bar.valueChanged.connect(lambda value: self._take(
+            self._shown.beginning_at(value / _PARTS * self._shown.length_s)))
         self._show_bar()
 
     @property
@@ -201,6 +202,3 @@ class TimelineZoom(QObject):
         self.bar.setValue(round(shown.begin_s * parts))
         self.bar.blockSignals(False)
         self.bar.setVisible(not shown.is_all)
-
-    def _follow_bar(self, value: int) -> None:
-        self._take(self._shown.beginning_at(value / _PARTS * self._shown.length_s))

@@ -36,8 +36,6 @@ class PlayerCommands(Protocol):
         """Repeat what is between two positions [s], or no more."""
 
 
-# The commands for rate and direction, which belong to those for playing and standing still.
-
 class PlayMotion(NamedTuple):
     """A rate, below 0 backwards, and whether it is to play then, or to do as before."""
 
@@ -117,8 +115,6 @@ class SeekCommands:
         self._sent_s = self._clock()
         self._client.seek(sought.position_s)
 
-
-# Steps on their way to the player.
 
 class Steps(NamedTuple):
     """A number of steps forward, or (below 0) back."""

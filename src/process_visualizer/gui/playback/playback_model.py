@@ -26,8 +26,6 @@ from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, faster, slower
 
-# Lets a player that was started again go on where the one before it was stopped.
-
 _READY_S = 10.0
 
 
@@ -128,7 +126,9 @@ class PlaybackModel(QObject):
         self.moved.emit()
         spot = None if snapshot is None else self._return.take(snapshot)
         if spot is not None:
-            self._go_back(spot)
+            self._run(lambda: hold(self._client, spot))
+            self.seek(spot.position_s)
+            self._run(lambda: go_on(self._client, spot))
 
     def follow_player(self, is_up: bool) -> None:
         """Take whether the player runs; one that is started again goes on where it was."""
@@ -309,11 +309,6 @@ class PlaybackModel(QObject):
     def _stand(self, command: Callable[[], Any]) -> None:
         self._motion.stand()
         self._run(command)
-
-    def _go_back(self, spot: PlayerSnapshot) -> None:
-        self._run(lambda: hold(self._client, spot))
-        self.seek(spot.position_s)
-        self._run(lambda: go_on(self._client, spot))
 
     def _arrive(self) -> None:
         """Show where the player is, once it tells of the newest seek."""

@@ -417,13 +417,10 @@ class TransportView(QWidget):
         self.end.setChecked(it.state.points.end_s is not None)
         self.slider.show_speed(abs(it.rate))
         self.rate.show_rate(it.rate)
-        self._show_reached()
+        reached = it.state.reached_rate
+        self.reached.setText('' if reached is None else f'only {abs(reached):.2g}×')
         self._show_unit()
         self._show_time()
-
-    def _show_reached(self) -> None:
-        reached = self._playback.state.reached_rate
-        self.reached.setText('' if reached is None else f'only {abs(reached):.2g}×')
 
     def _show_unit(self) -> None:
         row = next((row for row in range(self.unit.count())

@@ -18,8 +18,6 @@ from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.health.device_state import TopicWatch
 
-# The target file of a recording, and what is in its way.
-
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
 """Folders that the recorder takes from anybody, besides the home folder."""
 MIN_FREE_BYTES = 1 << 30
@@ -369,8 +367,6 @@ class RecordingChoices(QObject):
             raise error
         self._take_target(BagTarget(f'{self.folder} cannot be used: {error}; choose another'))
 
-
-# Recording time left on the disk.
 
 _LOW_S = 300.0
 

@@ -39,8 +39,6 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
-# The verdict on the last recording: that of `cell report`, found in a task.
-
 _VERDICT_LINE = 'verdict'
 
 

@@ -221,8 +221,6 @@ def advice(error: Exception, path: str) -> str:
     raise error
 
 
-# Reports on changes of a recording's state: bags that are finished, failures.
-
 class RecordingStep(NamedTuple):
     """The next state; the files of a recording that has ended (else None); what failed, or ''."""
 

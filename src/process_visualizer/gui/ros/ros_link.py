@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence
 
 import rosgraph
 import rospy
@@ -144,7 +144,9 @@ class RosLink(QObject):
         self.recorder.begin()
         self._subscribers = [
             rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray,
-                             lambda report: self.displays.emit(_displays(report)), queue_size=2),
+                             lambda report: self.displays.emit(tuple(
+                                 DisplaySnapshot(it.name, int(it.level), it.message)
+                                 for it in report.status)), queue_size=2),
             rospy.Subscriber(GHOST_PHASE_TOPIC, GhostPhase,
                              lambda phase: self.ghost_phase.emit(_phase(phase)), queue_size=100),
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
@@ -262,7 +264,3 @@ def _known(value: float) -> Optional[float]:
 def _phase(phase: GhostPhase) -> PhaseSnapshot:
     return PhaseSnapshot(phase.stamp.to_sec(), phase.reference if phase.known else None,
                          None if math.isnan(phase.behind) else phase.behind)
-
-
-def _displays(report: DiagnosticArray) -> Tuple[DisplaySnapshot, ...]:
-    return tuple(DisplaySnapshot(it.name, int(it.level), it.message) for it in report.status)

@@ -50,12 +50,9 @@ def commands(file: str, line: int, environment: Mapping[str, str]) -> Iterator[L
     for words in [*filter(None, own), *known]:
         name = os.path.basename(words[0])
         if name not in _IN_TERMINALS and '-nw' not in words:
-            yield [*words, *_place(name, file, line)]
+            place = _AT_LINE.get(name, '{file}').split()
+            yield [*words, *(word.format(file=file, line=line) for word in place)]
     yield ['xdg-open', file]
-
-
-def _place(editor: str, file: str, line: int) -> List[str]:
-    return [word.format(file=file, line=line) for word in _AT_LINE.get(editor, '{file}').split()]
 
 
 def _starts(command: List[str]) -> bool:

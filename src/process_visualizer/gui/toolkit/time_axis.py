@@ -63,8 +63,6 @@ def tick_label(time_s: float, step_s: float) -> str:
     return text[:len(text) - 3 + kept]
 
 
-# The part of a recording that the timeline shows.
-
 _EDGE_SHARE = 0.1  # of the shown time: distance from the edge for a moment that was out of sight
 MIN_S = 1.0
 """The shortest part, so that nobody gets lost between two messages."""

@@ -40,7 +40,6 @@ from process_visualizer.gui.toolkit.theme import (
     theme,
 )
 
-# Small helpers that all panels share.
 
 def small(label: QLabel) -> QLabel:
     """Return the label in a slightly smaller size."""
@@ -89,8 +88,6 @@ def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], objec
     button.clicked.connect(lambda: action())
     return button
 
-
-# Layouts that panels share.
 
 def in_column(parent: QWidget, spacing_px: int, *parts: Union[QWidget, QLayout]) -> QVBoxLayout:
     """Lay out a widget's parts below each other, without margins."""
