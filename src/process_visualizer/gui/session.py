@@ -15,7 +15,9 @@ from process_visualizer.launching.part_report import NodeState, PartReport, Part
 
 
 class Session(QObject):
-    """Told by the models that read, launch and open; all others look here, and follow the signals.
+    """One place that says what is in force; models read it, and follow its signals.
+
+    The models that read a configuration, launch nodes or open a recording put it in force here.
 
     ``editor`` writes poses into the files of the cell; None if one of them has just been removed.
     ``launched`` is the choice that was launched last, until all its nodes have ended. ``reports``
@@ -27,7 +29,7 @@ class Session(QObject):
     cell_changed = pyqtSignal()
     """The configuration has been read, other devices are ticked, or the mode is another one."""
     run_changed = pyqtSignal()
-    """What is launched, or the state of one of its parts."""
+    """The launched choice, or the state of one of its parts."""
     player_changed = pyqtSignal()
     """There is another state of the player, or none any more."""
     recording_changed = pyqtSignal()

@@ -14,7 +14,7 @@ from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0
-"""How long the command to quit can be taken back."""
+"""Time in which the command to quit can be taken back."""
 
 
 class AfterQuit(QObject):

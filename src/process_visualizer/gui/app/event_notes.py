@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Adds what the operator and the program do to the list of events, and saves it beside a bag."""
+"""Sources of alarms and events: objects near robots, and what operator and program do."""
 from __future__ import annotations
 
 import os
@@ -12,8 +12,12 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
+from process_visualizer.gui.cell.objects_model import ObjectsModel
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_state import RECENT_S
+from process_visualizer.gui.ros.ros_link import RosLinkError
+from process_visualizer.gui.ros.sensor_links import ObjectLink
+from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.alarm_board import events_text
 from process_visualizer.health.alarm_conditions import part_titles
@@ -48,7 +52,7 @@ _STATES = {PartState.STOPPING: 'is stopped', PartState.STARTING: 'is started'}
 
 
 class EventNotes(QObject):
-    """Follows launching and recording."""
+    """Notes what is launched and recorded, and saves the events beside the bag."""
 
     def __init__(self, tasks: Tasks, alarms: AlarmsModel, launch: LaunchModel,
                  recording: RecordingModel, wall_s: Callable[[], float] = time.time) -> None:
@@ -109,3 +113,36 @@ class EventNotes(QObject):
         if not isinstance(error, BagError):
             raise error
         self._alarms.note(str(error))
+
+
+_OBJECTS_LINE = 'objects'
+
+
+class ObjectAlarms(QObject):
+    """Tells the alarms of objects near robots that the sensors of the running cell see."""
+
+    def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel,
+                 alarms: AlarmsModel) -> None:
+        super().__init__(alarms)
+        self._launch, self._alarms = launch, alarms
+        self._link = ObjectLink(self)
+        self.model = ObjectsModel(self)
+        self.model.sensors_wanted.connect(lambda names: tasks.run(
+            _OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse))
+        self.model.changed.connect(self._tell)
+        self._link.seen.connect(self.model.take)
+        launch.changed.connect(self._follow_launch)
+        session.player_changed.connect(lambda: self.model.take_player(session.player))
+
+    def _follow_launch(self) -> None:
+        is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
+        self.model.set_running(self._launch.running if is_up else None)
+
+    def _refuse(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self._alarms.note(str(error))
+
+    def _tell(self) -> None:
+        self._alarms.set_objects(self.model.conditions, [
+            (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played])

@@ -18,7 +18,7 @@ from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.calibration_actions import CalibrationActions, RegionActions
-from process_visualizer.gui.app.event_notes import EventNotes
+from process_visualizer.gui.app.event_notes import EventNotes, ObjectAlarms
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.cell.calibration_model import ToolModel
 from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
@@ -31,7 +31,6 @@ from process_visualizer.gui.cell.launch_model import (
     MixtureModel,
 )
 from process_visualizer.gui.cell.master_model import MasterModel, WatchModel
-from process_visualizer.gui.cell.objects_model import ObjectsModel
 from process_visualizer.gui.cell.view_model import ViewModel
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
 from process_visualizer.gui.compare.ghost_model import GhostModel
@@ -45,8 +44,7 @@ from process_visualizer.gui.recording.recording_choices import is_for_anybody
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
-from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
-from process_visualizer.gui.ros.sensor_links import ObjectLink
+from process_visualizer.gui.ros.ros_link import RosLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -88,44 +86,11 @@ def player_activity(player: Optional[PlayerSnapshot]) -> str:
     return f'Playing{direction} at {abs(player.rate):g}×'
 
 
-_OBJECTS_LINE = 'objects'
-
-
-class ObjectAlarms(QObject):
-    """Has the model; subscribing is a task."""
-
-    def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel,
-                 alarms: AlarmsModel) -> None:
-        super().__init__(alarms)
-        self._launch, self._alarms = launch, alarms
-        self._link = ObjectLink(self)
-        self.model = ObjectsModel(self)
-        self.model.sensors_wanted.connect(lambda names: tasks.run(
-            _OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse))
-        self.model.changed.connect(self._tell)
-        self._link.seen.connect(self.model.take)
-        launch.changed.connect(self._follow_launch)
-        session.player_changed.connect(lambda: self.model.take_player(session.player))
-
-    def _follow_launch(self) -> None:
-        is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
-        self.model.set_running(self._launch.running if is_up else None)
-
-    def _refuse(self, error: Exception) -> None:
-        if not isinstance(error, RosLinkError):
-            raise error
-        self._alarms.note(str(error))
-
-    def _tell(self) -> None:
-        self._alarms.set_objects(self.model.conditions, [
-            (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played])
-
-
 _REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError, RosMasterError,
                   OSError)
 
 _SWITCH_INTERVAL_S = 0.0005
-"""How long the window waits for each other computing thread; Python's own 5 ms add up."""
+"""Longest wait of the window for another computing thread; Python's own 5 ms add up."""
 
 
 class Launcher(QObject):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""LauncherApp: the operator's window."""
+"""LauncherApp: the operator's window, with its questions and its theme."""
 from __future__ import annotations
 
 from enum import Enum

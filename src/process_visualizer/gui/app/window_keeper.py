@@ -77,7 +77,7 @@ class Grip(QWidget):
     """The upper edge of the dock."""
 
     dragged = pyqtSignal(int)
-    """Where on the screen the edge should be: y [px]."""
+    """Wanted place of the edge on the screen: y [px]."""
 
     def __init__(self) -> None:
         super().__init__()

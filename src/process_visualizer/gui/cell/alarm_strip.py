@@ -71,7 +71,7 @@ def recorded_text(alarms: RecordedAlarms) -> str:
 ROWS = 2
 _ROW_PX, _GAP_PX = 24, 2
 _SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart'}
-"""What leaves more room for the text; tooltip and accessible name have the whole."""
+"""Short labels, which leave room for the text; tooltip and accessible name have the whole."""
 
 
 class AlarmStrip(QWidget):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: the base frames' poses, moved while everything runs and saved into the file."""
+"""Calibration: poses, boxes and tools of devices, changed while all runs, saved into the file."""
 from __future__ import annotations
 
 import math
@@ -41,7 +41,7 @@ class CalibrationModel(EditedValues[Pose]):
     """
 
     kept = pyqtSignal()
-    """What is saved beside the recording has changed."""
+    """The poses that are saved beside the recording have changed."""
 
     _what, _moves_what = 'pose', 'base frame'
     _refusals = (*EditedValues._refusals, BagError)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration, its ticked devices, and the mode."""
+"""The configuration: read, watched on the disk, made anew; and its ticked devices."""
 from __future__ import annotations
 
 import hashlib
@@ -125,7 +125,7 @@ class CellModel(QObject):
     """
 
     changed = pyqtSignal()
-    """What is loaded, its problems, or what the session says of the cell."""
+    """Loading has begun or ended, or the session has another cell, other ticks or another mode."""
     loaded = pyqtSignal(bool)
     """A file has been read; True if the configuration is valid."""
 

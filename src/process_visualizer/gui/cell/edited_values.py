@@ -43,9 +43,9 @@ class EditedValues(QObject, Generic[Value]):
     """A value was changed here, not by dragging it: what RViz shows must follow (see _target)."""
 
     _what, _moves_what = 'value', 'value'
-    """What is saved, and what is moved, for messages."""
+    """Words for messages: the thing that is saved, and the one that is moved."""
     _refusals: Tuple[Type[Exception], ...] = (OSError, PoseEditError)
-    """What saving raises with a text for the user."""
+    """Errors of saving, with a text for the user."""
 
     def __init__(self, tasks: Tasks, line: str, move: Callable[[str, Value], Any],
                  parent: Optional[QObject] = None) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launches and quits the nodes of a choice, and follows their states."""
+"""Launching and quitting: the nodes of a choice, their states, and other nodes in their way."""
 from __future__ import annotations
 
 import shutil

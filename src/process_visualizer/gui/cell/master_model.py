@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master: found or started, and watched."""
+"""The ROS master, found or started, and watched; and the watch over all nodes."""
 from __future__ import annotations
 
 from typing import Optional, Set

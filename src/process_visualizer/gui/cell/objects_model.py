@@ -26,7 +26,7 @@ from process_visualizer.playback.playback_clock import PlaybackClock
 SILENT_S = 3.0
 """A running sensor that says nothing for so long does not know any more what is there."""
 START_S = 15.0
-"""So long a sensor that starts, and the models of its cell, may take until it says something."""
+"""Time for a sensor that starts, and the models of its cell, until its first message."""
 _TEXT_S = 0.2  # a distance can be read if it changes no more often
 _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 

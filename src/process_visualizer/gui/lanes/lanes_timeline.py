@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the two timelines share: lanes below a header, and a line at the mouse."""
+"""The common part of the two timelines: lanes below a header, and a line at the mouse."""
 from __future__ import annotations
 
 from typing import Optional, Tuple

@@ -44,7 +44,7 @@ class LookPace:
 
 LINE = 'live curves'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
-"""What can be shown; the recorder's own memory is as long as the first."""
+"""Lengths that can be shown; the recorder's own memory is as long as the first."""
 _JUDGED_S = 30.0
 _PERIOD_MS = 200  # from one look to the next: five pictures a second
 _LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
@@ -66,7 +66,7 @@ class LiveCurvesModel(QObject):
 
     changed = pyqtSignal()
     judged = pyqtSignal(object)
-    """What somebody may judge has come: a LiveWindow of the last half minute, held or not."""
+    """Values to be judged have come: a LiveWindow of the last half minute, held or not."""
 
     def __init__(self, tasks: Tasks, memory: Memory, session: Session,
                  parent: Optional[QObject] = None) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recording that is chosen for playback, and what is in it."""
+"""The recording that is chosen for playback: its files, its curves, its played topics."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The whole recording as a thin strip, while a part of it is shown: a frame that is dragged."""
+"""Zoom of the timeline: the part that is shown, as a frame on a strip of the whole recording."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple

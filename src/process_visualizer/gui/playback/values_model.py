@@ -16,7 +16,7 @@ from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 
 LINE = 'values'
 PERIOD_MS = 100
-"""So often they are read while the position moves; faster than that nobody reads numbers."""
+"""Time between two readings while the position moves; nobody reads numbers faster."""
 _HELD_S = 0.3
 """While it plays, values of a position that is so long ago, in real time, are still shown."""
 _SAME_S = 1e-6

@@ -21,10 +21,10 @@ from process_visualizer.gui.recording.recording_types import (
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
 RECENT_S = 30.0
-"""What the recorder keeps in memory (its parameter ~recent_duration)."""
+"""Length of the recorder's memory (its parameter ~recent_duration)."""
 NOTHING_TOLD = RecorderSnapshot('idle')
 _LATE_S = 0.1
-"""How much later than it was a state may seem to be sent."""
+"""Largest error in the time at which a state seems to have been sent."""
 
 
 class RecordingState(NamedTuple):

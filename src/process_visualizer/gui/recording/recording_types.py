@@ -102,7 +102,7 @@ class RecordingClock(NamedTuple):
 
 
 _OLDEST_S = 60.0
-"""What is said to be older was stamped by a clock that has been put back."""
+"""Older states were stamped by a clock that has been set back."""
 
 
 class SenderClock:
