@@ -58,17 +58,17 @@ class CalibrationModel(EditedValues[Pose]):
     @property
     def chosen(self) -> Optional[Device]:
         """The chosen device itself."""
-        return self._devices.get(self._device)
+        return self._devices.get(self.device)
 
     @property
     def base(self) -> Optional[BaseFrame]:
         """The chosen device's base frame in the configuration's file."""
-        return self._base(self._device) if self._device else None
+        return self._base(self.device) if self.device else None
 
     @property
     def pose(self) -> Pose:
         """The present pose: xyz in m, ypr in rad."""
-        return self.value_of(self._device) or Pose()
+        return self.value_of(self.device) or Pose()
 
     @property
     def saved_pose(self) -> Optional[Pose]:
@@ -76,7 +76,7 @@ class CalibrationModel(EditedValues[Pose]):
 
         That is where it was saved for the recording that is played, else where the file says.
         """
-        return self._saved(self._device) if self._device else None
+        return self._saved(self.device) if self.device else None
 
     @property
     def recording(self) -> str:
@@ -86,7 +86,7 @@ class CalibrationModel(EditedValues[Pose]):
     @property
     def is_for_recording(self) -> bool:
         """Return whether the chosen frame has a pose that was saved for the recording."""
-        return bool(self._device) and self._has_kept(self._device)
+        return bool(self.device) and self._has_kept(self.device)
 
     @property
     def recorded_pose(self) -> Optional[Pose]:
@@ -98,12 +98,12 @@ class CalibrationModel(EditedValues[Pose]):
     @property
     def can_save_for_recording(self) -> bool:
         """Return whether the pose differs from what is saved, and a recording is played."""
-        return self._recording is not None and self.is_unsaved and not self._is_saving
+        return self._recording is not None and self.is_unsaved and not self.is_saving
 
     @property
     def blocked_reason(self) -> str:
         """Return why nothing can be moved now; '' if something can."""
-        if not self._device:
+        if not self.device:
             return 'No device has a base frame.'
         return '' if self._is_running else 'Launch the nodes to move frames.'
 
@@ -145,18 +145,18 @@ class CalibrationModel(EditedValues[Pose]):
     def take_recorded(self) -> None:
         """Move the frame to where it was when the recording was made."""
         if self.recorded_pose is not None:
-            self.set_to(self._device, self.recorded_pose)
+            self.set_to(self.device, self.recorded_pose)
 
     def take_file(self) -> None:
         """Move the frame to where the file says."""
-        if self._device:
-            self.set_to(self._device, self._in_file[self._device])
+        if self.device:
+            self.set_to(self.device, self._in_file[self.device])
 
     def save_for_recording(self) -> None:
         """Save the chosen device's pose beside the recording; that of the file needs no saving."""
         if self.can_save_for_recording:
-            is_other = self._differs_from_file(self._device)
-            self._keep(self._device, self.pose if is_other else None)
+            is_other = self._differs_from_file(self.device)
+            self._keep(self.device, self.pose if is_other else None)
 
     # How it is done
 
@@ -194,7 +194,7 @@ class CalibrationModel(EditedValues[Pose]):
                         lambda error: self._not_saved(name, error))
 
     def _was_kept(self, bag: str, saved: Dict[str, Pose]) -> None:
-        self._is_saving = False
+        self.is_saving = False
         if self._recording is not None and self._recording.bag == bag:
             self._recording = self._recording._replace(saved=saved)
             self._forget_equal()
@@ -312,7 +312,7 @@ class RegionModel(EditedValues[RegionOfInterest]):
     @property
     def region(self) -> Optional[RegionOfInterest]:
         """The present box of the chosen device."""
-        return self.value_of(self._device)
+        return self.value_of(self.device)
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Set the devices of the configuration; unsaved edits are kept."""
@@ -321,7 +321,7 @@ class RegionModel(EditedValues[RegionOfInterest]):
 
     def take_dragged(self, device: str, region: RegionOfInterest) -> None:
         """Accept the box as it was dragged in RViz, where it is not moved again."""
-        if device == self._device:
+        if device == self.device:
             self._take_dragged(region)
 
     def _numbers(self, value: RegionOfInterest) -> Tuple[float, ...]:

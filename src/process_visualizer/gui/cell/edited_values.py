@@ -30,7 +30,8 @@ _SAME = 5e-7  # m or rad: files have six decimals
 class EditedValues(QObject, Generic[Value]):
     """A value of each device: as it is saved, or edited and not yet saved.
 
-    One device is chosen; its value can also be dragged in RViz. A subclass says what a value is.
+    One ``device`` is chosen ('': there is none); its value can be dragged in RViz while it
+    ``has_marker``. ``is_saving`` while a file is written. A subclass says what a value is.
     """
 
     changed = pyqtSignal()
@@ -56,8 +57,8 @@ class EditedValues(QObject, Generic[Value]):
         self._in_file: Dict[str, Value] = {}
         self._edited: Dict[str, Value] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Value]]'] = {}
-        self._device = ''
-        self._is_running = self._is_saving = self._has_marker = False
+        self.device = ''
+        self._is_running = self.is_saving = self.has_marker = False
 
     # What a value is
 
@@ -84,11 +85,6 @@ class EditedValues(QObject, Generic[Value]):
         """The devices that have a value."""
         return list(self._in_file)
 
-    @property
-    def device(self) -> str:
-        """The chosen device, '' if there is none."""
-        return self._device
-
     def value_of(self, name: str) -> Optional[Value]:
         """The present value of a device; None if it has none."""
         return self._edited.get(name, self._saved(name)) if name in self._in_file else None
@@ -110,28 +106,18 @@ class EditedValues(QObject, Generic[Value]):
     @property
     def is_unsaved(self) -> bool:
         """Return whether the chosen value differs from what is saved."""
-        return self._device in self._edited
-
-    @property
-    def is_saving(self) -> bool:
-        """Return whether a file is being written."""
-        return self._is_saving
+        return self.device in self._edited
 
     @property
     def can_save(self) -> bool:
         """Return whether the chosen value differs from the file, and can be written there."""
-        return self._differs_from_file(self._device) and not self._is_saving \
+        return self._differs_from_file(self.device) and not self.is_saving \
             and self._save is not None
 
     @property
     def can_move(self) -> bool:
         """Return whether nodes run that take the chosen value."""
-        return self._is_running and bool(self._device)
-
-    @property
-    def has_marker(self) -> bool:
-        """Return whether the chosen value can be dragged in RViz."""
-        return self._has_marker
+        return self._is_running and bool(self.device)
 
     # What the program says
 
@@ -155,20 +141,20 @@ class EditedValues(QObject, Generic[Value]):
 
     def choose(self, device: str) -> None:
         """Choose the device whose value is shown."""
-        if device in self._in_file and device != self._device:
-            had_marker = self._has_marker
+        if device in self._in_file and device != self.device:
+            had_marker = self.has_marker
             self.show_marker(False)
-            self._device = device
+            self.device = device
             self.changed.emit()
             self.show_marker(had_marker)
 
     def set_value(self, index: int, number: float) -> None:
         """Set one number of the chosen value, by its index."""
-        value = self.value_of(self._device)
+        value = self.value_of(self.device)
         if value is not None:
             numbers = list(self._numbers(value))
             numbers[index] = number
-            self.set_numbers(self._device, numbers)
+            self.set_numbers(self.device, numbers)
 
     def set_to(self, name: str, value: Value) -> None:
         """Give a device a value."""
@@ -189,19 +175,19 @@ class EditedValues(QObject, Generic[Value]):
 
     def revert(self) -> None:
         """Go back to the value that is saved."""
-        if self._device:
-            self.set_to(self._device, self._saved(self._device))
+        if self.device:
+            self.set_to(self.device, self._saved(self.device))
 
     def show_marker(self, is_shown: bool) -> None:
         """Show the chosen value in RViz for dragging, or hide it."""
-        if is_shown != self._has_marker and (self.can_move or not is_shown):
-            self._has_marker = is_shown
+        if is_shown != self.has_marker and (self.can_move or not is_shown):
+            self.has_marker = is_shown
             self.marker_wanted.emit(is_shown)
             self.changed.emit()
 
     def save(self) -> None:
         """Write the chosen value into its file."""
-        save, device, value = self._save, self._device, self.value_of(self._device)
+        save, device, value = self._save, self.device, self.value_of(self.device)
         if not self.can_save or save is None or value is None:
             return
         write, chosen = save, value
@@ -218,15 +204,15 @@ class EditedValues(QObject, Generic[Value]):
         self._edited = {name: self._with_numbers(values[name], self._numbers(it))
                         for name, it in self._edited.items() if name in values}
         self._forget_equal()
-        if self._device not in values:
+        if self.device not in values:
             self.show_marker(False)
-            self._device = next(iter(values), '')
+            self.device = next(iter(values), '')
         self.changed.emit()
 
     def _take_dragged(self, value: Value) -> None:
         """Accept the chosen value as it was dragged in RViz, where it is not moved again."""
-        if self._has_marker:
-            self._edit(self._device, value)
+        if self.has_marker:
+            self._edit(self.device, value)
 
     def _edit(self, name: str, value: Value) -> None:
         before = self.value_of(name)
@@ -251,7 +237,7 @@ class EditedValues(QObject, Generic[Value]):
 
     def _tell_marker(self, name: str) -> None:
         value = self.value_of(name)
-        if name == self._device and value is not None:
+        if name == self.device and value is not None:
             self.moved.emit(self._target(name), value)
 
     def _forget_equal(self) -> None:
@@ -267,11 +253,11 @@ class EditedValues(QObject, Generic[Value]):
         return value is not None and not self._is_same(value, self._in_file[name])
 
     def _set_saving(self, is_saving: bool) -> None:
-        self._is_saving = is_saving
+        self.is_saving = is_saving
         self.changed.emit()
 
     def _was_saved(self, name: str, value: Value) -> None:
-        self._is_saving = False
+        self.is_saving = False
         if name in self._in_file:  # until the file is read again
             self._in_file[name] = value
         if self._is_same(self._edited.get(name, value), value):
