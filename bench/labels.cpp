@@ -10,7 +10,7 @@
 #include <cstdlib>
 
 #include "label_layout.hpp"
-#include "plate_painter.hpp"
+#include "label_plate.hpp"
 
 namespace {
 

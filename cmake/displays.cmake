@@ -14,32 +14,18 @@ endif()
 find_package(${rviz_qt} REQUIRED COMPONENTS Widgets)
 
 add_library(process_visualizer_rviz
-  src/displays/camera_report.cpp
-  src/displays/camera_text.cpp
-  src/displays/display_report.cpp
-  src/displays/display_silence.cpp
+  src/displays/camera.cpp
   src/displays/display_status.cpp
-  src/displays/flat_object.cpp
-  src/displays/key_names.cpp
   src/displays/key_report.cpp
   src/displays/label_layer.cpp
   src/displays/label_layout.cpp
+  src/displays/label_plate.cpp
   src/displays/label_store.cpp
-  src/displays/label_style.cpp
   src/displays/labelled_markers.cpp
-  src/displays/leader_lines.cpp
-  src/displays/plate_painter.cpp
-  src/displays/plate_picture.cpp
+  src/displays/overlay.cpp
   src/displays/replay_band.cpp
-  src/displays/replay_curtain.cpp
-  src/displays/replay_mark.cpp
-  src/displays/replay_ribbon.cpp
   src/displays/replay_text.cpp
   src/displays/replay_window.cpp
-  src/displays/screen_projection.cpp
-  src/displays/stillness.cpp
-  src/displays/visible_labels.cpp
-  src/displays/window_report.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)
 add_dependencies(process_visualizer_rviz process_visualizer_generate_messages_cpp)
@@ -49,8 +35,7 @@ target_link_libraries(process_visualizer_rviz
 install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 
 find_package(X11 REQUIRED)
-add_executable(process_visualizer_rviz_main
-  src/displays/rviz_main.cpp src/displays/x_connections.cpp)
+add_executable(process_visualizer_rviz_main src/displays/rviz_main.cpp)
 set_target_properties(process_visualizer_rviz_main PROPERTIES OUTPUT_NAME rviz)
 process_visualizer_compile(process_visualizer_rviz_main)
 target_link_libraries(process_visualizer_rviz_main
@@ -60,16 +45,15 @@ install(TARGETS process_visualizer_rviz_main RUNTIME DESTINATION ${CATKIN_PACKAG
 
 if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(test_labels test/cpp/test_labels.cpp
-    src/displays/label_layout.cpp src/displays/label_store.cpp src/displays/label_style.cpp
-    src/displays/stillness.cpp)
+    src/displays/label_layout.cpp src/displays/label_plate.cpp src/displays/label_store.cpp)
   process_visualizer_compile(test_labels)
   target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
-  target_link_libraries(test_labels ${roscpp_LIBRARIES})
+  target_link_libraries(test_labels ${rviz_qt}::Widgets ${roscpp_LIBRARIES})
 
-  catkin_add_gtest(test_key_names test/cpp/test_key_names.cpp src/displays/key_names.cpp)
+  catkin_add_gtest(test_key_names test/cpp/test_key_names.cpp src/displays/key_report.cpp)
   process_visualizer_compile(test_key_names)
   target_include_directories(test_key_names PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
-  target_link_libraries(test_key_names ${rviz_qt}::Widgets)
+  target_link_libraries(test_key_names ${rviz_qt}::Widgets ${roscpp_LIBRARIES})
 
   catkin_add_gtest(test_replay_text test/cpp/test_replay_text.cpp src/displays/replay_text.cpp)
   process_visualizer_compile(test_replay_text)
@@ -78,7 +62,7 @@ endif()
 
 # A benchmark: cmake --build build --target bench_labels
 add_executable(bench_labels EXCLUDE_FROM_ALL bench/labels.cpp
-  src/displays/label_layout.cpp src/displays/label_style.cpp src/displays/plate_painter.cpp)
+  src/displays/label_layout.cpp src/displays/label_plate.cpp)
 process_visualizer_compile(bench_labels)
 target_include_directories(bench_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
 target_link_libraries(bench_labels ${rviz_qt}::Widgets)

@@ -1,32 +1,145 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "display_status.hpp"
-
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/names.h>
+#include <ros/node_handle.h>
+#include <ros/this_node.h>
+#include <rviz/display.h>
 #include <rviz/display_group.h>
+#include <rviz/message_filter_display.h>
+#include <rviz/properties/ros_topic_property.h>
+#include <rviz/properties/status_list.h>
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <rviz/window_manager_interface.h>
+#include <sensor_msgs/RegionOfInterest.h>
+#include <std_msgs/String.h>
 
+#include <QEvent>
 #include <QGuiApplication>
+#include <QObject>
+#include <QPointer>
 #include <QWidget>
 #include <QWindow>
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <string>
+#include <vector>
 
-#include "display_report.hpp"
-#include "display_silence.hpp"
+#include "camera.hpp"
+#include "key_report.hpp"
+#include "labelled_markers.hpp"
 
 namespace process_visualizer::displays {
 namespace {
 
-constexpr float kReportPeriod = 0.5;  ///< between two reports, s
+using diagnostic_msgs::DiagnosticStatus;
+using diagnostic_msgs::KeyValue;
+using sensor_msgs::RegionOfInterest;
 
-template <typename Value>
-diagnostic_msgs::KeyValue keyValue(const std::string& key, Value value) {
-  diagnostic_msgs::KeyValue entry;
-  entry.key = key;
-  entry.value = std::to_string(value);
-  return entry;
+constexpr float kReportPeriod = 0.5;  ///< between two reports, s
+constexpr float kLookPeriod = 0.1F;   ///< between two looks at the camera, s
+
+// Displays that have received nothing
+
+/// The name of the line in a display's status that says so.
+const char* const kSilenceName = "Messages";
+
+const rviz::StatusList* statusOf(const rviz::Display& display) {
+  for (int i = 0; i < display.numChildren(); ++i) {
+    if (const auto* list = dynamic_cast<const rviz::StatusList*>(display.childAt(i))) return list;
+  }
+  return nullptr;
+}
+
+const rviz::Property* childOf(const rviz::Property& parent, const QString& name) {
+  for (int i = 0; i < parent.numChildren(); ++i) {
+    if (parent.childAt(i)->getName() == name) return parent.childAt(i);
+  }
+  return nullptr;
+}
+
+/// The text of a line of the display's status; empty if there is none.
+QString statusText(const rviz::Display& display, const QString& name) {
+  const rviz::StatusList* list = statusOf(display);
+  const rviz::Property* line = list ? childOf(*list, name) : nullptr;
+  return line ? line->getValue().toString() : QString();
+}
+
+/// Whether RViz itself finds fault with the display: it may have received what it cannot show.
+bool hasFault(const rviz::Display& display) {
+  const rviz::StatusList* list = statusOf(display);
+  for (int i = 0; list && i < list->numChildren(); ++i) {
+    const auto* line = dynamic_cast<const rviz::StatusProperty*>(list->childAt(i));
+    if (line && line->getName() != kSilenceName && line->getLevel() != rviz::StatusProperty::Ok)
+      return true;
+  }
+  return false;
+}
+
+/// Whether this process has subscribed a topic, or, of images, one with a transport's name behind.
+bool isSubscribed(const std::string& topic) {
+  ros::V_string topics;
+  ros::this_node::getSubscribedTopics(topics);
+  return std::any_of(topics.begin(), topics.end(), [&](const std::string& one) {
+    return one == topic || one.compare(0, topic.size() + 1, topic + "/") == 0;
+  });
+}
+
+/// What RViz does not count as a warning itself: it counts messages from the first one on.
+bool hasReceivedNothing(const rviz::Display& display) {
+  if (dynamic_cast<const rviz::_RosTopicDisplay*>(&display)) {
+    const QString text = statusText(display, "Topic");
+    return text.isEmpty() || text == "OK";
+  }
+  return statusText(display, "Depth Map").startsWith("0 ");
+}
+
+/// RViz's own displays do not count markers at all, but each marker brings its namespace.
+bool hasNoMarker(const rviz::Display& display) {
+  if (const auto* own = dynamic_cast<const LabelledMarkers*>(&display)) return !own->hasReceived();
+  const rviz::Property* namespaces = childOf(display, "Namespaces");
+  return namespaces && childOf(display, "Marker Topic") && namespaces->numChildren() == 0;
+}
+
+/// The full name of the first topic that a display is to show; empty if there is none, and if the
+/// name is none, of which RViz warns.
+std::string topicOf(const rviz::Display& display) {
+  for (int i = 0; i < display.numChildren(); ++i) {
+    const auto* topic = dynamic_cast<const rviz::RosTopicProperty*>(display.childAt(i));
+    std::string error;
+    if (topic && !topic->getTopicStd().empty() && ros::names::validate(topic->getTopicStd(), error))
+      return ros::names::resolve(topic->getTopicStd());
+  }
+  return "";
+}
+
+/// Why a display that is to show a topic shows nothing: it has not subscribed the topic, or has
+/// received nothing yet. Empty if it has, if it is switched off, if it has no topic, and if RViz
+/// itself warns of what it has received or of nothing. Interactive markers may have no server for
+/// as long as nobody needs one. Call this and the following only in RViz's GUI thread.
+std::string silence(const rviz::Display& display) {
+  const std::string topic = topicOf(display);
+  if (!display.isEnabled() || topic.empty()) return "";
+  if (!isSubscribed(topic)) return "No messages received: RViz has not subscribed " + topic;
+  if (hasFault(display)) return "";
+  if (hasReceivedNothing(display)) return "No messages received on " + topic;
+  return hasNoMarker(display) ? "No markers received on " + topic : "";
+}
+
+/// Shows in the status of a display, as a warning, that it is silent, or removes that.
+void showSilence(rviz::Display& display) {
+  const QString text = QString::fromStdString(silence(display));
+  const QString shown = statusText(display, kSilenceName);
+  if (text == shown) return;
+  if (text.isEmpty()) {
+    display.deleteStatus(kSilenceName);
+  } else {
+    display.setStatus(rviz::StatusProperty::Warn, kSilenceName, text);
+  }
 }
 
 /// Shows of every display below `group` that it has received nothing.
@@ -39,39 +152,170 @@ void showSilences(const rviz::DisplayGroup& group) {
   }
 }
 
+// What displays show of themselves
+
+KeyValue keyValue(const std::string& key, const std::string& value) {
+  KeyValue entry;
+  entry.key = key;
+  entry.value = value;
+  return entry;
+}
+
+/// Adds one line of a display's status; the report's level becomes the worst of its lines.
+void addLine(const std::string& name, rviz::StatusProperty::Level level, const std::string& text,
+             DiagnosticStatus& report) {
+  report.values.push_back(
+      keyValue(name, rviz::StatusProperty::statusWord(level).toStdString() + ": " + text));
+  if (level == rviz::StatusProperty::Ok) return;
+  report.level = std::max<int>(report.level, level);
+  report.message += (report.message.empty() ? "" : "; ") + name + ": " + text;
+}
+
+/// Adds the lines that RViz shows, but for our own: what it shows of that may be an update old.
+void addLines(const rviz::StatusList& list, DiagnosticStatus& report) {
+  for (int i = 0; i < list.numChildren(); ++i) {
+    const auto* line = dynamic_cast<const rviz::StatusProperty*>(list.childAt(i));
+    if (!line || line->getNameStd() == kSilenceName) continue;
+    addLine(line->getNameStd(), line->getLevel(), line->getValue().toString().toStdString(),
+            report);
+  }
+}
+
+/// What a display shows under "Status": level and texts, and whether it has received nothing.
+/// RViz's levels ok, warning and error are numbered as those of DiagnosticStatus.
+DiagnosticStatus reportDisplay(const rviz::Display& display, const std::string& name) {
+  DiagnosticStatus report;
+  report.name = name;
+  report.hardware_id = display.getClassId().toStdString();
+  report.values.push_back(keyValue("enabled", display.isEnabled() ? "true" : "false"));
+  if (!display.isEnabled()) return report;
+  for (int i = 0; i < display.numChildren(); ++i) {
+    const auto* list = dynamic_cast<const rviz::StatusList*>(display.childAt(i));
+    if (list) addLines(*list, report);
+  }
+  const std::string text = silence(display);
+  if (!text.empty()) addLine(kSilenceName, rviz::StatusProperty::Warn, text, report);
+  return report;
+}
+
+/// Reports every display below `group`, also in groups; their names are like "Group/Display".
+std::vector<DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
+                                             const std::string& prefix = "") {
+  std::vector<DiagnosticStatus> reports;
+  for (int i = 0; i < group.numDisplays(); ++i) {
+    const rviz::Display& display = *group.getDisplayAt(i);
+    const std::string name = prefix + display.getNameStd();
+    reports.push_back(reportDisplay(display, name));
+    if (const auto* subgroup = dynamic_cast<const rviz::DisplayGroup*>(&display)) {
+      const auto children = reportDisplays(*subgroup, name + "/");
+      reports.insert(reports.end(), children.begin(), children.end());
+    }
+  }
+  return reports;
+}
+
 }  // namespace
 
+/// Where a window is. On `~window` (sensor_msgs/RegionOfInterest, latched) it is published whenever
+/// the window is moved or resized; what is left of the screen or above it counts as its edge. The
+/// window is moved to where `~place` (the same type) says: only the process that owns a window can
+/// move it without knowing which window system that is. Both have the corner of the window's frame,
+/// and its size without the frame, in pixels of the screen, whatever Qt scales by.
+class WindowPlace : public QObject {
+ public:
+  explicit WindowPlace(QWidget& window) : window_(&window) {
+    ros::NodeHandle node("~");
+    publisher_ = node.advertise<RegionOfInterest>("window", 1, /*latch=*/true);
+    const auto take = [this](const sensor_msgs::RegionOfInterestConstPtr& place) {
+      wanted_ = *place;
+    };
+    subscriber_ = node.subscribe<RegionOfInterest>("place", 1, take);
+    window.installEventFilter(this);
+  }
+
+  /// Goes to the place that was asked for last, once the window is on the screen: before, the size
+  /// of its frame is not known.
+  void follow() {
+    if (!wanted_ || !window_ || !window_->windowHandle() || !window_->windowHandle()->isExposed())
+      return;
+    const double scale = window_->devicePixelRatioF();
+    window_->resize(qRound(wanted_->width / scale), qRound(wanted_->height / scale));
+    window_->move(qRound(wanted_->x_offset / scale), qRound(wanted_->y_offset / scale));
+    wanted_.reset();
+  }
+
+  bool eventFilter(QObject* object, QEvent* event) override {
+    const QEvent::Type type = event->type();
+    const bool is_change = type == QEvent::Move || type == QEvent::Resize || type == QEvent::Show;
+    if (is_change && object == window_ && window_->isVisible() && !window_->isMinimized())
+      publish();
+    return QObject::eventFilter(object, event);
+  }
+
+ private:
+  void publish() {
+    const double scale = window_->devicePixelRatioF();
+    const auto pixels = [scale](int logical) { return std::max(qRound(scale * logical), 0); };
+    RegionOfInterest place;
+    place.x_offset = pixels(window_->x());
+    place.y_offset = pixels(window_->y());
+    place.width = pixels(window_->width());
+    place.height = pixels(window_->height());
+    publisher_.publish(place);
+  }
+
+  QPointer<QWidget> window_;
+  ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
+  std::optional<RegionOfInterest> wanted_;
+};
+
+/// RViz display that draws nothing. It warns in the status of each display that has not received
+/// anything, where RViz alone calls that OK. Twice a second it publishes what RViz shows of its
+/// displays on `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first
+/// an entry "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width`
+/// and `height` of the 3D view in pixels, then one entry for each display.
+///
+/// On `~camera` (std_msgs/String, latched) it publishes the present camera when it has changed, ten
+/// times a second at most. RViz's window says where it is, and goes where it is told to (see
+/// WindowPlace). Keys for the launcher are passed on to it (see KeyReport).
+class DisplayStatus : public rviz::Display {
+ public:
+  void update(float wall_dt, float ros_dt) override;
+
+ protected:
+  void onInitialize() override;
+
+ private:
+  /// RViz would draw once more after its window is gone, into memory that is no picture's: Mesa
+  /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
+  void stopDrawingAtTheEnd();
+  void publishCamera();
+  void publishReport();
+  diagnostic_msgs::DiagnosticStatus reportRviz() const;
+
+  ros::Publisher publisher_, camera_publisher_;
+  std::unique_ptr<WindowPlace> window_place_;
+  std::unique_ptr<KeyReport> key_report_;
+  std::string published_camera_;
+  float seconds_since_camera_ = 0;
+  float seconds_since_report_ = 0;
+  std::uint64_t frames_at_report_ = 0;
+};
+
 void DisplayStatus::onInitialize() {
-  publisher_ = ros::NodeHandle("~").advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1,
-                                                                                /*latch=*/true);
-  subscriber_ = ros::NodeHandle("~").subscribe("place", 1, &DisplayStatus::place, this);
-  camera_.advertise();
-  if (QWidget* const own = window()) {
-    window_report_ = std::make_unique<WindowReport>(*own);
-    key_report_ = std::make_unique<KeyReport>(*own);
+  ros::NodeHandle node("~");
+  publisher_ =
+      node.advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1, /*latch=*/true);
+  camera_publisher_ = node.advertise<std_msgs::String>("camera", 1, /*latch=*/true);
+  rviz::WindowManagerInterface* manager = context_->getWindowManager();
+  // RViz may be a part of another program, without a window of its own.
+  if (QWidget* const parent = manager ? manager->getParentWindow() : nullptr) {
+    window_place_ = std::make_unique<WindowPlace>(*parent->window());
+    key_report_ = std::make_unique<KeyReport>(*parent->window());
     context_->getViewManager()->getRenderPanel()->setFocus();  // not in the list of displays
   }
   stopDrawingAtTheEnd();
-}
-
-QWidget* DisplayStatus::window() const {
-  rviz::WindowManagerInterface* manager = context_->getWindowManager();
-  QWidget* parent = manager ? manager->getParentWindow() : nullptr;
-  return parent ? parent->window() : nullptr;
-}
-
-void DisplayStatus::place(const sensor_msgs::RegionOfInterest& place) {
-  place_ = place;
-  is_place_new_ = true;
-}
-
-void DisplayStatus::goToPlace() {
-  QWidget* const own = window();
-  if (!own || !own->windowHandle() || !own->windowHandle()->isExposed()) return;
-  is_place_new_ = false;
-  const double scale = own->devicePixelRatioF();
-  own->resize(qRound(place_.width / scale), qRound(place_.height / scale));
-  own->move(qRound(place_.x_offset / scale), qRound(place_.y_offset / scale));
 }
 
 void DisplayStatus::stopDrawingAtTheEnd() {
@@ -83,13 +327,23 @@ void DisplayStatus::stopDrawingAtTheEnd() {
 }
 
 void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
-  if (is_place_new_) goToPlace();
-  camera_.update(wall_dt, *context_->getViewManager());
+  if (window_place_) window_place_->follow();
+  seconds_since_camera_ += wall_dt;
+  if (seconds_since_camera_ >= kLookPeriod) publishCamera();
   seconds_since_report_ += wall_dt;
   if (seconds_since_report_ < kReportPeriod) return;
   publishReport();
   frames_at_report_ = context_->getFrameCount();
   seconds_since_report_ = 0;
+}
+
+void DisplayStatus::publishCamera() {
+  seconds_since_camera_ = 0;
+  std_msgs::String message;
+  message.data = cameraText(*context_->getViewManager());
+  if (message.data == published_camera_) return;
+  camera_publisher_.publish(message);
+  published_camera_ = message.data;
 }
 
 void DisplayStatus::publishReport() {
@@ -101,14 +355,15 @@ void DisplayStatus::publishReport() {
   publisher_.publish(report);
 }
 
-diagnostic_msgs::DiagnosticStatus DisplayStatus::reportRviz() const {
+DiagnosticStatus DisplayStatus::reportRviz() const {
   auto report = reportDisplay(*context_->getRootDisplayGroup(), "rviz");
   const rviz::RenderPanel& panel = *context_->getViewManager()->getRenderPanel();
   const std::uint64_t frames = context_->getFrameCount();
-  report.values.push_back(keyValue("frames", frames));
-  report.values.push_back(keyValue("fps", (frames - frames_at_report_) / seconds_since_report_));
-  report.values.push_back(keyValue("width", panel.width()));
-  report.values.push_back(keyValue("height", panel.height()));
+  report.values.push_back(keyValue("frames", std::to_string(frames)));
+  const float fps = static_cast<float>(frames - frames_at_report_) / seconds_since_report_;
+  report.values.push_back(keyValue("fps", std::to_string(fps)));
+  report.values.push_back(keyValue("width", std::to_string(panel.width())));
+  report.values.push_back(keyValue("height", std::to_string(panel.height())));
   return report;
 }
 

@@ -7,6 +7,7 @@
 
 #include <QObject>
 #include <QPointer>
+#include <Qt>
 #include <set>
 #include <string>
 
@@ -14,6 +15,19 @@ class QKeyEvent;
 class QWidget;
 
 namespace process_visualizer::displays {
+
+/// The name under which a program has a key among its shortcuts (as QKeySequence writes it, such as
+/// "Shift+Space"), if `wanted` has it; empty if not, or if the press is RViz's own (with Ctrl, Alt
+/// or Meta). Signs such as "?" are wanted whether or not the keyboard needs Shift for them.
+std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
+                      const std::set<std::string>& wanted);
+
+/// Whether a key that is held is pressed again and again: those that move by steps. A letter or the
+/// space bar would switch something on and off.
+bool repeats(int key);
+
+/// The lines of a text, without empty ones.
+std::set<std::string> lines(const std::string& text);
 
 /// Passes keys that are pressed in RViz on to the launcher, which has the keyboard only while its
 /// own window is in front. `~keys` (std_msgs/String) says which, one a line as QKeySequence writes

@@ -8,20 +8,35 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "label_layout.hpp"
-#include "leader_lines.hpp"
-#include "plate_picture.hpp"
-#include "stillness.hpp"
-#include "visible_labels.hpp"
+#include "label_plate.hpp"
+#include "overlay.hpp"
 
 namespace rviz {
 class DisplayContext;
 }
 
 namespace process_visualizer::displays {
+
+/// An arrow in the fixed frame, m.
+struct SceneArrow {
+  Ogre::Vector3 foot, tip;
+};
+
+/// A label in the fixed frame.
+struct SceneLabel {
+  std::string key;       ///< the same from picture to picture
+  Ogre::Vector3 anchor;  ///< m
+  float height_m = 0;    ///< of a line
+  std::vector<PlateLine> lines;
+  std::vector<std::optional<SceneArrow>> arrows;  ///< of each line
+};
+
+struct VisibleLabel;
 
 /// Draws the labels of all displays in front of the 3D view, so that all plates avoid each other.
 /// To be called in RViz's GUI thread.
@@ -55,14 +70,9 @@ class LabelLayer : public Ogre::RenderTargetListener {
 
   bool isOurs(const Ogre::RenderTargetViewportEvent& event) const;
   void draw(const Ogre::Camera& camera, Size view);
-  std::vector<SceneLabel> allLabels() const;
   void forgetOthers(const std::vector<VisibleLabel>& visible);
   /// Paints a plate whose text or size has changed. `anew`: the size that it had does not count.
   void paint(const VisibleLabel& visible, bool anew);
-  std::vector<LabelLayout::Plate> layoutPlates(const std::vector<VisibleLabel>& visible) const;
-  std::vector<Obstacle> obstacles(const std::vector<VisibleLabel>& visible,
-                                  const ScreenProjection& projection) const;
-  float secondsSinceLastPicture();
 
   Ogre::SceneManager& scene_;
   Ogre::SceneNode* node_;

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "replay_band.hpp"
-
+#include <process_visualizer/PlayerState.h>
+#include <process_visualizer/ShowReplay.h>
+#include <ros/callback_queue.h>
 #include <ros/message_traits.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/service_server.h>
+#include <ros/subscriber.h>
+#include <rviz/display.h>
 #include <rviz/display_context.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/ros_topic_property.h>
@@ -9,12 +15,196 @@
 #include <sensor_msgs/RegionOfInterest.h>
 #include <std_msgs/String.h>
 
+#include <QColor>
+#include <QEvent>
+#include <QFontMetrics>
+#include <QLayout>
 #include <QMainWindow>
+#include <QMargins>
+#include <QObject>
+#include <QPainter>
+#include <QPointer>
+#include <QString>
+#include <QTimer>
+#include <QToolBar>
+#include <QWidget>
+#include <memory>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <string>
 
-#include "camera_text.hpp"
+#include "camera.hpp"
+#include "replay_text.hpp"
+#include "replay_window.hpp"
 
 namespace process_visualizer::displays {
+namespace {
+
+const QColor kReplayColor(0xf5, 0xa6, 0x23);
+
+constexpr int kHeight = 34, kTextHeight = 21, kHintHeight = 14;  // px
+constexpr int kTextGap = 12;                                     ///< between the texts, px
+constexpr int kPlateInset = 4;                                   ///< of the plate from the band, px
+const char* const kHint = "Cell still running; press Esc in the launcher to return";
+
+QFont fontOf(const QWidget& widget, int height, QFont::Weight weight) {
+  QFont font = widget.font();
+  font.setPixelSize(height);
+  font.setWeight(weight);
+  return font;
+}
+
+int widthOf(const QString& text, const QPainter& painter) {
+  return painter.fontMetrics().horizontalAdvance(text);
+}
+
+/// Draws the word on its plate at the left; returns where the plate ends.
+int drawWord(const QRect& band, QPainter& painter) {
+  const QString word = "REPLAY";
+  const QRect plate(kPlateInset, kPlateInset, widthOf(word, painter) + 2 * kTextGap,
+                    band.height() - 2 * kPlateInset);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(Qt::black);
+  painter.drawRoundedRect(plate, 4, 4);
+  painter.setPen(kReplayColor);
+  painter.drawText(plate, Qt::AlignCenter, word);
+  return plate.right();
+}
+
+/// Draws a text from `left` on; returns where it ends.
+int drawText(const QString& text, int left, const QRect& band, QPainter& painter) {
+  painter.setPen(Qt::black);
+  painter.drawText(band.adjusted(left, 0, 0, 0), Qt::AlignLeft | Qt::AlignVCenter, text);
+  return left + widthOf(text, painter);
+}
+
+}  // namespace
+
+/// The band's picture: the word REPLAY on a plate, a text, and at the right what leads back. Drawn
+/// by itself: a label would lay out RViz's window whenever its text changes.
+class ReplayRibbon : public QWidget {
+ public:
+  explicit ReplayRibbon(QWidget* parent) : QWidget(parent) {
+    setFixedHeight(kHeight);
+    setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    setAttribute(Qt::WA_OpaquePaintEvent);
+  }
+
+  void setText(const QString& text) {
+    if (text == text_) return;
+    text_ = text;
+    update();
+  }
+
+ protected:
+  void paintEvent(QPaintEvent* /*event*/) override {
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::Antialiasing);
+    painter.fillRect(rect(), kReplayColor);
+    painter.setFont(fontOf(*this, kTextHeight, QFont::Bold));
+    const int left = drawWord(rect(), painter) + kTextGap;
+    const int end = drawText(text_, left, rect(), painter);
+    painter.setFont(fontOf(*this, kHintHeight, QFont::Normal));
+    const int hint = width() - widthOf(kHint, painter) - kTextGap;
+    if (hint > end + kTextGap) drawText(kHint, hint, rect(), painter);  // the time matters more
+  }
+
+ private:
+  QString text_;
+};
+
+namespace {
+
+constexpr int kFrame = 4;  ///< width of the frame, px
+
+/// The toolbar that is the first below the menu; nullptr without one.
+QToolBar* firstOnTop(const QMainWindow& window) {
+  for (QToolBar* bar : window.findChildren<QToolBar*>(QString(), Qt::FindDirectChildrenOnly)) {
+    if (window.toolBarArea(bar) == Qt::TopToolBarArea) return bar;
+  }
+  return nullptr;
+}
+
+/// A band that nobody can move or switch off by the menu of toolbars.
+QToolBar* makeBand(QMainWindow& window) {
+  auto* band = new QToolBar("Replay", &window);
+  band->setObjectName("replay_band");  // QMainWindow::saveState() warns of bars without a name
+  band->setMovable(false);
+  band->setFloatable(false);
+  band->setContextMenuPolicy(Qt::PreventContextMenu);
+  band->toggleViewAction()->setVisible(false);
+  band->setContentsMargins(0, 0, 0, 0);
+  band->layout()->setContentsMargins(0, 0, 0, 0);
+  band->layout()->setSpacing(0);
+  return band;
+}
+
+}  // namespace
+
+/// What makes RViz's window one that nobody takes for the live one, for as long as this exists: a
+/// band across its top, and a frame of the same colour around the scene.
+class ReplayMark : public QObject {
+ public:
+  explicit ReplayMark(QMainWindow& window) {
+    addBand(window);
+    if (window.centralWidget()) addFrame(*window.centralWidget());
+  }
+
+  ~ReplayMark() override {
+    delete band_.data();
+    if (!framed_) return;
+    framed_->removeEventFilter(this);
+    framed_->setContentsMargins(former_margins_);
+    framed_->update();
+  }
+
+  /// What stands beside the word REPLAY.
+  void setText(const QString& text) {
+    if (band_) ribbon_->setText(text);
+  }
+
+  /// Paints the frame.
+  bool eventFilter(QObject* object, QEvent* event) override {
+    if (object == framed_ && event->type() == QEvent::Paint) paintFrame();
+    return QObject::eventFilter(object, event);
+  }
+
+ private:
+  void addBand(QMainWindow& window) {
+    QToolBar* const first = firstOnTop(window);
+    band_ = makeBand(window);
+    ribbon_ = new ReplayRibbon(band_);
+    band_->addWidget(ribbon_);
+    if (first) {
+      window.insertToolBar(first, band_);
+      window.insertToolBarBreak(first);
+    } else {
+      window.addToolBar(Qt::TopToolBarArea, band_);
+    }
+  }
+
+  void addFrame(QWidget& scene) {
+    framed_ = &scene;
+    former_margins_ = scene.contentsMargins();
+    scene.setContentsMargins(kFrame, kFrame, kFrame, kFrame);
+    // Not by a style sheet: all widgets inside would be drawn by another style.
+    scene.installEventFilter(this);
+    scene.update();
+  }
+
+  void paintFrame() {
+    QPainter painter(framed_);
+    painter.fillRect(framed_->rect(), kReplayColor);
+    // Beside the scene are buttons without a background of their own.
+    painter.fillRect(framed_->contentsRect(), framed_->palette().window());
+  }
+
+  QPointer<QToolBar> band_;
+  QPointer<QWidget> framed_;
+  QMargins former_margins_;
+  ReplayRibbon* ribbon_ = nullptr;  ///< belongs to the band
+};
+
 namespace {
 
 constexpr int kPeriod_ms = 25;  ///< so that the window appears at once, and tenths tick evenly
@@ -45,6 +235,48 @@ std_msgs::String textMessage(const std::string& text) {
 }
 
 }  // namespace
+
+/// RViz display for a second RViz that stands in front of the live one and shows what was a moment
+/// ago. It draws nothing in the scene. A band across the window and a frame around the scene say
+/// that this is not live, and how long ago it was: the player's state says it.
+///
+/// The window appears and disappears by the service `~show_replay` of the RViz node, which can give
+/// it the place, the camera (`~camera` there) and the keys (KeyReport) of the live one; from then
+/// on the operator may look from elsewhere. Hidden, RViz does nothing. A service reaches it from
+/// another ROS master too.
+class ReplayBand : public rviz::Display {
+ public:
+  ReplayBand();
+  ~ReplayBand() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private:
+  void subscribeState();
+  void takeState(const PlayerState& state);
+  bool show(ShowReplay::Request& request, ShowReplay::Response& response);
+  /// Takes messages and brings the text up to date, also while RViz itself does nothing.
+  void work();
+  void mark();
+  void adoptCamera();
+
+  rviz::RosTopicProperty* state_topic_;
+  rviz::BoolProperty* shown_at_start_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Subscriber state_subscriber_;
+  ros::Publisher place_publisher_, keys_publisher_;
+  ros::ServiceServer service_;
+  std::optional<PlayedState> state_;
+  std::string camera_;
+  ReplayText text_;
+  std::unique_ptr<ReplayWindow> window_;
+  std::unique_ptr<ReplayMark> mark_;
+  QTimer timer_;
+};
 
 ReplayBand::ReplayBand()
     : state_topic_(new rviz::RosTopicProperty("State Topic", "/bag_player/state",

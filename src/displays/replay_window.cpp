@@ -8,15 +8,63 @@
 #include <QCoreApplication>
 #include <QDockWidget>
 #include <QEvent>
+#include <QLabel>
 #include <QMainWindow>
 #include <QSignalBlocker>
 #include <QTimer>
 #include <QWindow>
+#include <functional>
+#include <utility>
 #include <vector>
 
-#include "replay_curtain.hpp"
-
 namespace process_visualizer::displays {
+namespace {
+
+constexpr double kSoon_s = 1;  ///< until then nobody wants to know how long the picture takes
+
+}  // namespace
+
+/// Hangs in front of a scene that has not been drawn yet, and says so: models are read while the
+/// first picture is drawn, and the window would be black until then.
+class ReplayCurtain : public QLabel {
+ public:
+  /// \param scene what it covers
+  /// \param seen called once, when it has been painted: drawing may begin
+  ReplayCurtain(QWidget& scene, std::function<void()> seen)
+      : QLabel(&scene), seen_(std::move(seen)) {
+    setAttribute(Qt::WA_NativeWindow);  // the scene is one, and would lie above
+    setAlignment(Qt::AlignCenter);
+    setStyleSheet("background: #20232b; color: #f5a623; font-size: 18px; font-weight: bold");
+    cover(0);
+    show();
+    raise();
+  }
+
+  /// Covers all of the scene, which may have got another size, and says how long it takes so far.
+  void cover(double elapsed_s) {
+    setGeometry(parentWidget()->contentsRect());
+    const QString text = "Drawing the first picture\u2026";
+    setText(elapsed_s < kSoon_s ? text : text + QString(" %1 s").arg(int(elapsed_s)));
+  }
+
+  /// Leaves all but its words open: the X server throws away what is drawn behind a window.
+  void open() {
+    QRect words(QPoint(), sizeHint());
+    words.moveCenter(parentWidget()->contentsRect().center());
+    setGeometry(words);
+  }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override {
+    QLabel::paintEvent(event);
+    if (!seen_) return;
+    QTimer::singleShot(0, this, std::exchange(seen_, nullptr));
+  }
+
+ private:
+  std::function<void()> seen_;
+};
+
 namespace {
 
 constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with what has come meanwhile

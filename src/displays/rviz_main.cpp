@@ -12,10 +12,13 @@
 #include <QApplication>
 #include <QtGlobal>
 
-#include "x_connections.hpp"
+// The last one: its macros are common words.
+#include <X11/Xlib.h>
 
 int main(int argc, char** argv) {
-  process_visualizer::displays::doXRequestsOneByOne();
+  // On each connection to the X server that Xlib opens from now on, a request is done before the
+  // next one is sent (Xlib manual, section 11.8.1). Not on those of Qt, which are not Xlib's.
+  _Xdebug = 1;
   // OGRE draws into windows of X, under Wayland too.
   if (qEnvironmentVariableIsEmpty("QT_QPA_PLATFORM")) qputenv("QT_QPA_PLATFORM", "xcb");
   QApplication application(argc, argv);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "key_names.hpp"
+#include "key_report.hpp"
 
 namespace process_visualizer::displays {
 namespace {

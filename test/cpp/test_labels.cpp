@@ -6,9 +6,8 @@
 #include <random>
 
 #include "label_layout.hpp"
+#include "label_plate.hpp"
 #include "label_store.hpp"
-#include "label_style.hpp"
-#include "stillness.hpp"
 
 namespace process_visualizer::displays {
 namespace {

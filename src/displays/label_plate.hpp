@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <QImage>
+#include <string>
 #include <vector>
 
 namespace process_visualizer::displays {
@@ -42,5 +44,17 @@ Rgb readableOn(const PlateStyle& plate, Rgb text);
 /// @param pixel_ratio pixels of the screen for each of the desktop's, 1 if it is not scaled
 /// @param last size in the last picture; 0 if there was none
 int fontSize(float projected, float pixel_ratio, int last);
+
+/// A line on a plate; the text is UTF-8.
+struct PlateLine {
+  std::string text;
+  Rgb color;
+};
+
+bool operator==(const PlateLine& one, const PlateLine& other);
+
+/// The picture of a plate with its lines, as premultiplied ARGB. Its width grows in steps, so that
+/// a plate keeps its size while its numbers change.
+QImage paintPlate(const std::vector<PlateLine>& lines, int font_size_px);
 
 }  // namespace process_visualizer::displays

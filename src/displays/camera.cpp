@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "camera_text.hpp"
+#include "camera.hpp"
 
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
