@@ -14,7 +14,7 @@
 
 #include "beside_peer.hpp"
 #include "process_visualizer/recorder/intake.hpp"
-#include "process_visualizer/recorder/whole_bag.hpp"
+#include "process_visualizer/recorder/recording.hpp"
 
 namespace recorder = process_visualizer::recorder;
 

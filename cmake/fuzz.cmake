@@ -7,11 +7,11 @@ if(CATKIN_ENABLE_TESTING)
     src/joints/joint_matching.cpp
     src/joints/joint_message.cpp
     src/recorder/message.cpp
-    src/recorder/text.cpp
+    src/recorder/publishers.cpp
     src/recorder/topic_choice.cpp
-    src/recorder/topic_statistics.cpp
-    src/recorder/xml_rpc_answers.cpp)
+    src/recorder/topic_statistics.cpp)
   process_visualizer_watch(fuzz_readers)
+  add_dependencies(fuzz_readers process_visualizer_generate_messages_cpp)
   set_target_properties(fuzz_readers PROPERTIES UNITY_BUILD OFF)  # its sources are of several targets
   target_compile_options(fuzz_readers PRIVATE -Wno-maybe-uninitialized)  # GCC, of its own <regex>
   target_link_libraries(fuzz_readers ${roscpp_LIBRARIES} ${roscpp_serialization_LIBRARIES}

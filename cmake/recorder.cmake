@@ -4,22 +4,15 @@
 find_package(xmlrpcpp REQUIRED)
 
 add_library(process_visualizer_recorder
-  src/recorder/account.cpp
   src/recorder/bag_file.cpp
-  src/recorder/bag_name.cpp
-  src/recorder/calibration.cpp
   src/recorder/intake.cpp
   src/recorder/message.cpp
-  src/recorder/recent_answers.cpp
+  src/recorder/publishers.cpp
   src/recorder/recent_messages.cpp
   src/recorder/recording.cpp
-  src/recorder/recording_limits.cpp
-  src/recorder/text.cpp
-  src/recorder/topic_board.cpp
+  src/recorder/recording_request.cpp
   src/recorder/topic_choice.cpp
   src/recorder/topic_statistics.cpp
-  src/recorder/whole_bag.cpp
-  src/recorder/xml_rpc_answers.cpp
 )
 process_visualizer_compile(process_visualizer_recorder)
 target_link_libraries(process_visualizer_recorder
@@ -27,14 +20,7 @@ target_link_libraries(process_visualizer_recorder
   ${xmlrpcpp_LIBRARIES} Threads::Threads)
 add_dependencies(process_visualizer_recorder process_visualizer_generate_messages_cpp)
 
-add_executable(bag_recorder
-  src/recorder/bag_recorder.cpp
-  src/recorder/bag_recorder_state.cpp
-  src/recorder/main.cpp
-  src/recorder/publishers.cpp
-  src/recorder/recording_request.cpp
-  src/recorder/subscriptions.cpp
-)
+add_executable(bag_recorder src/recorder/bag_recorder.cpp src/recorder/subscriptions.cpp)
 process_visualizer_compile(bag_recorder)
 target_link_libraries(bag_recorder process_visualizer_recorder ${roscpp_LIBRARIES})
 

@@ -29,10 +29,9 @@
 #include "process_visualizer/common/claimed_lengths.hpp"
 #include "process_visualizer/joints/joint_message.hpp"
 #include "process_visualizer/recorder/message.hpp"
-#include "process_visualizer/recorder/text.hpp"
+#include "process_visualizer/recorder/publishers.hpp"
 #include "process_visualizer/recorder/topic_choice.hpp"
 #include "process_visualizer/recorder/topic_statistics.hpp"
-#include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
 namespace {
 

@@ -1,35 +1,124 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "process_visualizer/recorder/bag_recorder.hpp"
+// The node bag_recorder. SIGINT, SIGTERM and SIGHUP finish the bag before the node ends.
 
+#include <process_visualizer/Mark.h>
+#include <process_visualizer/ReadRecent.h>
+#include <process_visualizer/RecorderState.h>
+#include <process_visualizer/StartRecording.h>
+#include <process_visualizer/StopRecording.h>
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/ros.h>
+#include <ros/spinner.h>
 #include <ros/this_node.h>
+#include <signal.h>
 #include <std_msgs/String.h>
 #include <sys/stat.h>
 
+#include <chrono>
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
+#include <functional>
 #include <limits>
+#include <mutex>
+#include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
-#include "process_visualizer/recorder/bag_name.hpp"
+#include "process_visualizer/recorder/bag_file.hpp"
+#include "process_visualizer/recorder/intake.hpp"
+#include "process_visualizer/recorder/problems.hpp"
+#include "process_visualizer/recorder/recent_messages.hpp"
+#include "process_visualizer/recorder/recording.hpp"
 #include "process_visualizer/recorder/recording_request.hpp"
-#include "process_visualizer/recorder/text.hpp"
-#include "process_visualizer/recorder/whole_bag.hpp"
+#include "process_visualizer/recorder/subscriptions.hpp"
+#include "process_visualizer/recorder/turns.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
 
 // What was on its way when the operator pressed stop belongs to the recording.
 constexpr std::chrono::milliseconds kUnderWay(100);
+constexpr std::chrono::milliseconds kStatePeriod(500), kMasterPeriod(1000);
+
+const char* const kNoTime =
+    "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
+    "simulation or the player first";
 
 std::string defaultFolder() {
   const char* home = std::getenv("HOME");
   return std::string(home != nullptr ? home : ".") + "/bags";
 }
 
-const char* const kNoTime =
-    "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
-    "simulation or the player first";
-
 }  // namespace
+
+/// The node bag_recorder: services `~start ~save_recent ~copy_recent ~stop ~mark ~read_recent`,
+/// topic `~state`.
+class BagRecorder {
+ public:
+  BagRecorder();
+  ~BagRecorder();
+
+  /// Ends the recording, if there is one, and the services.
+  void shutDown();
+
+ private:
+  using Start = StartRecording;
+
+  bool start(Start::Request& request, Start::Response& response);
+  bool saveRecent(Start::Request& request, Start::Response& response);
+  bool copyRecent(Start::Request& request, Start::Response& response);
+  bool stop(StopRecording::Request&, StopRecording::Response& response);
+  bool mark(Mark::Request& request, Mark::Response& response);
+
+  bool readRecent(ReadRecent::Request& request, ReadRecent::Response& response);
+
+  static bool answer(Start::Response& response, const std::function<std::string()>& command);
+  std::string begin(const Start::Request& request);
+  std::string save(const Start::Request& request);
+  std::string copy(const Start::Request& request);
+  BagFile createCopy(const Start::Request& request, std::uint64_t bytes);
+  void connect();
+  Beginning beginningOf(const Start::Request& request, TopicChoice choice) const;
+  Beginning memoryOf(const Start::Request& request) const;
+  void finish(std::chrono::milliseconds under_way);
+  void waitUntilWritten();
+  void requireIdle() const;
+  void setFileModeMask() const;
+  void watch(TopicChoice choice);
+  std::vector<std::string> ownPrefixes() const;
+
+  void addProblem(const std::string& problem);
+  void setPhase(std::uint8_t phase);
+  void publishStates();
+  void tellSilence();
+  RecorderState state() const;
+  void lookAtMaster();
+  void followPublishers(const Publishers& publishers);
+
+  ros::NodeHandle node_{"~"};
+  const std::string name_;
+  const std::string folder_;
+  const AllowedFolders allowed_folders_;
+  const std::string configuration_;
+  const double connection_timeout_;
+
+  std::mutex command_mutex_;  ///< one command at a time
+  std::mutex naming_mutex_;   ///< from the choice of a file's name until there is the file
+  Turns turns_;
+  Intake intake_;
+  RecentAnswers recent_answers_{[this](const MessageWish& wish) { return intake_.recent(wish); }};
+  bool has_master_ = true;  ///< for the thread that looks at it
+
+  ros::Publisher state_publisher_, mark_publisher_;
+  ros::CallbackQueue copy_queue_;  // the services need it to the end
+  std::vector<ros::ServiceServer> services_;
+  ros::AsyncSpinner copy_spinner_{1, &copy_queue_};  ///< so that no command waits for a copy
+  Subscriptions subscriptions_;
+  std::thread state_thread_, master_thread_;
+};
 
 BagRecorder::BagRecorder()
     : name_(ros::this_node::getName()),
@@ -55,7 +144,10 @@ BagRecorder::BagRecorder()
   services_.push_back(copy_node.advertiseService("copy_recent", &BagRecorder::copyRecent, this));
   copy_spinner_.start();
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
-  master_thread_ = std::thread(&BagRecorder::followMaster, this);
+  // In a thread of its own, since a master that hangs would hold up everything else.
+  master_thread_ = std::thread([this] {
+    while (turns_.waitFor(kMasterPeriod)) lookAtMaster();
+  });
 }
 
 BagRecorder::~BagRecorder() { shutDown(); }
@@ -254,4 +346,103 @@ void BagRecorder::waitUntilWritten() {
   setPhase(RecorderState::IDLE);
 }
 
+// What it does by itself: it tells its state, and follows the master
+
+void BagRecorder::addProblem(const std::string& problem) {
+  ROS_WARN_STREAM(problem);
+  intake_.addProblem(problem);
+}
+
+void BagRecorder::setPhase(std::uint8_t phase) {
+  intake_.setPhase(phase);
+  state_publisher_.publish(state());
+}
+
+RecorderState BagRecorder::state() const {
+  const std::map<std::string, unsigned> publishers = subscriptions_.publisherCounts();
+  RecorderState state = intake_.state();
+  for (TopicRecord& topic : state.topics) {
+    const auto found = publishers.find(topic.name);
+    topic.publishers = found == publishers.end() ? 0 : found->second;
+  }
+  return state;
+}
+
+void BagRecorder::publishStates() {
+  for (bool is_odd = true; turns_.waitFor(kStatePeriod); is_odd = !is_odd) {
+    std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
+    // A recording that has ended by itself is taken away here.
+    if (command && !intake_.isWriting()) finish(std::chrono::milliseconds(0));
+    if (is_odd) intake_.measureRates();
+    tellSilence();
+    state_publisher_.publish(state());
+  }
+}
+
+void BagRecorder::tellSilence() {
+  const std::vector<std::string> topics = intake_.fallenSilent();
+  if (!topics.empty())
+    addProblem(listed(topics) +
+               ": silent, though messages came regularly; do the drivers still run? What comes "
+               "again is recorded");
+}
+
+void BagRecorder::lookAtMaster() {
+  const auto publishers = publishersAtMaster();
+  const bool had_master = std::exchange(has_master_, publishers.has_value());
+  if (had_master && !publishers)
+    addProblem(
+        "the ROS master does not answer: what is connected is still recorded, but no new "
+        "publisher is found; stop the recording, then start everything anew");
+  if (!publishers) return;
+  const double period_s = std::chrono::duration<double>(kMasterPeriod).count();
+  for (const std::string& topic : subscriptions_.followChangedTypes(*publishers, period_s))
+    addProblem(topic +
+               " was not connected, though it has a publisher: subscribed anew (its type "
+               "may have changed)");
+  followPublishers(*publishers);
+}
+
+/// Takes new topics that match a pattern, and forgets what was latched and has been replaced.
+void BagRecorder::followPublishers(const Publishers& publishers) {
+  const std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
+  if (!command || subscriptions_.topics().empty()) return;  // another time
+  if (intake_.follow(publishers, ownPrefixes())) subscriptions_.choose(intake_.sources());
+}
+
 }  // namespace process_visualizer::recorder
+
+namespace {
+
+sigset_t blockedSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGHUP);  // the terminal was closed
+  // Every thread that is started from here on inherits this: only sigwait takes the signals.
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGXFSZ, SIG_IGN);  // a file that is too large is an error of write() like any other
+  return signals;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const sigset_t signals = blockedSignals();
+  ros::init(argc, argv, "bag_recorder", ros::init_options::NoSigintHandler);
+  try {
+    ros::NodeHandle node;  // keeps roscpp running until everything else is gone
+    process_visualizer::recorder::BagRecorder recorder;
+    ros::AsyncSpinner spinner(2);  // ~mark is answered while ~start waits
+    spinner.start();
+    int number = 0;
+    sigwait(&signals, &number);
+    recorder.shutDown();
+    ros::shutdown();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bag_recorder: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "process_visualizer/recorder/account.hpp"
+#include "process_visualizer/recorder/topic_statistics.hpp"
 
 namespace process_visualizer::recorder {
 namespace {

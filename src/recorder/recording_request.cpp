@@ -2,13 +2,72 @@
 #include "process_visualizer/recorder/recording_request.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
-#include "process_visualizer/recorder/bag_name.hpp"
+#include "process_visualizer/recorder/bag_file.hpp"
+#include "process_visualizer/recorder/problems.hpp"
 
 namespace process_visualizer::recorder {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kLeastBytes = 1 << 20;
+constexpr double kLeastDurationS = 1;
+constexpr double kLongestS = 1e8;  // three years
+constexpr std::size_t kMaskDigits = 4;
+
+bool isBelow(const fs::path& path, const fs::path& folder) {
+  const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end();
+}
+
+/// The path without links, as far as it exists, and without a slash at its end.
+fs::path wholePath(const std::string& path) {
+  std::error_code error;
+  const fs::path found = fs::weakly_canonical(path, error);
+  const fs::path whole = error ? fs::path(path).lexically_normal() : found;
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+}  // namespace
+
+void AllowedFolders::check(const std::string& folder) const {
+  const fs::path wanted = wholePath(folder);
+  const auto is_above = [&](const std::string& it) { return isBelow(wanted, wholePath(it)); };
+  if (std::none_of(folders_.begin(), folders_.end(), is_above))
+    throw RecordingError("the folder \"" + folder +
+                         "\" is none of those that the recorder was started with (" +
+                         joined(folders_, ", ") + "); start it with this one in ~folders, or in " +
+                         "PROCESS_VISUALIZER_BAG_FOLDERS");
+}
+
+void checkSplit(std::uint64_t bytes, double duration_s) {
+  if (bytes != 0 && bytes < kLeastBytes)
+    throw RecordingError("split_bytes is " + std::to_string(bytes) +
+                         "; write 0 (never), or at least 1048576 (1 MB)");
+  if (!(duration_s == 0 || (duration_s >= kLeastDurationS && duration_s <= kLongestS)))
+    throw RecordingError("split_duration is " + std::to_string(duration_s) +
+                         " s; write 0 (never), or 1 s to 100000000 s");
+}
+
+void checkRecent(double recent_s) {
+  if (!(recent_s >= 0 && recent_s <= kLongestS))
+    throw RecordingError("recent is " + std::to_string(recent_s) +
+                         " s; write how many seconds of the memory are wanted, such as 10");
+}
+
+mode_t fileModeMask(const std::string& octal) {
+  const auto is_octal = [](char digit) { return digit >= '0' && digit <= '7'; };
+  if (octal.empty() || octal.size() > kMaskDigits ||
+      !std::all_of(octal.begin(), octal.end(), is_octal))
+    throw RecordingError("~umask is \"" + octal + "\"; write an octal number such as \"0027\"");
+  return static_cast<mode_t>(std::stoul(octal, nullptr, 8));
+}
+
 namespace {
 
 Compression compressionOf(const std::string& name) {

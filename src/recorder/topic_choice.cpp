@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "process_visualizer/recorder/bag_file.hpp"
+#include "process_visualizer/recorder/problems.hpp"
 
 namespace process_visualizer::recorder {
 namespace {

@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "process_visualizer/recorder/bag_file.hpp"
-#include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recording.hpp"
-#include "process_visualizer/recorder/whole_bag.hpp"
 #include "recorder_bags.hpp"
 #include "recorder_folder.hpp"
 #include "recorder_machine.hpp"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "process_visualizer/recorder/account.hpp"
-#include "process_visualizer/recorder/clock_watch.hpp"
-#include "process_visualizer/recorder/text.hpp"
+#include "process_visualizer/recorder/machine.hpp"
+#include "process_visualizer/recorder/message.hpp"
 #include "process_visualizer/recorder/topic_statistics.hpp"
 #include "recorder_machine.hpp"
 #include "recorder_messages.hpp"

@@ -6,8 +6,7 @@
 #include <limits>
 
 #include "process_visualizer/recorder/bag_file.hpp"
-#include "process_visualizer/recorder/bag_name.hpp"
-#include "process_visualizer/recorder/recording_limits.hpp"
+#include "process_visualizer/recorder/recording_request.hpp"
 #include "recorder_folder.hpp"
 
 namespace process_visualizer::recorder {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "process_visualizer/recorder/recent_answers.hpp"
+#include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "recorder_messages.hpp"
 
@@ -189,7 +189,7 @@ class Answers : public testing::Test {
   }
 
   Intake intake_{"/recorder", {60, 1 << 30}, [] {}};
-  RecentAnswers answers_{intake_};
+  RecentAnswers answers_{[this](const MessageWish& wish) { return intake_.recent(wish); }};
 };
 
 using Numbers = std::vector<std::uint32_t>;

@@ -7,9 +7,8 @@
 
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/message.hpp"
-#include "process_visualizer/recorder/text.hpp"
+#include "process_visualizer/recorder/publishers.hpp"
 #include "process_visualizer/recorder/topic_choice.hpp"
-#include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
 namespace process_visualizer::recorder {
 namespace {

@@ -39,8 +39,8 @@ def test_kinds_of_joints_that_move() -> None:
 
 
 def test_names_that_the_recorder_knows() -> None:
-    file = 'recorder/calibration.cpp'
-    assert constant('../include/process_visualizer/recorder/own_topics.hpp',
+    file = 'recorder/message.cpp'
+    assert constant('../include/process_visualizer/recorder/message.hpp',
                     'kOwnPrefix') == f'"{OWN_TOPICS}"'
     assert constant(file, 'kNode') == f'"/{CELL_FRAMES}"'
     assert constant(file, 'kSource') == f'"{STATIC_TF_TOPIC}"'
@@ -70,7 +70,7 @@ def test_types_and_parameter_that_joint_proc_reads() -> None:
 def test_names_that_nodes_give_themselves() -> None:
     for file, text in (('cloud/sensor_fit_main.cpp', f'ros::init(argc, argv, "{SENSOR_FIT}"'),
                        ('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
-                       ('recorder/main.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
+                       ('recorder/bag_recorder.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
                        ('displays/display_status.cpp',
                         f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"'),
                        ('displays/display_status.cpp',

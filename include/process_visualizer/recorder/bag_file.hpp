@@ -4,19 +4,28 @@
 #include <cstdint>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/recorder/problems.hpp"
 
 namespace process_visualizer::recorder {
 
-/// What keeps a recording from being written; says which file, why, and what to do.
-class RecordingError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+/// Returns the path of a new bag: FOLDER/NAME.bag, or with an empty name FOLDER/PREFIX_DATE.bag or
+/// FOLDER/DATE.bag with the local date and time, which is numbered if there is one already.
+/// \throws RecordingError if the name cannot be a file's, or there is such a bag already
+std::string newBagPath(const std::string& folder, const std::string& prefix,
+                       const std::string& name);
+
+/// Returns the path of a part of a recording that is split: a.bag becomes a_0.bag, a_1.bag, ...
+std::string partPath(const std::string& path, unsigned part);
+
+/// Creates a folder with those above it. \throws RecordingError
+void createFolder(const std::string& folder);
+
+/// Returns how many bytes are free on a folder's disk. \throws RecordingError if these are too few
+std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes);
 
 enum class Compression { kNone, kLz4 };
 

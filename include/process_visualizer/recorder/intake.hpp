@@ -12,14 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/recorder/calibration.hpp"
 #include "process_visualizer/recorder/machine.hpp"
-#include "process_visualizer/recorder/own_topics.hpp"
+#include "process_visualizer/recorder/message.hpp"
 #include "process_visualizer/recorder/problems.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "process_visualizer/recorder/recording.hpp"
-#include "process_visualizer/recorder/topic_board.hpp"
 #include "process_visualizer/recorder/topic_choice.hpp"
+#include "process_visualizer/recorder/topic_statistics.hpp"
 
 namespace process_visualizer::recorder {
 

@@ -4,8 +4,11 @@
 #include <ros/time.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <utility>
+#include <vector>
 
 #include "process_visualizer/recorder/bag_file.hpp"
 
@@ -20,6 +23,53 @@ struct Machine {
   std::function<ros::WallTime()> wall = ros::WallTime::now;             ///< can be set, and jump
   std::function<SteadyTime()> steady = std::chrono::steady_clock::now;  ///< never jumps
   std::function<std::uint64_t(const BagFile&)> freeBytes = &BagFile::freeBytes;
+};
+
+/// A jump of the clock that messages are stamped with: the time after it (s since the epoch), and
+/// how far it went (s).
+struct ClockJump {
+  double time;
+  double seconds;
+};
+
+/// Finds jumps of the clock by comparing it with one that never jumps.
+///
+/// A simulated clock (/clock) may stand still, and run faster than any real one; it must not go
+/// back, nor further in a moment than any simulation comes.
+class ClockWatch {
+ public:
+  explicit ClockWatch(Machine machine) : machine_(std::move(machine)), last_(measure()) {}
+
+  /// To be called about every second; notes a jump since the last time.
+  void look() {
+    const Times now = measure();
+    const double passed = now.steady - last_.steady, went = now.shown - last_.shown;
+    const bool is_jump = !now.is_simulated ? std::abs(went - passed) > kJump
+                                           : went < 0 || went > kFastest * passed + kStep;
+    if (is_jump && now.is_simulated == last_.is_simulated && last_.shown > 0)
+      jumps_.push_back({now.shown, went - passed});
+    last_ = now;
+  }
+  const std::vector<ClockJump>& jumps() const { return jumps_; }
+
+ private:
+  static constexpr double kJump = 0.1, kFastest = 20, kStep = 1;
+
+  /// What both clocks show, s.
+  struct Times {
+    double steady, shown;  ///< shown: 0 before the first simulated time
+    bool is_simulated;
+  };
+
+  Times measure() const {
+    const std::chrono::duration<double> steady = machine_.steady().time_since_epoch();
+    const bool is_simulated = machine_.isSimulated();
+    return {steady.count(), is_simulated ? machine_.now().toSec() : machine_.wall().toSec(),
+            is_simulated};
+  }
+  const Machine machine_;
+  Times last_;
+  std::vector<ClockJump> jumps_;
 };
 
 }  // namespace process_visualizer::recorder

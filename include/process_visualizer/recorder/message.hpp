@@ -6,6 +6,7 @@
 #include <boost/shared_ptr.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "process_visualizer/common/raw_message.hpp"
@@ -49,5 +50,36 @@ ConnectionPtr textConnection(const std::string& topic, const std::string& node,
 /// Returns a message of type std_msgs/String.
 Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
                     const std::string& text);
+
+/// Returns a text in which every byte that is not part of UTF-8 is replaced by U+FFFD.
+std::string validUtf8(const std::string& text);
+
+/// Before the names of all topics that the recorder itself writes; as in ros_names.py.
+inline const std::string kOwnPrefix = "/process_visualizer/";
+
+/// What a recorder itself says in its bags.
+struct OwnTopics {
+  /// \param node the recorder's name
+  explicit OwnTopics(const std::string& node)
+      : marks(textConnection(kOwnPrefix + "marks", node, false)),
+        account(textConnection(kOwnPrefix + "recording", node)),
+        configuration(textConnection(kOwnPrefix + "configuration", node)) {}
+
+  const ConnectionPtr marks, account, configuration;
+};
+
+/// The cell's own frames get a topic of their own in a bag, so that a player can tell them from all
+/// others on /tf_static.
+class Calibration {
+ public:
+  static const std::string kSource;  ///< the topic on which the frames come
+  static const std::string kTopic;   ///< and that under which they are recorded
+
+  /// Returns the message under the other topic if it holds the cell's frames, else nothing.
+  std::optional<Message> copyOf(const Message& message);
+
+ private:
+  std::map<ConnectionPtr, ConnectionPtr> connections_;  ///< by that of the source
+};
 
 }  // namespace process_visualizer::recorder

@@ -1,11 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace process_visualizer::recorder {
+
+/// What keeps a recording from being written; says which file, why, and what to do.
+class RecordingError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Returns the words as one text, with the separator between them.
+inline std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
+/// Returns names as a part of a sentence: the first ones, and how many more there are.
+inline std::string listed(const std::vector<std::string>& names) {
+  constexpr std::ptrdiff_t kMost = 5;
+  const auto more = static_cast<std::ptrdiff_t>(names.size()) - kMost;
+  if (more <= 0) return joined(names, ", ");
+  return joined({names.begin(), names.begin() + kMost}, ", ") + " and " + std::to_string(more) +
+         " more";
+}
 
 /// What has gone wrong: the newest texts, and how many there were since the node runs.
 class Problems {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <process_visualizer/ReadRecent.h>
+
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <set>
 #include <string>
 #include <utility>
@@ -98,6 +101,26 @@ class RecentMessages {
   std::uint64_t unrecorded_ = 1;       ///< the number of the first one that no recording has
   LatchedMessages before_;             ///< what is latched, as of the first one
   LatchedMessages before_unrecorded_;  ///< and as of the first one that no recording has
+};
+
+/// Answers to requests for what is in memory. Each connection has a number, the same for all who
+/// ask, so that it is described only once.
+class RecentAnswers {
+ public:
+  /// \param read returns what is wished for of the memory
+  explicit RecentAnswers(std::function<NumberedMessages(const MessageWish&)> read)
+      : read_(std::move(read)) {}
+
+  void answer(const ReadRecent::Request& request, ReadRecent::Response& response);
+
+ private:
+  std::uint32_t numberOf(const ConnectionPtr& connection);
+  void describe(std::uint32_t known, ReadRecent::Response& response) const;
+
+  const std::function<NumberedMessages(const MessageWish&)> read_;
+  std::mutex mutex_;  ///< for what follows
+  std::map<ConnectionPtr, std::uint32_t> numbers_;
+  std::vector<ConnectionPtr> connections_;  ///< by number
 };
 
 }  // namespace process_visualizer::recorder

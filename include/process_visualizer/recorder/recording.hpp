@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
@@ -13,7 +14,6 @@
 #include <vector>
 
 #include "process_visualizer/recorder/bag_file.hpp"
-#include "process_visualizer/recorder/clock_watch.hpp"
 #include "process_visualizer/recorder/machine.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 
@@ -113,5 +113,17 @@ class Recording {
   RecordingStatus status_;
   std::thread thread_;
 };
+
+/// Returns how large a bag of these messages becomes, about, if it is not compressed.
+std::uint64_t bagBytes(const std::deque<Message>& messages);
+
+/// Creates the file for a bag of so many bytes where a recording on the same disk can go on after
+/// it. \throws RecordingError if there is no room for both
+BagFile createWhole(const RecordingOptions& options, std::uint64_t bytes);
+
+/// Writes messages and finishes the bag; whoever reads it does not wait for the disk. If it cannot
+/// have all of them, the file is removed.
+/// \throws RecordingError
+void writeWhole(BagFile& file, std::deque<Message> messages);
 
 }  // namespace process_visualizer::recorder

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/recorder/xml_rpc_answers.hpp"
+#include "process_visualizer/recorder/publishers.hpp"
 
 namespace process_visualizer::recorder {
 
