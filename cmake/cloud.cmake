@@ -4,12 +4,8 @@
 # Only message classes and Eigen: no node, no master.
 set(cloud_sources
   src/cloud/box.cpp
-  src/cloud/box_outline.cpp
   src/cloud/cloud_layout.cpp
-  src/cloud/colored_cloud.cpp
-  src/cloud/data_clock.cpp
   src/cloud/fused_clouds.cpp
-  src/cloud/image_layout.cpp
   src/cloud/pixel_rays.cpp
   src/cloud/registered_crop.cpp
   src/cloud/roi_filter.cpp
@@ -20,15 +16,7 @@ process_visualizer_compile(roi_filter)
 target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
 add_library(process_visualizer_nodelets
-  src/cloud/cloud_fusion_nodelet.cpp
-  src/cloud/complaints.cpp
-  src/cloud/fusion_parameters.cpp
-  src/cloud/region_of_interest.cpp
-  src/cloud/registered_crop_nodelet.cpp
-  src/cloud/roi_filter_nodelet.cpp
-  src/cloud/roi_parameters.cpp
-  src/cloud/transform_lookup.cpp
-)
+  src/cloud/cloud_fusion_nodelet.cpp src/cloud/crop_nodelets.cpp)
 process_visualizer_compile(process_visualizer_nodelets)
 add_dependencies(process_visualizer_nodelets process_visualizer_generate_messages_cpp)
 target_link_libraries(process_visualizer_nodelets

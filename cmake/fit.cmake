@@ -3,20 +3,12 @@
 
 find_package(PCL REQUIRED COMPONENTS common filters kdtree registration search)
 
-add_library(process_visualizer_fit
-  src/cloud/determination.cpp
-  src/cloud/direction_grid.cpp
-  src/cloud/fit_refinement.cpp
-  src/cloud/neighbours.cpp
-  src/cloud/pose_fit.cpp
-  src/cloud/visible_surface.cpp
-)
+add_library(process_visualizer_fit src/cloud/line_of_sight.cpp src/cloud/pose_fit.cpp)
 process_visualizer_compile(process_visualizer_fit)
 target_include_directories(process_visualizer_fit SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})
 target_link_libraries(process_visualizer_fit process_visualizer_surface ${PCL_LIBRARIES})
 
-add_executable(sensor_fit src/cloud/cloud_source.cpp src/cloud/model_surfaces.cpp
-  src/cloud/sensor_fit.cpp src/cloud/sensor_fit_main.cpp)
+add_executable(sensor_fit src/cloud/sensor_fit.cpp)
 process_visualizer_compile(sensor_fit)
 add_dependencies(sensor_fit ${${PROJECT_NAME}_EXPORTED_TARGETS})
 target_link_libraries(sensor_fit process_visualizer_fit process_visualizer_common roi_filter ${roscpp_LIBRARIES}

@@ -6,11 +6,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 # Only Eigen, PCL's points and assimp: no node, no master.
-set(surface_sources
-  src/cloud/surface.cpp
-  src/cloud/surface_distance.cpp
-  src/cloud/surface_file.cpp
-)
+set(surface_sources src/cloud/surface.cpp)
 add_library(process_visualizer_surface ${surface_sources})
 process_visualizer_compile(process_visualizer_surface)
 target_include_directories(process_visualizer_surface SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})

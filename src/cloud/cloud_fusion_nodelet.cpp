@@ -1,34 +1,56 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
+#include <ros/console.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
 #include <ros/ros.h>
+#include <ros/time.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <chrono>
+#include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/cloud/cloud_layout.hpp"
-#include "process_visualizer/cloud/complaints.hpp"
-#include "process_visualizer/cloud/data_clock.hpp"
 #include "process_visualizer/cloud/fused_clouds.hpp"
-#include "process_visualizer/cloud/fusion_parameters.hpp"
-#include "process_visualizer/cloud/periods.hpp"
+#include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/cloud/voxel_grid.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
+#include "process_visualizer/common/complaint.hpp"
+#include "process_visualizer/common/complaint_status.hpp"
+#include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
+
+/// What clouds are joined to.
+struct FusionParameters {
+  std::vector<std::string> topics;  ///< one for each sensor
+  std::string frame;                ///< of the joined cloud
+  double voxel = 0;                 ///< edge of the cubes that keep one point each, m
+  double timeout = 0;               ///< after which a sensor is left out, s
+};
+
 namespace {
 
 using sensor_msgs::PointCloud2;
 
+constexpr std::chrono::seconds kLogPeriod{5};
+constexpr std::chrono::milliseconds kStatusPeriod{500};
 constexpr double kTickPeriod = 0.1;  ///< of looking for silent sensors, s
 constexpr double kStartTime = 10;    ///< for drivers, before missing clouds are a problem, s
 
@@ -40,7 +62,98 @@ std::string deviceOf(const std::string& name) {
   return begin < end && end != std::string::npos ? name.substr(begin, end - begin) : name;
 }
 
+template <typename Value>
+Value read(const ros::NodeHandle& node_handle, const std::string& name, Value value,
+           const std::string& must_be) {
+  require(!node_handle.hasParam(name) || node_handle.getParam(name, value),
+          "parameter " + node_handle.resolveName(name) + " must be " + must_be);
+  return value;
+}
+
+double readPositive(const ros::NodeHandle& node_handle, const std::string& name, double value) {
+  const std::string must_be = "a number greater than zero";
+  const double given = read(node_handle, name, value, must_be);
+  require(std::isfinite(given) && given > 0,
+          "parameter " + node_handle.resolveName(name) + " must be " + must_be);
+  return given;
+}
+
+/// Reads `topics` and `frame`, `voxel` (default: 0.005) and `timeout` (default: 1).
+/// \throws std::invalid_argument that names the parameter and what it must be
+FusionParameters readFusionParameters(const ros::NodeHandle& node_handle) {
+  FusionParameters parameters;
+  parameters.topics =
+      read(node_handle, "topics", parameters.topics, "a list of topics with clouds");
+  parameters.frame =
+      withoutLeadingSlash(read<std::string>(node_handle, "frame", {}, "a frame's name"));
+  parameters.voxel = readPositive(node_handle, "voxel", 0.005);
+  parameters.timeout = readPositive(node_handle, "timeout", 1);
+  const std::set<std::string> different(parameters.topics.begin(), parameters.topics.end());
+  require(!different.empty() && different.size() == parameters.topics.size(),
+          "parameter " + node_handle.resolveName("topics") + " must be a list of different topics");
+  require(!parameters.frame.empty(),
+          "parameter " + node_handle.resolveName("frame") + " must be a frame's name");
+  return parameters;
+}
+
 }  // namespace
+
+/// The problems of a nodelet, by what they are about: in its log when they begin and repeatedly,
+/// and on /diagnostics for as long as they last. Not for several threads at once.
+class Complaints {
+ public:
+  /// \param name    the nodelet's
+  /// \param device  to which the problems belong
+  Complaints(const ros::NodeHandle& node_handle, std::string name, std::string device)
+      : name_(std::move(name)), device_(std::move(device)), node_handle_(node_handle) {
+    publisher_ = node_handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  }
+
+  /// Complains; to be repeated while the problem lasts.
+  /// \param about  what it is about, such as a topic
+  void add(const std::string& about, const std::string& text) {
+    const Time now = std::chrono::steady_clock::now();
+    Entry& entry = entries_[about];
+    entry.complaint.add(text, now);
+    if (now < entry.next_log) return;
+    entry.next_log = now + kLogPeriod;
+    ROS_WARN("%s: %s", device_.c_str(), text.c_str());
+  }
+
+  void noteGood(const std::string& about) {
+    const auto entry = entries_.find(about);
+    if (entry != entries_.end()) entry->second.complaint.noteGood();
+  }
+
+  /// Publishes what holds, and once what does not hold any more. To be called often.
+  void report() {
+    const Time now = std::chrono::steady_clock::now();
+    if (entries_.empty() || now < next_report_) return;
+    next_report_ = now + kStatusPeriod;
+    diagnostic_msgs::DiagnosticArray report;
+    report.header.stamp = ros::Time::now();
+    for (auto entry = entries_.begin(); entry != entries_.end();) {
+      const Complaint& complaint = entry->second.complaint;
+      report.status.push_back(statusOf(complaint, now, name_, entry->first, device_));
+      entry = complaint.holds(now) ? std::next(entry) : entries_.erase(entry);
+    }
+    publisher_.publish(report);
+  }
+
+ private:
+  using Time = Complaint::Time;
+
+  struct Entry {
+    Complaint complaint;
+    Time next_log;
+  };
+
+  std::string name_, device_;
+  ros::NodeHandle node_handle_;
+  ros::Publisher publisher_;
+  std::map<std::string, Entry> entries_;
+  Time next_report_;
+};
 
 /// Nodelet that joins the clouds of several sensors, those on the parameter `~topics`, to one on
 /// `~output`: in the frame `~frame`, with one point in each cube of `~voxel` m, at the rate of the

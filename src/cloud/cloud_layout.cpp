@@ -2,6 +2,7 @@
 #include "process_visualizer/cloud/cloud_layout.hpp"
 
 #include <sensor_msgs/PointField.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <algorithm>
 #include <string>
@@ -59,6 +60,19 @@ std::optional<std::size_t> colorOffset(const PointCloud2& cloud) {
       return field.offset;
   }
   return std::nullopt;
+}
+
+sensor_msgs::PointCloud2 makeColoredCloud(const std_msgs::Header& header,
+                                          const std::vector<std::uint8_t>& points) {
+  sensor_msgs::PointCloud2 cloud;
+  sensor_msgs::PointCloud2Modifier(cloud).setPointCloud2FieldsByString(2, "xyz", "rgb");
+  cloud.header = header;
+  cloud.is_dense = true;
+  cloud.data = points;
+  cloud.row_step = cloud.data.size();
+  cloud.width = cloud.row_step / cloud.point_step;
+  cloud.height = 1;
+  return cloud;
 }
 
 }  // namespace process_visualizer::cloud

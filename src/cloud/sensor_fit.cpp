@@ -1,28 +1,120 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "process_visualizer/cloud/sensor_fit.hpp"
+// The node sensor_fit: its service ~fit finds the pose of a sensor from its cloud and models.
 
+#include <process_visualizer/FitSensor.h>
+#include <resource_retriever/retriever.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
+#include <std_srvs/Trigger.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
+#include <visualization_msgs/Marker.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <exception>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "process_visualizer/cloud/cloud_source.hpp"
-#include "process_visualizer/cloud/model_surfaces.hpp"
 #include "process_visualizer/cloud/pose_fit.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
+#include "process_visualizer/cloud/surface.hpp"
+#include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
 
+using sensor_msgs::PointCloud2;
 using visualization_msgs::Marker;
+
+constexpr double kPatience = 5.0;   ///< s
+constexpr double kBeginning = 0.5;  ///< until the transforms of a cloud are heard as well, s
+constexpr double kQuiet = 1.0;      ///< after which no newer cloud is to be expected, s
+constexpr double kPeriod = 0.05;    ///< s
+
+// as in ros_names.py
+constexpr char kRepeat[] = "/bag_player/repeat";
+
+/// Lets a player that is paused publish what it shows once more.
+void askForRepetition() {
+  std_srvs::Trigger request;
+  if (ros::service::exists(kRepeat, /*print_failure_reason=*/false))
+    ros::service::call(kRepeat, request);
+}
+
+/// Waits for a cloud that is taken after the call; of a player that stands still, that is the one
+/// that it shows.
+/// \param topic  of sensor_msgs/PointCloud2
+/// \throws std::runtime_error if none comes; the text says why
+PointCloud2::ConstPtr nextCloud(const std::string& topic) {
+  const ros::Time begin = ros::Time::now() + ros::Duration(kBeginning);
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(kPatience);
+  PointCloud2::ConstPtr last;
+  ros::WallTime arrival;
+  ros::CallbackQueue queue;
+  ros::NodeHandle node_handle;
+  node_handle.setCallbackQueue(&queue);
+  const ros::Subscriber subscriber =
+      subscribeChecked<PointCloud2>(node_handle, topic, 1, [&](const PointCloud2::ConstPtr& cloud) {
+        last = cloud;
+        arrival = ros::WallTime::now();
+      });
+  bool is_connected = false;
+  const auto is_last = [&] {
+    return last && (last->header.stamp >= begin ||
+                    ros::WallTime::now() > arrival + ros::WallDuration(kQuiet));
+  };
+  while (ros::ok() && ros::WallTime::now() < end && !is_last()) {
+    queue.callAvailable(ros::WallDuration(kPeriod));
+    if (!is_connected && subscriber.getNumPublishers() > 0) askForRepetition();
+    is_connected = subscriber.getNumPublishers() > 0;
+  }
+  if (last) return last;
+  throw std::runtime_error(is_connected ? "no cloud comes on " + topic
+                                        : "nobody publishes clouds on " + topic);
+}
+
+std::vector<std::uint8_t> contentOf(const std::string& address) {
+  try {
+    resource_retriever::Retriever retriever;
+    const resource_retriever::MemoryResource file = retriever.get(address);
+    return {file.data.get(), file.data.get() + file.size};
+  } catch (const resource_retriever::Exception& error) {
+    throw std::invalid_argument(address + ": " + error.what());
+  }
+}
+
+Eigen::Vector3f vectorOf(const geometry_msgs::Vector3& vector) {
+  return Eigen::Vector3d(vector.x, vector.y, vector.z).cast<float>();
+}
+
+/// The surface that a marker shows, in the marker's own coordinates.
+/// \throws std::invalid_argument that says why it has none, with the address of its mesh
+Surface surfaceOf(const Marker& marker) {
+  switch (marker.type) {
+    case Marker::CUBE:
+      return boxSurface(vectorOf(marker.scale));
+    case Marker::CYLINDER:
+      return cylinderSurface(vectorOf(marker.scale));
+    case Marker::SPHERE:
+      return sphereSurface(vectorOf(marker.scale));
+    case Marker::MESH_RESOURCE: {
+      Surface surface;
+      append(surface, readSurface(contentOf(marker.mesh_resource), marker.mesh_resource),
+             Eigen::Affine3f(Eigen::Scaling(vectorOf(marker.scale))));
+      return surface;
+    }
+    default:
+      throw std::invalid_argument("markers of type " + std::to_string(marker.type) +
+                                  " have no surface");
+  }
+}
 
 constexpr double kTransformWait = 0.5;      ///< s
 constexpr double kOldest = 0.5;             ///< of a transform that stands for one at the stamp, s
@@ -158,8 +250,8 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
   response.message = describe(fit);
 }
 
-}  // namespace
-
+/// Takes the next cloud and finds the pose of its sensor; a refusal is an answer, too. Listens to
+/// clouds and transforms for no longer than this takes.
 bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
   try {
     fitSensor(request, response);
@@ -173,4 +265,13 @@ bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
   return true;
 }
 
+}  // namespace
 }  // namespace process_visualizer::cloud
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "sensor_fit");
+  ros::NodeHandle node_handle("~");
+  const ros::ServiceServer service =
+      node_handle.advertiseService("fit", &process_visualizer::cloud::answerFit);
+  ros::spin();
+}

@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/cloud/surface.hpp"
 
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
 #include <algorithm>
+#include <assimp/Importer.hpp>
 #include <cmath>
+
+#include "process_visualizer/cloud/require.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -116,6 +123,100 @@ void addPoints(const Surface& surface, const Eigen::Affine3d& pose, double spaci
       cloud.push_back(pointOf(a + weights.x() * u + weights.y() * v, normal));
     }
   }
+}
+
+void append(Surface& surface, const Surface& added, const Eigen::Affine3f& transform) {
+  surface.reserve(surface.size() + added.size());
+  for (const auto& [a, b, c] : added)
+    surface.push_back({transform * a, transform * b, transform * c});
+}
+
+Eigen::Vector3f closestPoint(const Triangle& triangle, const Eigen::Vector3f& point) {
+  const auto& [a, b, c] = triangle;
+  const Eigen::Vector3f ab = b - a, ac = c - a, ap = point - a;
+  const float d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const Eigen::Vector3f bp = point - b;
+  const float d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const float on_ab = d1 * d4 - d3 * d2;
+  if (on_ab <= 0 && d1 >= 0 && d3 <= 0)
+    return d1 == d3 ? a : Eigen::Vector3f(a + ab * (d1 / (d1 - d3)));
+  const Eigen::Vector3f cp = point - c;
+  const float d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const float on_ac = d5 * d2 - d1 * d6;
+  if (on_ac <= 0 && d2 >= 0 && d6 <= 0)
+    return d2 == d6 ? a : Eigen::Vector3f(a + ac * (d2 / (d2 - d6)));
+  const float on_bc = d3 * d6 - d5 * d4, along = d4 - d3, back = d5 - d6;
+  if (on_bc <= 0 && along >= 0 && back >= 0)
+    return along + back == 0 ? b : Eigen::Vector3f(b + (c - b) * (along / (along + back)));
+  const float whole = on_bc + on_ac + on_ab;
+  return a + ab * (on_ac / whole) + ac * (on_ab / whole);
+}
+
+Eigen::AlignedBox3f boundsOf(const Surface& surface) {
+  Eigen::AlignedBox3f bounds;
+  for (const auto& [a, b, c] : surface) bounds.extend(a).extend(b).extend(c);
+  return bounds;
+}
+
+std::vector<Eigen::Vector3f> samplesOf(const Surface& surface, float spacing_m) {
+  std::vector<Eigen::Vector3f> samples;
+  for (const auto& [a, b, c] : surface) {
+    const float longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const int steps = std::max(1, static_cast<int>(std::ceil(longest / spacing_m)));
+    for (int i = 0; i <= steps; ++i)
+      for (int j = 0; i + j <= steps; ++j)
+        samples.emplace_back(a + (b - a) * (static_cast<float>(i) / steps) +
+                             (c - a) * (static_cast<float>(j) / steps));
+  }
+  return samples;
+}
+
+namespace {
+
+Eigen::Vector3f corner(const aiMatrix4x4& pose, const aiVector3D& vertex) {
+  const aiVector3D placed = pose * vertex;
+  return {placed.x, placed.y, placed.z};
+}
+
+void addMesh(const aiMesh& mesh, const aiMatrix4x4& pose, Surface& surface) {
+  for (unsigned int i = 0; i < mesh.mNumFaces; ++i) {
+    const aiFace& face = mesh.mFaces[i];
+    if (face.mNumIndices != 3) continue;  // points and lines have no surface
+    const Triangle triangle{corner(pose, mesh.mVertices[face.mIndices[0]]),
+                            corner(pose, mesh.mVertices[face.mIndices[1]]),
+                            corner(pose, mesh.mVertices[face.mIndices[2]])};
+    const auto is_finite = [](const Eigen::Vector3f& it) { return it.allFinite(); };
+    if (std::all_of(triangle.begin(), triangle.end(), is_finite)) surface.push_back(triangle);
+  }
+}
+
+void addNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+             Surface& surface) {
+  const aiMatrix4x4 pose = parent * node.mTransformation;
+  for (unsigned int i = 0; i < node.mNumMeshes; ++i)
+    addMesh(*scene.mMeshes[node.mMeshes[i]], pose, surface);
+  for (unsigned int i = 0; i < node.mNumChildren; ++i)
+    addNode(scene, *node.mChildren[i], pose, surface);
+}
+
+}  // namespace
+
+Surface readSurface(const std::vector<std::uint8_t>& content, const std::string& name) {
+  Assimp::Importer importer;
+  // As RViz does: the unit of a Collada file counts, its upper axis does not.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const std::string extension = name.substr(name.rfind('.') + 1);
+  const aiScene* scene = importer.ReadFileFromMemory(content.data(), content.size(),
+                                                     aiProcess_Triangulate, extension.c_str());
+  require(scene != nullptr && scene->mRootNode != nullptr,
+          "the mesh " + name + " cannot be read: " + importer.GetErrorString());
+  Surface surface;
+  addNode(*scene, *scene->mRootNode, aiMatrix4x4(), surface);
+  require(!surface.empty(), "the mesh " + name + " has no triangles");
+  return surface;
 }
 
 }  // namespace process_visualizer::cloud

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "process_visualizer/cloud/cloud_layout.hpp"
-#include "process_visualizer/cloud/colored_cloud.hpp"
 #include "process_visualizer/cloud/require.hpp"
 
 namespace process_visualizer::cloud {

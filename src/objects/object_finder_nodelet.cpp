@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "process_visualizer/cloud/box.hpp"
-#include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
@@ -246,7 +245,7 @@ bool ObjectFinderNodelet::isReady() {
   try {
     load();
   } catch (const std::invalid_argument& error) {
-    NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No objects are sought in the clouds on %s: %s",
+    NODELET_WARN_THROTTLE(kReportPeriod, "No objects are sought in the clouds on %s: %s",
                           cloud_subscriber_.getTopic().c_str(), error.what());
   }
   return finder_.has_value();
@@ -273,7 +272,7 @@ void ObjectFinderNodelet::process(const sensor_msgs::PointCloud2::ConstPtr& clou
   } catch (const tf2::TransformException& error) {
     complain(error);
   } catch (const std::invalid_argument& error) {
-    NODELET_ERROR_THROTTLE(cloud::kReportPeriod, "Unusable cloud on %s: %s",
+    NODELET_ERROR_THROTTLE(kReportPeriod, "Unusable cloud on %s: %s",
                            cloud_subscriber_.getTopic().c_str(), error.what());
   }
 }
@@ -283,7 +282,7 @@ void ObjectFinderNodelet::complain(const tf2::TransformException& error) {
   const ros::WallTime now = ros::WallTime::now();
   if (missing_since_.isZero()) missing_since_ = now;
   if (now - missing_since_ < ros::WallDuration(kStart)) return;
-  NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No transform for the clouds on %s: %s",
+  NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
                         cloud_subscriber_.getTopic().c_str(), error.what());
 }
 

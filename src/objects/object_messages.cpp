@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "process_visualizer/cloud/box_outline.hpp"
+#include "process_visualizer/cloud/box.hpp"
 
 namespace process_visualizer::objects {
 namespace {

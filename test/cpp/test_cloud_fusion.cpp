@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "process_visualizer/cloud/data_clock.hpp"
 #include "process_visualizer/cloud/fused_clouds.hpp"
 #include "process_visualizer/cloud/voxel_grid.hpp"
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/cloud/determination.hpp"
 #include "process_visualizer/cloud/pose_fit.hpp"
 
 namespace process_visualizer::cloud {

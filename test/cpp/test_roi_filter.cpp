@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/cloud/box_outline.hpp"
+#include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/cloud/cloud_layout.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 

@@ -56,7 +56,7 @@ def test_folders_that_the_recorder_takes_from_anybody() -> None:
 
 
 def test_the_player_that_sensor_fit_asks() -> None:
-    assert constant('cloud/cloud_source.cpp', 'kRepeat') == f'"/{BAG_PLAYER}/repeat"'
+    assert constant('cloud/sensor_fit.cpp', 'kRepeat') == f'"/{BAG_PLAYER}/repeat"'
 
 
 def test_types_and_parameter_that_joint_proc_reads() -> None:
@@ -68,7 +68,7 @@ def test_types_and_parameter_that_joint_proc_reads() -> None:
 
 
 def test_names_that_nodes_give_themselves() -> None:
-    for file, text in (('cloud/sensor_fit_main.cpp', f'ros::init(argc, argv, "{SENSOR_FIT}"'),
+    for file, text in (('cloud/sensor_fit.cpp', f'ros::init(argc, argv, "{SENSOR_FIT}"'),
                        ('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
                        ('recorder/bag_recorder.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
                        ('displays/display_status.cpp',

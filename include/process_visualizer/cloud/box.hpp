@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <visualization_msgs/Marker.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
+#include <string>
 
 namespace process_visualizer::cloud {
 
@@ -52,5 +55,9 @@ class InsideBox {
   Eigen::Vector3f translation_;
   Eigen::Vector3f half_extents_;
 };
+
+/// The twelve edges of a box as thin lines, locked to its frame: RViz draws them where the frame
+/// is.
+visualization_msgs::Marker outlineOf(const Box& box, const std::string& frame);
 
 }  // namespace process_visualizer::cloud

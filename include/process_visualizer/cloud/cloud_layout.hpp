@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <vector>
 
 namespace process_visualizer::cloud {
 
@@ -43,5 +44,24 @@ inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOff
   if (position.x() != 0 || position.y() != 0 || position.z() != 0) return position;
   return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 }
+
+/// A point as PCL and depth_image_proc lay it out.
+struct ColoredPoint {
+  float x, y, z, unused;
+  std::uint8_t blue, green, red, alpha;
+  std::uint8_t padding[12];
+};
+static_assert(sizeof(ColoredPoint) == 32, "PointCloud2Modifier lays out x, y, z, rgb in 32 bytes");
+
+inline ColoredPoint makePoint(const Eigen::Vector3f& position, std::uint8_t red, std::uint8_t green,
+                              std::uint8_t blue) {
+  constexpr std::uint8_t kOpaque = 255;
+  return {position.x(), position.y(), position.z(), 0, blue, green, red, kOpaque, {}};
+}
+
+/// A cloud of one row with the fields x, y, z (m) and rgb.
+/// \param points  the bytes of `ColoredPoint`s, all of them finite
+sensor_msgs::PointCloud2 makeColoredCloud(const std_msgs::Header& header,
+                                          const std::vector<std::uint8_t>& points);
 
 }  // namespace process_visualizer::cloud

@@ -65,10 +65,4 @@ std::vector<Eigen::Vector3f> samplesOf(const Surface& surface, float spacing_m);
 /// \param cloud       gets the points
 void addPoints(const Surface& surface, const Eigen::Affine3d& pose, double spacing_m,
                SurfaceCloud& cloud);
-
-/// The points of surfaces that can be seen from a place: those that face it, and have no others
-/// before them.
-SurfaceCloud visibleFrom(const Eigen::Vector3f& place, const SurfaceCloud& points,
-                         double spacing_m);
-
 }  // namespace process_visualizer::cloud

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <ros/time.h>
 #include <std_msgs/Header.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/buffer.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <string>
+
+#include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
 
@@ -14,7 +19,15 @@ namespace process_visualizer::cloud {
 /// of the last second, such as those of a foreign recording, it is the newest one.
 /// \param frame  to transform into; empty for that of the data
 /// \throws tf2::TransformException there is none
-Eigen::Isometry3d transformInto(const std::string& frame, const std_msgs::Header& header,
-                                const tf2_ros::Buffer& buffer);
+inline Eigen::Isometry3d transformInto(const std::string& frame, const std_msgs::Header& header,
+                                       const tf2_ros::Buffer& buffer) {
+  constexpr double kWait = 0.1;  // for the pose of a moving frame, s
+  constexpr double kRecent = 1;  // how far a stamp may be from now, s
+  if (frame.empty()) return Eigen::Isometry3d::Identity();
+  const bool is_recent = std::abs((ros::Time::now() - header.stamp).toSec()) < kRecent;
+  const ros::Time time = is_recent ? header.stamp : ros::Time(0);
+  return tf2::transformToEigen(buffer.lookupTransform(frame, withoutLeadingSlash(header.frame_id),
+                                                      time, ros::Duration(kWait)));
+}
 
 }  // namespace process_visualizer::cloud

@@ -14,6 +14,8 @@
 
 namespace process_visualizer {
 
+constexpr double kReportPeriod = 5;  ///< least time between two equal messages in the log, s
+
 /// A callback for messages of one type whose claimed lengths are checked before they are read.
 ///
 /// Within one process messages are passed on as they are, as in any subscription.
@@ -32,12 +34,11 @@ class CheckedCallback
   /// Returns nothing, which roscpp passes over, if the bytes are not those of a message.
   ros::VoidConstPtr deserialize(
       const ros::SubscriptionCallbackHelperDeserializeParams& params) override {
-    constexpr double kReportPeriodS = 5.0;
     try {
       lengths_.check(params.buffer, params.length);
       return Base::deserialize(params);
     } catch (const std::invalid_argument& error) {
-      ROS_ERROR_THROTTLE(kReportPeriodS, "A message on %s is left out: %s", topic_.c_str(),
+      ROS_ERROR_THROTTLE(kReportPeriod, "A message on %s is left out: %s", topic_.c_str(),
                          error.what());
       return {};
     }

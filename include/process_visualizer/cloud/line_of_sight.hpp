@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "process_visualizer/cloud/surface.hpp"
+
 namespace process_visualizer::cloud {
 
 /// Points that lie beside each other as their sensor sees them.
@@ -17,5 +19,10 @@ using Neighbours = std::vector<Eigen::Vector3f>;
 /// \param sensor  where the cloud was taken from, in its frame
 std::vector<Neighbours> neighboursOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
                                      const Eigen::Vector3f& sensor);
+
+/// The points of surfaces that can be seen from a place: those that face it, and have no others
+/// before them.
+SurfaceCloud visibleFrom(const Eigen::Vector3f& place, const SurfaceCloud& points,
+                         double spacing_m);
 
 }  // namespace process_visualizer::cloud
