@@ -2,14 +2,7 @@
 # The player's sender: a library without ROS, which Python loads.
 
 add_library(process_visualizer_sender SHARED
-  src/sender/agenda.cpp
-  src/sender/c_interface.cpp
-  src/sender/packet.cpp
-  src/sender/subscriber_link.cpp
-  src/sender/timed_sender.cpp
-  src/sender/transfer.cpp
-  src/sender/wakeup.cpp
-)
+  src/sender/subscriber_link.cpp src/sender/timed_sender.cpp src/sender/wakeup.cpp)
 process_visualizer_compile(process_visualizer_sender)
 target_link_libraries(process_visualizer_sender process_visualizer_common Threads::Threads)
 

@@ -13,7 +13,6 @@
 #include <system_error>
 
 namespace process_visualizer::sender {
-
 namespace {
 
 constexpr std::int64_t kNsPerS = 1'000'000'000;

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "process_visualizer/sender/transfer.hpp"
+#include "process_visualizer/sender/subscriber_link.hpp"
 
 namespace process_visualizer::sender {
 

@@ -4,12 +4,53 @@
 #include <sys/uio.h>
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <deque>
-
-#include "process_visualizer/sender/packet.hpp"
-#include "process_visualizer/sender/transfer.hpp"
+#include <memory>
 
 namespace process_visualizer::sender {
+
+/// A message in the format of TCPROS: its length (uint32, little-endian), then its bytes.
+class Packet {
+ public:
+  Packet() = default;  ///< no message: ends the latching of a topic's source
+  Packet(const char* message, std::size_t size);
+
+  bool hasMessage() const { return size_ > 0; }
+
+  const char* data() const { return bytes_.get(); }
+  std::size_t size() const { return size_; }  ///< with the length before the message
+
+ private:
+  std::size_t size_ = 0;
+  std::unique_ptr<char[]> bytes_;
+};
+
+/// One copy for all subscribers of a topic.
+using PacketPtr = std::shared_ptr<const Packet>;
+
+/// The times at which parts of a packet are written. A subscriber has a message once its last byte
+/// has come: so a large one is sent in slices before it is due, and only its last byte waits. It
+/// arrives on time, and small messages between the slices do not wait for it. Times are in
+/// nanoseconds.
+class Transfer {
+ public:
+  Transfer(std::size_t size, std::int64_t due_ns);
+
+  std::int64_t due() const { return due_ns_; }
+  /// When the first byte may be written.
+  std::int64_t begin() const { return timeOf(0); }
+  /// When the next part may be written, after some bytes have been.
+  std::int64_t timeOf(std::size_t written) const;
+  /// How many bytes the next part has at a time when it may be written.
+  std::size_t sizeOf(std::size_t written, std::int64_t now_ns) const;
+
+ private:
+  std::size_t size_;
+  std::int64_t due_ns_;
+  std::size_t slice_bytes_;
+};
 
 /// How much may wait for a subscriber that is slower than the messages.
 struct QueueLimits {
