@@ -41,11 +41,7 @@ if(CATKIN_ENABLE_TESTING)
 endif()
 
 add_library(process_visualizer_common SHARED
-  src/common/claimed_lengths.cpp
-  src/common/complaint.cpp
-  src/common/complaint_status.cpp
-  src/common/time_slice.cpp
-)
+  src/common/complaint.cpp src/common/message_bytes.cpp src/common/time_slice.cpp)
 process_visualizer_compile(process_visualizer_common)
 target_link_libraries(process_visualizer_common Threads::Threads)
 

@@ -3,8 +3,7 @@
 
 if(CATKIN_ENABLE_TESTING)
   add_executable(fuzz_readers EXCLUDE_FROM_ALL fuzz/readers.cpp
-    src/common/claimed_lengths.cpp
-    src/joints/joint_matching.cpp
+    src/common/message_bytes.cpp
     src/joints/joint_message.cpp
     src/recorder/message.cpp
     src/recorder/publishers.cpp

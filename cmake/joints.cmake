@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
-add_library(process_visualizer_joints
-  src/joints/joint_board.cpp
-  src/joints/joint_matching.cpp
-  src/joints/joint_message.cpp
-  src/joints/time_watch.cpp)
+add_library(process_visualizer_joints src/joints/joint_board.cpp src/joints/joint_message.cpp)
 process_visualizer_compile(process_visualizer_joints)
 
-add_executable(joint_proc src/joints/joint_processor.cpp src/joints/joint_processor_main.cpp)
+add_executable(joint_proc src/joints/joint_processor.cpp)
 process_visualizer_compile(joint_proc)
 target_link_libraries(joint_proc process_visualizer_joints process_visualizer_common
   ${roscpp_LIBRARIES})

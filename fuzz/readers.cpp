@@ -26,7 +26,7 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/common/claimed_lengths.hpp"
+#include "process_visualizer/common/message_bytes.hpp"
 #include "process_visualizer/joints/joint_message.hpp"
 #include "process_visualizer/recorder/message.hpp"
 #include "process_visualizer/recorder/publishers.hpp"

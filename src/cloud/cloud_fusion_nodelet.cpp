@@ -32,7 +32,6 @@
 #include "process_visualizer/cloud/voxel_grid.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/complaint.hpp"
-#include "process_visualizer/common/complaint_status.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {

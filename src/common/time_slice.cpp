@@ -10,7 +10,6 @@
 #include <cstdint>
 
 namespace process_visualizer {
-
 namespace {
 
 /// The kernel's struct sched_attr (sched_setattr(2)), which libc does not declare everywhere.

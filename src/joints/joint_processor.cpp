@@ -1,18 +1,98 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "process_visualizer/joints/joint_processor.hpp"
+// The node joint_proc: joint states of one robot, in the namespace with the robot's name.
+//
+// Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (without them those of
+// robot_description), ~joint_offsets, ~joint_rate, ~prefix (which the driver's names of joints may
+// begin with, beside those names).
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
 
 #include <boost/make_shared.hpp>
+#include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "process_visualizer/common/complaint_status.hpp"
+#include "process_visualizer/common/complaint.hpp"
+#include "process_visualizer/common/raw_message.hpp"
+#include "process_visualizer/common/time_slice.hpp"
+#include "process_visualizer/joints/joint_board.hpp"
+#include "process_visualizer/joints/joint_message.hpp"
 
 namespace process_visualizer::joints {
+
+/// The parameters of the joint processor. Several topics have different joints of the robot, such
+/// as those of its arm and of its gripper.
+struct JointParameters {
+  std::string robot_name;
+  std::vector<std::string> topics;  ///< at least one
+  std::string message_type;         ///< package/Type; empty: the type found on the topics
+  double rate_hz;                   ///< maximum
+};
+
+/// Publishes a robot's joint states for robot_state_publisher, each joint at most at a rate; the
+/// last position of each always.
+///
+/// A position is published at once or not at all while others follow, so that thinning delays
+/// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
+/// publisher, and the master, which that asks at every state. A published state may have a part
+/// of the joints (see JointBoard). Its stamp is the driver's if that is of this computer's clock,
+/// else the time of arrival.
+///
+/// A message that cannot be used is left out with a throttled warning, which is on /diagnostics
+/// as long as the problem lasts; without a warning if it has only joints of other robots, while
+/// those of this one come on the same topic. While ROS time does not advance or goes back
+/// (simulated time), the states are published nevertheless, also with a warning.
+class JointProcessor {
+ public:
+  JointProcessor(JointParameters parameters, JointMatching matching);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Subscription {
+    std::string topic;
+    ros::Subscriber subscriber;
+    bool was_connected = false;
+  };
+
+  void subscribe(Subscription& subscription);
+  void tick();
+  void followChangedType(Subscription& subscription);
+  void receive(Subscription& subscription, const RawMessageEvent& event);
+  StampedJoints decode(const RawMessageEvent& event) const;
+  void publish(const JointPositions& joints);
+  void watch(const std::string& topic, const std::vector<std::string>& unusable);
+  void warn(const std::string& topic, const std::string& problem);
+  void report();
+
+  JointParameters parameters_;
+  JointMatching matching_;
+  ros::NodeHandle node_;
+  ros::Publisher publisher_;
+  std::vector<Subscription> subscriptions_;  ///< their number stays as it is
+  ros::WallTimer timer_;
+  bool quiet_ = true;  ///< no message has come since the last tick
+  ros::Time stamp_;    ///< of the newest message
+  Clock::time_point next_warning_;
+  std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
+  JointBoard board_;
+  Complaint complaint_;
+  std::string complained_;  ///< the topic of the last complaint
+  ros::Publisher diagnostics_;
+  Clock::time_point next_report_;
+  TimeWatch time_watch_;
+};
+
 namespace {
 
 // As CONFLICT_KEY of ros_names.py.
@@ -50,15 +130,9 @@ void JointProcessor::tick() {
 }
 
 void JointProcessor::subscribe(Subscription& subscription) {
-  ros::SubscribeOptions options;
-  options.topic = subscription.topic;
-  options.queue_size = kQueue;
-  options.md5sum = ros::message_traits::md5sum<RawMessage>();
-  options.datatype = ros::message_traits::datatype<RawMessage>();
-  options.transport_hints = ros::TransportHints().tcpNoDelay();
-  options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
-      [this, &subscription](const Event& event) { receive(subscription, event); });
-  subscription.subscriber = node_.subscribe(options);
+  subscription.subscriber = subscribeRaw(
+      node_, subscription.topic, kQueue,
+      [this, &subscription](const RawMessageEvent& event) { receive(subscription, event); });
 }
 
 // roscpp keeps the first type that it saw, and then refuses publishers of another one.
@@ -71,7 +145,7 @@ void JointProcessor::followChangedType(Subscription& subscription) {
   subscription.was_connected = connected;
 }
 
-void JointProcessor::receive(Subscription& subscription, const Event& event) {
+void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& event) {
   subscription.was_connected = true;
   const std::string& topic = subscription.topic;
   try {
@@ -144,7 +218,7 @@ void JointProcessor::report() {
   if (!holds) complaint_.clear();
 }
 
-StampedJoints JointProcessor::decode(const Event& event) const {
+StampedJoints JointProcessor::decode(const RawMessageEvent& event) const {
   const std::string type = event.getConnectionHeader()["type"];
   const std::string& wanted = parameters_.message_type;
   if (!wanted.empty() && type != wanted)
@@ -162,3 +236,90 @@ void JointProcessor::publish(const JointPositions& joints) {
 }
 
 }  // namespace process_visualizer::joints
+
+namespace {
+
+using process_visualizer::joints::JointMatching;
+using process_visualizer::joints::JointParameters;
+
+constexpr double kRateHz = 30.0;  // what a screen shows
+constexpr double kCallTimeoutS = 0.1;
+
+[[noreturn]] void refuse(const std::string& name, const std::string& expected) {
+  throw std::invalid_argument("parameter " + ros::names::resolve(name) + ": " + expected);
+}
+
+double number(const std::string& name, XmlRpc::XmlRpcValue value) {
+  if (value.getType() == XmlRpc::XmlRpcValue::TypeInt) return static_cast<int>(value);
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeDouble) refuse(name, "a number is expected");
+  return static_cast<double>(value);
+}
+
+JointParameters readParameters() {
+  std::string robot_name = ros::this_node::getNamespace();
+  robot_name.erase(0, robot_name.find_first_not_of('/'));
+  JointParameters parameters{robot_name, {}, "", kRateHz};
+  ros::param::get("~topics", parameters.topics);
+  const auto topic = ros::param::param<std::string>("~topic", "");
+  if (!topic.empty()) parameters.topics = {topic};
+  ros::param::get("~msg", parameters.message_type);
+  XmlRpc::XmlRpcValue rate;
+  if (ros::param::get("~joint_rate", rate)) parameters.rate_hz = number("~joint_rate", rate);
+  if (parameters.topics.empty()) refuse("~topic", "the topic of the joints is expected");
+  if (!(parameters.rate_hz > 0.0) || !std::isfinite(parameters.rate_hz))
+    refuse("~joint_rate", "a number above 0 is expected");
+  return parameters;
+}
+
+std::vector<std::string> readJointNames() {
+  std::vector<std::string> names;
+  if (ros::param::get("~joint_names", names) && !names.empty()) return names;
+  std::string urdf;
+  if (!ros::param::get("robot_description", urdf))
+    refuse("~joint_names", "the names of the robot's joints are expected, or a robot_description");
+  try {
+    return process_visualizer::joints::movableJoints(urdf);
+  } catch (const std::invalid_argument& error) {
+    refuse("robot_description", error.what());
+  }
+}
+
+std::map<std::string, double> readOffsets() {
+  std::map<std::string, double> offsets;
+  XmlRpc::XmlRpcValue values;
+  if (!ros::param::get("~joint_offsets", values)) return offsets;
+  if (values.getType() != XmlRpc::XmlRpcValue::TypeStruct)
+    refuse("~joint_offsets", "numbers by the names of joints are expected");
+  for (auto& [name, value] : values) offsets[name] = number("~joint_offsets/" + name, value);
+  return offsets;
+}
+
+/// As ros::spin(), but that calls without a pause while the master is told the farewell: with
+/// real-time priority it would take the processor from the master itself.
+void spinUntilShutdown() {
+  while (!ros::isShuttingDown())
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kCallTimeoutS));
+  ros::waitForShutdown();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "joint_proc");
+  // For roscpp's threads too, which begin with the first NodeHandle: each message wakes two of them
+  // for some microseconds, one after the other, and neither must wait for those who draw.
+  if (!process_visualizer::takeRealTimePriority())
+    process_visualizer::takeSlices(process_visualizer::kShortSlice);
+  ros::NodeHandle node;  // keeps roscpp running
+  try {
+    const JointParameters parameters = readParameters();
+    process_visualizer::joints::JointProcessor processor(
+        parameters, JointMatching(parameters.robot_name, readJointNames(), readOffsets(),
+                                  ros::param::param<std::string>("~prefix", "")));
+    spinUntilShutdown();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

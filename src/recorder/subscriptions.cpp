@@ -146,22 +146,11 @@ std::set<std::string> Subscriptions::unconnectedTopics(const Publishers& publish
 }
 
 void Subscriptions::subscribe(const std::string& topic) {
-  using Event = ros::MessageEvent<RawMessage const>;
-  ros::SubscribeOptions options;
-  options.topic = topic;
-  options.queue_size = kUnlimited;
-  options.md5sum = ros::message_traits::md5sum<RawMessage>();
-  options.datatype = ros::message_traits::datatype<RawMessage>();
-  options.transport_hints = ros::TransportHints().tcpNoDelay();
-  options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
-      [this, topic](const Event& event) { take(topic, event); });
-  subscribers_[topic] = node_.subscribe(options);
-}
-
-void Subscriptions::take(const std::string& topic,
-                         const ros::MessageEvent<RawMessage const>& event) {
-  receive_({connectionOf(topic, event.getConnectionHeaderPtr()), event.getReceiptTime(),
-            event.getConstMessage()});
+  subscribers_[topic] =
+      subscribeRaw(node_, topic, kUnlimited, [this, topic](const RawMessageEvent& event) {
+        receive_({connectionOf(topic, event.getConnectionHeaderPtr()), event.getReceiptTime(),
+                  event.getConstMessage()});
+      });
 }
 
 ConnectionPtr Subscriptions::connectionOf(const std::string& topic,

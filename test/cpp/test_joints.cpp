@@ -11,9 +11,7 @@
 
 #include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/joints/joint_board.hpp"
-#include "process_visualizer/joints/joint_matching.hpp"
 #include "process_visualizer/joints/joint_message.hpp"
-#include "process_visualizer/joints/time_watch.hpp"
 
 namespace process_visualizer::joints {
 namespace {

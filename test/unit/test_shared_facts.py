@@ -34,7 +34,7 @@ def constant(file: str, name: str) -> str:
 
 
 def test_kinds_of_joints_that_move() -> None:
-    kinds = constant('joints/joint_matching.cpp', 'kMovable')
+    kinds = constant('joints/joint_message.cpp', 'kMovable')
     assert tuple(re.findall(r'"(\w+)"', kinds)) == MOVABLE
 
 
@@ -64,12 +64,12 @@ def test_types_and_parameter_that_joint_proc_reads() -> None:
     assert constant(file, 'kArray') == f'"{FLOAT_ARRAY}"'
     assert constant(file, 'kJointState') == f'"{JOINT_STATE}"'
     assert f'"~{JOINT_OFFSETS[len(JOINT_PROC) + 1:]}"' in (
-        SOURCES / 'joints/joint_processor_main.cpp').read_text(encoding='utf-8')
+        SOURCES / 'joints/joint_processor.cpp').read_text(encoding='utf-8')
 
 
 def test_names_that_nodes_give_themselves() -> None:
     for file, text in (('cloud/sensor_fit.cpp', f'ros::init(argc, argv, "{SENSOR_FIT}"'),
-                       ('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
+                       ('joints/joint_processor.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
                        ('recorder/bag_recorder.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
                        ('displays/display_status.cpp',
                         f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"'),

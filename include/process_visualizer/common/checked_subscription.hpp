@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "process_visualizer/common/claimed_lengths.hpp"
+#include "process_visualizer/common/message_bytes.hpp"
 
 namespace process_visualizer {
 

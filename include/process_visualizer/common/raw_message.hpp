@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <ros/message_event.h>
 #include <ros/message_traits.h>
+#include <ros/node_handle.h>
 #include <ros/serialization.h>
+#include <ros/subscribe_options.h>
 
+#include <boost/make_shared.hpp>
 #include <cstdint>
+#include <functional>
+#include <string>
 #include <vector>
 
 namespace process_visualizer {
@@ -51,3 +57,25 @@ struct Serializer<process_visualizer::RawMessage> {
 
 }  // namespace serialization
 }  // namespace ros
+
+namespace process_visualizer {
+
+using RawMessageEvent = ros::MessageEvent<RawMessage const>;
+
+/// Subscribes to a topic of any type.
+/// \param queue_size  messages that may wait; 0: any number
+inline ros::Subscriber subscribeRaw(ros::NodeHandle& node, const std::string& topic,
+                                    std::uint32_t queue_size,
+                                    const std::function<void(const RawMessageEvent&)>& take) {
+  ros::SubscribeOptions options;
+  options.topic = topic;
+  options.queue_size = queue_size;
+  options.md5sum = ros::message_traits::md5sum<RawMessage>();
+  options.datatype = ros::message_traits::datatype<RawMessage>();
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  options.helper =
+      boost::make_shared<ros::SubscriptionCallbackHelperT<const RawMessageEvent&>>(take);
+  return node.subscribe(options);
+}
+
+}  // namespace process_visualizer

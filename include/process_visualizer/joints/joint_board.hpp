@@ -4,10 +4,11 @@
 #include <chrono>
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "process_visualizer/joints/joint_matching.hpp"
+#include "process_visualizer/joints/joint_message.hpp"
 
 namespace process_visualizer::joints {
 
@@ -75,6 +76,23 @@ class JointBoard {
   std::map<std::string, Joint> joints_;
   Clock::duration period_;
   Clock::time_point first_, last_;
+  bool begun_ = false;
+};
+
+/// Notices that ROS time does not advance or goes back, which simulated time can do.
+class TimeWatch {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Returns the problem of ROS time, now or some seconds ago; nothing if it advances normally.
+  /// \param ros_s the present ROS time [s]
+  /// \param now the present time of a clock that always advances
+  std::string problem(double ros_s, Clock::time_point now);
+
+ private:
+  double last_s_ = 0.0;
+  Clock::time_point advanced_;
+  std::optional<Clock::time_point> stepped_back_;
   bool begun_ = false;
 };
 

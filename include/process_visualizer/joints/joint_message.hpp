@@ -2,12 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "process_visualizer/joints/joint_matching.hpp"
-
 namespace process_visualizer::joints {
+
+/// Positions [rad or m] of joints, by name; a driver's message may have no names.
+struct JointPositions {
+  std::vector<std::string> names;
+  std::vector<double> positions;
+  std::vector<std::string> unusable = {};  ///< joints whose position is NaN or infinite
+};
 
 /// The joints in a message, and when they were measured [ns since 1970]; 0: it does not say.
 struct StampedJoints {
@@ -18,5 +25,50 @@ struct StampedJoints {
 /// Returns the joints in the bytes of a driver's message.
 /// \throws std::invalid_argument the type carries no joints, or the bytes are not of that type
 StampedJoints decodeJoints(const std::string& type, const std::vector<std::uint8_t>& bytes);
+
+/// A message has only joints of other robots, or no positions at all.
+struct ForeignJoints : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Finds the measured position of each joint of a robot.
+class JointMatching {
+ public:
+  /// \param robot_name a driver's name 'elbow' also stands for the joint 'robot_name/elbow'
+  /// \param joint_names the robot's joints, in the order of a message without names
+  /// \param offsets [rad or m], by the joints' names: added to the measured positions
+  /// \param prefix a driver's name 'left_elbow' also stands for the joint 'elbow' with 'left_'
+  /// \throws std::invalid_argument an offset is not that of a joint
+  JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
+                const std::map<std::string, double>& offsets = {}, const std::string& prefix = "");
+
+  /// The robot's joints, in the order of a message without names.
+  const std::vector<std::string>& jointNames() const { return joint_names_; }
+
+  /// Returns the positions of those joints of the robot that a message has.
+  ///
+  /// A joint whose position is NaN or infinite is left out, and named in `unusable`, as it is
+  /// in the message, also if it is of another robot.
+  /// \throws ForeignJoints none of them is a joint of the robot, or it has no positions
+  /// \throws std::invalid_argument they do not fit the joints; says why
+  JointPositions match(const JointPositions& measured) const;
+
+ private:
+  struct Joint {
+    std::string name;
+    double offset;
+  };
+
+  JointPositions matchByOrder(const std::vector<double>& positions) const;
+  JointPositions matchByName(const JointPositions& measured) const;
+
+  std::vector<std::string> joint_names_;
+  std::map<std::string, Joint> joints_;  ///< by a driver's names
+};
+
+/// Returns the names of the joints of a URDF that have a measurement, in the file's order: those
+/// that move, without those that mimic another one.
+/// \throws std::invalid_argument the text is not XML
+std::vector<std::string> movableJoints(const std::string& urdf);
 
 }  // namespace process_visualizer::joints

@@ -48,7 +48,6 @@ class Subscriptions {
   LinksOfNodes oldLinks() const;
   std::set<std::string> unconnectedTopics(const Publishers& publishers) const;
   void subscribe(const std::string& topic);
-  void take(const std::string& topic, const ros::MessageEvent<RawMessage const>& event);
   /// What a publisher says of itself; what it does not say of its type, another one may have said.
   ConnectionPtr connectionOf(const std::string& topic,
                              const boost::shared_ptr<ros::M_string>& header);

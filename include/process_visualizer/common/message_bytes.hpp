@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,8 +18,12 @@ namespace process_visualizer {
 /// is allocated. All functions throw std::invalid_argument where the bytes end too early.
 class WireReader {
  public:
+  WireReader(const std::uint8_t* bytes, std::size_t size) : data_(bytes), left_(size) {}
   explicit WireReader(const std::vector<std::uint8_t>& bytes)
-      : data_(bytes.data()), left_(bytes.size()) {}
+      : WireReader(bytes.data(), bytes.size()) {}
+
+  std::size_t left() const { return left_; }  ///< bytes that have not been read
+  void skip(std::size_t bytes) { take(bytes); }
 
   template <typename Number>
   Number number() {
@@ -72,6 +79,37 @@ class WireReader {
 
   const std::uint8_t* data_;
   std::size_t left_;
+};
+
+/// Compares the lengths that a message of one type claims with the bytes that are there.
+///
+/// What ROS generates to read a message makes room for an array of the claimed length first, and
+/// then looks whether the bytes are there: twelve bytes can take all memory.
+class ClaimedLengths {
+ public:
+  /// Takes a type such as sensor_msgs/Image and its definition as genmsg writes it, with those of
+  /// the types in it. Throws std::invalid_argument if that cannot be understood.
+  ClaimedLengths(const std::string& type, const std::string& definition);
+
+  /// Throws std::invalid_argument if the bytes end before everything that they claim.
+  void check(const std::uint8_t* bytes, std::size_t size) const;
+
+ private:
+  struct Field {
+    std::string type;
+    bool is_array = false;
+    std::optional<std::size_t> length;  ///< of an array; otherwise the message says it
+  };
+
+  class Walk;
+
+  void read(const std::string& type, const std::string& definition);
+  void measure(const std::string& type, int depth);
+
+  std::string type_;
+  std::map<std::string, std::vector<Field>> fields_;  ///< of each message in the definition
+  std::map<std::string, std::size_t> least_bytes_;    ///< that one of a type takes
+  std::map<std::string, bool> is_fixed_;              ///< whether it always takes these
 };
 
 }  // namespace process_visualizer

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "process_visualizer/common/claimed_lengths.hpp"
+#include "process_visualizer/common/message_bytes.hpp"
 
-#include <cstring>
 #include <sstream>
 #include <stdexcept>
 
 namespace process_visualizer {
 namespace {
 
-constexpr std::size_t kLengthBytes = 4;
+constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
 constexpr int kDeepest = 40;  // of messages in messages
 constexpr char kString[] = "string";
 const std::string kSection = "MSG: ";
@@ -85,57 +84,40 @@ void ClaimedLengths::measure(const std::string& type, int depth) {
 /// Goes over the bytes of a message from front to back.
 class ClaimedLengths::Walk {
  public:
-  Walk(const ClaimedLengths& lengths, const std::uint8_t* bytes, std::size_t size)
-      : lengths_(lengths), bytes_(bytes), left_(size) {}
+  Walk(const ClaimedLengths& lengths, WireReader reader) : lengths_(lengths), reader_(reader) {}
 
   void message(const std::string& type) {
-    for (const Field& field : lengths_.fields_.at(type)) elements(field.type, count(field));
+    for (const Field& field : lengths_.fields_.at(type)) {
+      const bool is_claimed = field.is_array && !field.length;
+      elements(field.type, is_claimed ? reader_.number<std::uint32_t>() : field.length.value_or(1));
+    }
   }
 
  private:
-  std::size_t count(const Field& field) {
-    if (!field.is_array) return 1;
-    return field.length ? *field.length : claimed();
-  }
-
-  std::size_t claimed() {
-    std::uint32_t length = 0;
-    if (left_ < kLengthBytes) throw std::invalid_argument("its bytes end too early");
-    std::memcpy(&length, bytes_, kLengthBytes);
-    skip(kLengthBytes);
-    return length;
-  }
-
   void elements(const std::string& type, std::size_t count) {
     const std::size_t least = lengths_.least_bytes_.at(type);
     // Elements without a byte take memory, too: one that claims them has to have bytes for that.
-    if (count > left_ / (least > 0 ? least : 1))
+    if (count > reader_.left() / (least > 0 ? least : 1))
       throw std::invalid_argument("it claims " + std::to_string(count) + " of " + type +
-                                  ", and only " + std::to_string(left_) + " bytes follow");
+                                  ", and only " + std::to_string(reader_.left()) + " bytes follow");
     if (lengths_.is_fixed_.at(type)) {
-      skip(count * least);
+      reader_.skip(count * least);
       return;
     }
     for (; count > 0; --count) {
       if (type == kString)
-        elements("char", claimed());
+        elements("char", reader_.number<std::uint32_t>());
       else
         message(type);
     }
   }
 
-  void skip(std::size_t size) {
-    bytes_ += size;
-    left_ -= size;
-  }
-
   const ClaimedLengths& lengths_;
-  const std::uint8_t* bytes_;
-  std::size_t left_;
+  WireReader reader_;
 };
 
 void ClaimedLengths::check(const std::uint8_t* bytes, std::size_t size) const {
-  Walk(*this, bytes, size).message(type_);
+  Walk(*this, WireReader(bytes, size)).message(type_);
 }
 
 }  // namespace process_visualizer
