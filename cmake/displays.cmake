@@ -21,7 +21,7 @@ add_library(process_visualizer_rviz
   src/displays/label_layout.cpp
   src/displays/label_plate.cpp
   src/displays/label_store.cpp
-  src/displays/labelled_markers.cpp
+  src/displays/labeled_markers.cpp
   src/displays/overlay.cpp
   src/displays/replay_band.cpp
   src/displays/replay_text.cpp

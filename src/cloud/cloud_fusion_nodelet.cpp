@@ -36,7 +36,7 @@
 
 namespace process_visualizer::cloud {
 
-/// What clouds are joined to.
+/// Parameters of the joined cloud.
 struct FusionParameters {
   std::vector<std::string> topics;  ///< one for each sensor
   std::string frame;                ///< of the joined cloud
@@ -55,7 +55,7 @@ constexpr double kStartTime = 10;    ///< for drivers, before missing clouds are
 
 double wallTime() { return ros::WallTime::now().toSec(); }
 
-/// What is before the last slash of a nodelet's name: the device's.
+/// Returns the device's name: that of the nodelet before its last slash.
 std::string deviceOf(const std::string& name) {
   const std::size_t begin = name.find_first_not_of('/'), end = name.rfind('/');
   return begin < end && end != std::string::npos ? name.substr(begin, end - begin) : name;

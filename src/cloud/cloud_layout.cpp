@@ -15,7 +15,7 @@ namespace {
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
-constexpr std::size_t kFieldSize = 4;  ///< of a coordinate or a colour
+constexpr std::size_t kFieldSize = 4;  ///< of a coordinate or a color
 
 bool isWithinPoint(const PointField& field, const PointCloud2& cloud) {
   return std::size_t{field.offset} + kFieldSize <= cloud.point_step;

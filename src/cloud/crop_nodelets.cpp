@@ -74,7 +74,7 @@ Eigen::Vector3d readVector(const ros::NodeHandle& node_handle, const std::string
                            XmlRpcValue value) {
   bool is_vector = value.getType() == XmlRpcValue::TypeArray && value.size() == 3;
   for (int i = 0; is_vector && i < 3; ++i) is_vector = isNumber(value[i]);
-  if (!is_vector) reject(node_handle, name, "a list of three numbers [x, y, z] in metres");
+  if (!is_vector) reject(node_handle, name, "a list of three numbers [x, y, z] in meters");
   return {toDouble(value[0]), toDouble(value[1]), toDouble(value[2])};
 }
 
@@ -140,7 +140,7 @@ class RegionOfInterest {
     return parameters_;
   }
 
-  /// Where a box without a frame of its own is: in the frame of the newest data.
+  /// Sets the frame of the newest data, for a box without a frame of its own.
   void setDataFrame(const std::string& frame) { data_frame_ = frame; }
 
  private:
@@ -220,7 +220,7 @@ void RoiFilter::crop(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
   }
 }
 
-/// Nodelet that makes the part of a coloured cloud that lies in a box: registered images on
+/// Nodelet that makes the part of a colored cloud that lies in a box: registered images on
 /// `~depth` and `~color`, with `~camera_info`, to `~output`. The box comes from the parameters
 /// `~center`, `~size` and `~frame` as RoiFilter's does, and is shown on `~outline`; it is where its
 /// frame was when the images were taken. `~rectified` says that the images have no distortion. The

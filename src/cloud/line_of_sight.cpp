@@ -33,7 +33,7 @@ class DirectionGrid {
     return static_cast<std::uint64_t>(ring) << 32U | static_cast<std::uint64_t>(turn);
   }
 
-  /// How far away a point is, m.
+  /// Distance of a point, m.
   float range(const Eigen::Vector3f& point) const { return (point - place_).norm(); }
 
   double width() const { return width_; }  ///< of a cell, rad
@@ -72,12 +72,12 @@ std::vector<Sight> sights(const pcl::PointCloud<pcl::PointXYZ>& cloud,
 
 }  // namespace
 
-std::vector<Neighbours> neighboursOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
-                                     const Eigen::Vector3f& sensor) {
+std::vector<Neighbors> neighborsOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
+                                   const Eigen::Vector3f& sensor) {
   const std::vector<Sight> all = sights(cloud, sensor);
-  std::vector<Neighbours> groups;
+  std::vector<Neighbors> groups;
   for (auto begin = all.begin(); begin != all.end();) {
-    Neighbours group;
+    Neighbors group;
     bool jumps = false;
     auto it = begin;
     for (; it != all.end() && it->cell == begin->cell; ++it) {

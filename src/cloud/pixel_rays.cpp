@@ -19,8 +19,8 @@ using sensor_msgs::CameraInfo;
 constexpr int kMaxSteps = 100;       ///< of the search for a pixel's ray
 constexpr double kTolerance = 1e-8;  ///< of a ray's slope: a few millionths of a pixel
 
-constexpr double kNearest = 0.01;  ///< depth from which on a corner has a place in the image, m
-constexpr double kMargin = 2;      ///< around a range, for what is rounded, px
+constexpr double kMinDepth = 0.01;  ///< depth from which on a corner has a place in the image, m
+constexpr double kMargin = 2;       ///< around a range, for what is rounded, px
 
 struct Pinhole {
   Eigen::Vector2d focal;   ///< px
@@ -151,7 +151,7 @@ PixelRays::PixelRays(const CameraInfo& info, std::uint32_t width, std::uint32_t 
 }
 
 PixelRange PixelRays::rangeOf(const Eigen::Matrix<double, 3, 8>& corners) const {
-  if (is_distorted_ || !(corners.row(2).minCoeff() > kNearest)) return whole_;
+  if (is_distorted_ || !(corners.row(2).minCoeff() > kMinDepth)) return whole_;
   const auto places =
       ((corners.colwise().hnormalized().array().colwise() * focal_.array()).colwise() +
        center_.array())

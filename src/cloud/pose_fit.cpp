@@ -90,9 +90,9 @@ constexpr double kNoiseM = 0.03;      ///< distance of a point of it
 constexpr double kBeside = 1.4;       ///< spacings, along the surface: farther is beyond its rim
 constexpr double kEdge = 2.0;         ///< spacings from an edge that a point must have to count
 constexpr float kEvenCosine = 0.94F;  ///< of normals without an edge between them: 20 degrees
-constexpr std::size_t kFewestInGroup = 4;
-constexpr std::size_t kFewest = 2000;  ///< points in all
-constexpr double kHeld = 1e-3;         ///< `Determination::weakest` of pairs that suffice
+constexpr std::size_t kMinInGroup = 4;
+constexpr std::size_t kMinPairs = 2000;  ///< points in all
+constexpr double kHeld = 1e-3;           ///< `Determination::weakest` of pairs that suffice
 constexpr int kSteps = 8;
 constexpr double kStill = 1e-5;  ///< m and rad
 
@@ -141,21 +141,21 @@ class Refinement {
         even_(model, tree, kEdge * spacing_m) {}
 
   /// Pairs of the points that lie on even parts of the model when they are moved.
-  Pairs pairs(const std::vector<Neighbours>& groups, const Eigen::Isometry3d& motion) {
+  Pairs pairs(const std::vector<Neighbors>& groups, const Eigen::Isometry3d& motion) {
     Pairs found;
-    for (const Neighbours& group : groups) {
+    for (const Neighbors& group : groups) {
       const Pairs of_group = pairsOf(group, motion);
       double sum = 0.0;
       for (const Pair& pair : of_group) sum += pair.distance_m;
       const auto count = static_cast<double>(of_group.size());
-      if (of_group.size() >= kFewestInGroup && std::abs(sum) < kReachM * count)
+      if (of_group.size() >= kMinInGroup && std::abs(sum) < kReachM * count)
         found.insert(found.end(), of_group.begin(), of_group.end());
     }
     return found;
   }
 
  private:
-  Pairs pairsOf(const Neighbours& group, const Eigen::Isometry3d& motion) {
+  Pairs pairsOf(const Neighbors& group, const Eigen::Isometry3d& motion) {
     Pairs found;
     for (const Eigen::Vector3f& point : group) {
       const auto pair = pairOf(motion * point.cast<double>());
@@ -186,9 +186,9 @@ class Refinement {
   std::vector<float> squares_{0.0F};
 };
 
-/// Whether pairs are enough to say where the cloud has to be.
+/// Returns whether pairs determine the place of the cloud.
 bool suffice(const Pairs& pairs) {
-  if (pairs.size() < kFewest) return false;
+  if (pairs.size() < kMinPairs) return false;
   SurfaceCloud surface;
   for (const Pair& pair : pairs) surface.push_back(*pair.model);
   return Determination(surface).weakest() > kHeld;
@@ -219,9 +219,9 @@ Eigen::Isometry3d motionOf(const Vector6& step) {
 /// Moves a cloud that nearly lies on a model onto it: least squares of the distances of single
 /// points from the planes of the model's points next to them.
 ///
-/// Means of neighbours have little noise, but they lie inside of what bulges or has an edge, so
-/// that ICP with them leaves a cloud some tenths of a millimetre beside the model. Here the mean
-/// distance of neighbours only decides whether they lie on it. What is near an edge is left out.
+/// Means of neighbors have little noise, but they lie inside of what bulges or has an edge, so
+/// that ICP with them leaves a cloud some tenths of a millimeter beside the model. Here the mean
+/// distance of neighbors only decides whether they lie on it. What is near an edge is left out.
 ///
 /// \param groups  of the cloud's points, in the model's frame but for `start`
 /// \param model   points with normals, which are seen
@@ -230,7 +230,7 @@ Eigen::Isometry3d motionOf(const Vector6& step) {
 /// \param start   what moves the cloud nearly onto the model
 /// \return what moves it onto the model; `start` if too little of it lies on parts without edges,
 ///         or if these do not hold it in all directions
-Eigen::Isometry3d refined(const std::vector<Neighbours>& groups, const SurfaceCloud& model,
+Eigen::Isometry3d refined(const std::vector<Neighbors>& groups, const SurfaceCloud& model,
                           const Tree& tree, double spacing_m, const Eigen::Isometry3d& start) {
   Refinement refinement(model, tree, spacing_m);
   Eigen::Isometry3d motion = start;
@@ -244,7 +244,7 @@ Eigen::Isometry3d refined(const std::vector<Neighbours>& groups, const SurfaceCl
   return motion;
 }
 
-/// How far a point and its surface may be from each other, in a round, and how often ICP repeats.
+/// Round of ICP: largest distance between a point and its surface, and number of repetitions.
 struct Round {
   double reach_m;
   int iterations;
@@ -255,11 +255,11 @@ constexpr std::array<Round, 7> kRounds{
 constexpr double kSourceReach = 1.5;  ///< times that of a round: what ICP looks at in it
 constexpr double kStillM = 1e-6;      ///< ICP ends when it moves the cloud less
 
-constexpr std::size_t kFewestPoints = 300;    ///< 0.03 m² of the model
-constexpr double kSolvable = 1e-3;            ///< `Determination::weakest` that ICP needs
-constexpr double kLeastDetermination = 0.01;  ///< `Determination::weakest`
-constexpr double kLargestResidualM = 0.006;   ///< a cloud of noise has about half of the reach
-constexpr double kFarthestM = 0.25;           ///< a correction of more is a wrong one
+constexpr std::size_t kMinPoints = 300;     ///< 0.03 m² of the model
+constexpr double kSolvable = 1e-3;          ///< `Determination::weakest` that ICP needs
+constexpr double kMinDetermination = 0.01;  ///< `Determination::weakest`
+constexpr double kMaxResidualM = 0.006;     ///< a cloud of noise has about half of the reach
+constexpr double kMaxShiftM = 0.25;         ///< a correction of more is a wrong one
 
 pcl::PointNormal pointAt(const Eigen::Vector3f& place) {
   pcl::PointNormal point;
@@ -284,10 +284,10 @@ Points::Ptr near(const Points& cloud, const SurfaceCloud& model) {
   return found;
 }
 
-/// The means of neighbours, which have less noise.
-SurfaceCloud meansOf(const std::vector<Neighbours>& groups) {
+/// The means of neighbors, which have less noise.
+SurfaceCloud meansOf(const std::vector<Neighbors>& groups) {
   SurfaceCloud means;
-  for (const Neighbours& group : groups) {
+  for (const Neighbors& group : groups) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     for (const Eigen::Vector3f& place : group) sum += place;
     means.push_back(pointAt(sum / static_cast<float>(group.size())));
@@ -345,14 +345,14 @@ SurfaceCloud::Ptr within(double distance_m, const SurfaceCloud& cloud, const Sur
   return found;
 }
 
-std::string millimetres(double length_m) {
+std::string millimeters(double length_m) {
   return std::to_string(std::lround(1000.0 * length_m)) + " mm";
 }
 
 void refuseFewPoints(std::size_t count) {
-  if (count >= kFewestPoints) return;
+  if (count >= kMinPoints) return;
   throw FitRefused("only " + std::to_string(count) + " points lie on the models (at least " +
-                   std::to_string(kFewestPoints) +
+                   std::to_string(kMinPoints) +
                    " are needed); bring more of them into view, or move "
                    "the sensor closer to where it is by hand first");
 }
@@ -363,11 +363,11 @@ void refuseFewPoints(std::size_t count) {
 }
 
 void refuseBadFit(const PoseFit& fit, const Determination& determination, double shift_m) {
-  if (determination.weakest() < kLeastDetermination) refuseFreeMotion(determination);
-  if (fit.residual_m > kLargestResidualM || !(shift_m < kFarthestM))
+  if (determination.weakest() < kMinDetermination) refuseFreeMotion(determination);
+  if (fit.residual_m > kMaxResidualM || !(shift_m < kMaxShiftM))
     throw FitRefused(
-        "the cloud does not come to lie on the models: " + millimetres(fit.residual_m) +
-        " are left, after a motion of " + millimetres(shift_m) +
+        "the cloud does not come to lie on the models: " + millimeters(fit.residual_m) +
+        " are left, after a motion of " + millimeters(shift_m) +
         "; move the sensor closer to where it is by hand first");
 }
 
@@ -405,7 +405,7 @@ Eigen::Isometry3d aligned(const SurfaceCloud& cloud, const SurfaceCloud& model,
 PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector3f& sensor,
                 const SurfaceCloud& model, double spacing_m) {
   const SurfaceCloud surface = visibleFrom(sensor, model, spacing_m);
-  const std::vector<Neighbours> groups = neighboursOf(*near(cloud, surface), sensor);
+  const std::vector<Neighbors> groups = neighborsOf(*near(cloud, surface), sensor);
   const SurfaceCloud points = meansOf(groups);
   refuseFewPoints(std::min(points.size(), surface.size()));
   auto tree = std::make_shared<Tree>();

@@ -21,7 +21,7 @@
 namespace process_visualizer::cloud {
 namespace {
 
-/// Where the colours lie within a pixel, in bytes.
+/// Offsets of the colors within a pixel, bytes.
 struct ColorLayout {
   std::size_t red, green, blue;
   std::size_t pixel_size;
@@ -56,7 +56,7 @@ void checkData(const Image& image, std::size_t pixel_size, const std::string& na
 void checkFrame(const std::string& frame, const std::string& depth_frame, const std::string& name) {
   require(withoutLeadingSlash(frame) == withoutLeadingSlash(depth_frame),
           "the " + name + " has the frame '" + frame + "', the depth image '" + depth_frame +
-              "'; register the depth image to the colour camera, for example with "
+              "'; register the depth image to the color camera, for example with "
               "depth_image_proc/register");
 }
 
@@ -71,28 +71,28 @@ void checkDepthImage(const Image& depth) {
   checkData(depth, is_float ? sizeof(float) : sizeof(std::uint16_t), "depth image");
 }
 
-/// The same for a colour image, which must cover the depth image when it is scaled to its width.
+/// The same for a color image, which must cover the depth image when it is scaled to its width.
 ColorLayout checkColorImage(const Image& color, const Image& depth) {
   const auto layout = kColorLayouts.find(color.encoding);
-  require(layout != kColorLayouts.end(), "the colour image's encoding is '" + color.encoding +
+  require(layout != kColorLayouts.end(), "the color image's encoding is '" + color.encoding +
                                              "', it must be rgb8, bgr8, rgba8, bgra8 or mono8");
-  checkData(color, layout->second.pixel_size, "colour image");
-  require(std::uint64_t{color.height} * depth.width >= std::uint64_t{depth.height} * color.width,
-          "the colour image (" + size(color) + ") does not cover the depth image (" + size(depth) +
-              ")");
+  checkData(color, layout->second.pixel_size, "color image");
+  require(
+      std::uint64_t{color.height} * depth.width >= std::uint64_t{depth.height} * color.width,
+      "the color image (" + size(color) + ") does not cover the depth image (" + size(depth) + ")");
   return layout->second;
 }
 
 /// Checks that images and camera info belong to one camera: registered images have one frame.
 void checkFrames(const Image& depth, const Image& color, const sensor_msgs::CameraInfo& info) {
-  checkFrame(color.header.frame_id, depth.header.frame_id, "colour image");
+  checkFrame(color.header.frame_id, depth.header.frame_id, "color image");
   checkFrame(info.header.frame_id, depth.header.frame_id, "camera info");
 }
 
 using sensor_msgs::Image;
 using sensor_msgs::PointCloud2;
 
-/// What the values of a depth image mean.
+/// Meaning of the values of a depth image.
 template <typename Value>
 struct Depth;
 
@@ -115,7 +115,7 @@ Value read(const std::uint8_t* bytes) {
   return value;
 }
 
-/// Where the colours of depth pixels are, at the nearest pixel of the colour image.
+/// Places of the colors of depth pixels, at the nearest pixel of the color image.
 class ColorPlaces {
  public:
   ColorPlaces(const Image& color, const Image& depth, const ColorLayout& layout)
@@ -136,7 +136,7 @@ class ColorPlaces {
   }
 
  private:
-  /// The colour's row or column under the middle of a row or column of the depth image.
+  /// The color's row or column under the middle of a row or column of the depth image.
   std::size_t nearest(std::uint32_t number) const {
     return (2 * std::uint64_t{number} + 1) * color_.width / (2 * std::uint64_t{depth_width_});
   }
@@ -158,7 +158,7 @@ class ImageCrop {
         colors_(colors),
         range_(range),
         is_inside_(std::move(is_inside)),
-        metres_per_pixel_((double{Depth<Value>::kUnit} / rays.focal().array()).cast<float>()),
+        meters_per_pixel_((double{Depth<Value>::kUnit} / rays.focal().array()).cast<float>()),
         row_(depth.width) {}
 
   void appendTo(std::vector<std::uint8_t>& points) {
@@ -186,7 +186,7 @@ class ImageCrop {
 
   /// In the order of depth_image_proc, so that the results are equal to the last bit.
   Eigen::Vector3f pointAt(const Eigen::Vector2f& ray, float depth) const {
-    return {ray.x() * depth * metres_per_pixel_.x(), ray.y() * depth * metres_per_pixel_.y(),
+    return {ray.x() * depth * meters_per_pixel_.x(), ray.y() * depth * meters_per_pixel_.y(),
             depth * Depth<Value>::kUnit};
   }
 
@@ -195,7 +195,7 @@ class ImageCrop {
   const ColorPlaces& colors_;
   PixelRange range_;  ///< of the pixels that can see the box
   InsideBox is_inside_;
-  Eigen::Vector2f metres_per_pixel_;  ///< at a depth of 1 in the image's unit
+  Eigen::Vector2f meters_per_pixel_;  ///< at a depth of 1 in the image's unit
   std::vector<ColoredPoint> row_;
 };
 

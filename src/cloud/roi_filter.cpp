@@ -10,7 +10,7 @@
 namespace process_visualizer::cloud {
 namespace {
 
-/// Neighbouring bytes of points that are all kept.
+/// Neighboring bytes of points that are all kept.
 struct Run {
   const std::uint8_t* begin;
   const std::uint8_t* end;

@@ -117,12 +117,12 @@ Surface surfaceOf(const Marker& marker) {
 }
 
 constexpr double kTransformWait = 0.5;      ///< s
-constexpr double kOldest = 0.5;             ///< of a transform that stands for one at the stamp, s
+constexpr double kMaxAge = 0.5;             ///< of a transform that stands for one at the stamp, s
 constexpr double kSpacingM = 0.005;         ///< of points on models, at least
-constexpr double kMostPoints = 1'000'000;   ///< on models
+constexpr double kMaxPoints = 1'000'000;    ///< on models
 const Box kRange({0, 0, 0}, {40, 40, 40});  ///< in which points of a sensor lie, m
 
-/// Where frames were at a time.
+/// Places of frames at a time.
 class Places {
  public:
   Places(const tf2_ros::Buffer& buffer, std::string parent, ros::Time stamp)
@@ -141,13 +141,13 @@ class Places {
       return tf2::transformToEigen(buffer_.lookupTransform(parent_, frame, stamp_));
     const auto newest = buffer_.lookupTransform(parent_, frame, ros::Time(0));
     const double age = std::abs((newest.header.stamp - stamp_).toSec());
-    if (age > kOldest)
+    if (age > kMaxAge)
       throw tf2::ExtrapolationException("its last transform is " + std::to_string(age) +
                                         " s from the cloud");
     return tf2::transformToEigen(newest);
   }
 
-  /// Whether a frame hangs on another one, over any number of others.
+  /// Returns whether a frame hangs on another one, over any number of others.
   bool hangsOn(const std::string& name, const std::string& base) const {
     std::string frame = withoutLeadingSlash(name), next;
     while (frame != base && buffer_._getParent(frame, ros::Time(0), next)) frame = next;
@@ -215,7 +215,7 @@ SurfaceCloud pointsOn(const std::vector<PlacedSurface>& surfaces, double spacing
 double spacingFor(const std::vector<PlacedSurface>& surfaces) {
   double area = 0.0;
   for (const PlacedSurface& placed : surfaces) area += areaOf(placed.surface);
-  return std::max(kSpacingM, std::sqrt(area / kMostPoints));
+  return std::max(kSpacingM, std::sqrt(area / kMaxPoints));
 }
 
 std::string describe(const PoseFit& fit) {

@@ -17,7 +17,7 @@ using sensor_msgs::PointCloud2;
 constexpr std::size_t kFirstSlots = 1 << 12;
 constexpr int kBits = 21;  ///< of a cube's place along an axis
 constexpr float kReach = 1 << (kBits - 1);
-constexpr std::uint8_t kGrey[] = {200, 200, 200};
+constexpr std::uint8_t kGray[] = {200, 200, 200};
 
 /// A number for the cube at a place of whole numbers, each of which has `kBits` bits.
 std::uint64_t keyOf(const Eigen::Vector3f& place) {
@@ -32,8 +32,8 @@ std::uint8_t mean(std::uint32_t sum, std::uint32_t count) { return (sum + count 
 }  // namespace
 
 VoxelGrid::VoxelGrid(double edge)
-    : cubes_per_metre_(static_cast<float>(1 / edge)), slots_(kFirstSlots) {
-  require(std::isfinite(edge) && edge > 0 && std::isfinite(cubes_per_metre_),
+    : cubes_per_meter_(static_cast<float>(1 / edge)), slots_(kFirstSlots) {
+  require(std::isfinite(edge) && edge > 0 && std::isfinite(cubes_per_meter_),
           "the voxels' edge must be a finite number greater than zero");
 }
 
@@ -49,12 +49,12 @@ void VoxelGrid::add(const PointCloud2& cloud, const Eigen::Isometry3d& grid_from
   for (std::size_t row = 0, rows = rowsWithPoints(cloud); row < rows; ++row) {
     const std::uint8_t* point = cloud.data.data() + row * cloud.row_step;
     for (std::size_t column = 0; column < cloud.width; ++column, point += cloud.point_step)
-      addPoint(transform * positionAt(point, offsets), color ? point + *color : kGrey);
+      addPoint(transform * positionAt(point, offsets), color ? point + *color : kGray);
   }
 }
 
 void VoxelGrid::addPoint(const Eigen::Vector3f& position, const std::uint8_t* blue_green_red) {
-  const Eigen::Vector3f place = (position * cubes_per_metre_).array().floor();
+  const Eigen::Vector3f place = (position * cubes_per_meter_).array().floor();
   if (!(place.cwiseAbs().maxCoeff() < kReach) || !place.allFinite()) return;
   Cube& cube = cubeAt(keyOf(place));
   cube.position_sum += position;
@@ -77,8 +77,8 @@ VoxelGrid::Cube& VoxelGrid::cubeAt(std::uint64_t key) {
   return cubes_[slots_[slot] - 1];
 }
 
-/// Where the cube is in the table, or the free slot for it. Neighbours lie far apart: a product
-/// with the golden ratio scatters them (Knuth, The Art of Computer Programming 3, 6.4).
+/// Returns the slot of the cube in the table, or the free one for it. Neighbors lie far apart: a
+/// product with the golden ratio scatters them (Knuth, The Art of Computer Programming 3, 6.4).
 std::size_t VoxelGrid::slotOf(std::uint64_t key) const {
   constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15;
   constexpr int kUpperHalf = 32;

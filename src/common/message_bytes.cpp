@@ -8,7 +8,7 @@ namespace process_visualizer {
 namespace {
 
 constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
-constexpr int kDeepest = 40;  // of messages in messages
+constexpr int kMaxDepth = 40;  // of messages in messages
 constexpr char kString[] = "string";
 const std::string kSection = "MSG: ";
 
@@ -67,7 +67,7 @@ void ClaimedLengths::read(const std::string& type, const std::string& definition
 void ClaimedLengths::measure(const std::string& type, int depth) {
   if (least_bytes_.count(type) != 0) return;
   const auto fields = fields_.find(type);
-  if (fields == fields_.end() || depth > kDeepest)
+  if (fields == fields_.end() || depth > kMaxDepth)
     throw std::invalid_argument("the definition of " + type + " is missing, or contains itself");
   std::size_t bytes = 0;
   bool is_fixed = true;

@@ -31,7 +31,7 @@
 
 #include "camera.hpp"
 #include "key_report.hpp"
-#include "labelled_markers.hpp"
+#include "labeled_markers.hpp"
 
 namespace process_visualizer::displays {
 namespace {
@@ -69,7 +69,8 @@ QString statusText(const rviz::Display& display, const QString& name) {
   return line ? line->getValue().toString() : QString();
 }
 
-/// Whether RViz itself finds fault with the display: it may have received what it cannot show.
+/// Returns whether RViz itself finds fault with the display: it may have received what it cannot
+/// show.
 bool hasFault(const rviz::Display& display) {
   const rviz::StatusList* list = statusOf(display);
   for (int i = 0; list && i < list->numChildren(); ++i) {
@@ -80,7 +81,8 @@ bool hasFault(const rviz::Display& display) {
   return false;
 }
 
-/// Whether this process has subscribed a topic, or, of images, one with a transport's name behind.
+/// Returns whether this process has subscribed a topic or, of images, one with the name of a
+/// transport behind.
 bool isSubscribed(const std::string& topic) {
   ros::V_string topics;
   ros::this_node::getSubscribedTopics(topics);
@@ -89,7 +91,8 @@ bool isSubscribed(const std::string& topic) {
   });
 }
 
-/// What RViz does not count as a warning itself: it counts messages from the first one on.
+/// Returns whether no message has come. RViz itself does not warn of that: it counts messages from
+/// the first one on.
 bool hasReceivedNothing(const rviz::Display& display) {
   if (dynamic_cast<const rviz::_RosTopicDisplay*>(&display)) {
     const QString text = statusText(display, "Topic");
@@ -100,7 +103,7 @@ bool hasReceivedNothing(const rviz::Display& display) {
 
 /// RViz's own displays do not count markers at all, but each marker brings its namespace.
 bool hasNoMarker(const rviz::Display& display) {
-  if (const auto* own = dynamic_cast<const LabelledMarkers*>(&display)) return !own->hasReceived();
+  if (const auto* own = dynamic_cast<const LabeledMarkers*>(&display)) return !own->hasReceived();
   const rviz::Property* namespaces = childOf(display, "Namespaces");
   return namespaces && childOf(display, "Marker Topic") && namespaces->numChildren() == 0;
 }
@@ -117,10 +120,10 @@ std::string topicOf(const rviz::Display& display) {
   return "";
 }
 
-/// Why a display that is to show a topic shows nothing: it has not subscribed the topic, or has
-/// received nothing yet. Empty if it has, if it is switched off, if it has no topic, and if RViz
-/// itself warns of what it has received or of nothing. Interactive markers may have no server for
-/// as long as nobody needs one. Call this and the following only in RViz's GUI thread.
+/// Returns why a display that is to show a topic shows nothing: it has not subscribed the topic, or
+/// has received nothing yet. Empty if it has, if it is switched off, if it has no topic, and if
+/// RViz itself warns of what it has received or of nothing. Interactive markers may have no server
+/// for as long as nobody needs one. Call this and the following only in RViz's GUI thread.
 std::string silence(const rviz::Display& display) {
   const std::string topic = topicOf(display);
   if (!display.isEnabled() || topic.empty()) return "";
@@ -181,8 +184,8 @@ void addLines(const rviz::StatusList& list, DiagnosticStatus& report) {
   }
 }
 
-/// What a display shows under "Status": level and texts, and whether it has received nothing.
-/// RViz's levels ok, warning and error are numbered as those of DiagnosticStatus.
+/// Reports what a display shows under "Status", level and texts, and whether it has received
+/// nothing. RViz's levels ok, warning and error are numbered as those of DiagnosticStatus.
 DiagnosticStatus reportDisplay(const rviz::Display& display, const std::string& name) {
   DiagnosticStatus report;
   report.name = name;
@@ -216,7 +219,7 @@ std::vector<DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
 
 }  // namespace
 
-/// Where a window is. On `~window` (sensor_msgs/RegionOfInterest, latched) it is published whenever
+/// Place of a window. On `~window` (sensor_msgs/RegionOfInterest, latched) it is published whenever
 /// the window is moved or resized; what is left of the screen or above it counts as its edge. The
 /// window is moved to where `~place` (the same type) says: only the process that owns a window can
 /// move it without knowing which window system that is. Both have the corner of the window's frame,

@@ -27,7 +27,7 @@ std::string nameOf(int key, Qt::KeyboardModifiers modifiers) {
 
 bool isLetter(int key) { return key >= Qt::Key_A && key <= Qt::Key_Z; }
 
-/// Whether it is a printed sign other than a letter or a digit.
+/// Returns whether it is a printed sign other than a letter or a digit.
 bool isSign(int key) {
   const bool is_digit = key >= Qt::Key_0 && key <= Qt::Key_9;
   return key > Qt::Key_Space && key < Qt::Key_Escape && !isLetter(key) && !is_digit;
@@ -57,9 +57,9 @@ std::set<std::string> lines(const std::string& text) {
 
 namespace {
 
-constexpr int kMostPresses = 10;  ///< that wait to be sent
+constexpr int kMaxPresses = 10;  ///< that wait to be sent
 
-/// Whether a widget has a use for letters, arrows or the space bar.
+/// Returns whether a widget has a use for letters, arrows or the space bar.
 bool usesKeys(const QWidget& widget) {
   return qobject_cast<const QLineEdit*>(&widget) ||
          qobject_cast<const QAbstractSpinBox*>(&widget) ||
@@ -73,7 +73,7 @@ bool usesKeys(const QWidget& widget) {
 
 KeyReport::KeyReport(QWidget& window) : window_(&window) {
   ros::NodeHandle handle("~");
-  publisher_ = handle.advertise<std_msgs::String>("key_pressed", kMostPresses);
+  publisher_ = handle.advertise<std_msgs::String>("key_pressed", kMaxPresses);
   subscriber_ = handle.subscribe<std_msgs::String>(
       "keys", 1, [this](const std_msgs::StringConstPtr& keys) { wanted_ = lines(keys->data); });
   QCoreApplication::instance()->installEventFilter(this);

@@ -22,8 +22,8 @@ namespace process_visualizer::displays {
 std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
                       const std::set<std::string>& wanted);
 
-/// Whether a key that is held is pressed again and again: those that move by steps. A letter or the
-/// space bar would switch something on and off.
+/// Returns whether a key that is held is pressed again and again: those that move by steps. A
+/// letter or the space bar would switch something on and off.
 bool repeats(int key);
 
 /// The lines of a text, without empty ones.

@@ -36,7 +36,7 @@ struct VisibleLabel {
 
 namespace {
 
-/// Where points of the scene are in the picture.
+/// Projection of the scene into the picture.
 class ScreenProjection {
  public:
   ScreenProjection(const Ogre::Camera& camera, Size view)
@@ -52,7 +52,7 @@ class ScreenProjection {
                  (1 - place.y / place.w) / 2 * view_.height};
   }
 
-  /// How tall a height [m] is at a point, px.
+  /// Returns how tall a height [m] is at a point, px.
   float height(const Ogre::Vector3& point, float height_m) const {
     const auto foot = pixel(point), top = pixel(point + height_m * up_);
     return foot && top ? std::hypot(top->x - foot->x, top->y - foot->y) : 0;
@@ -68,10 +68,10 @@ class ScreenProjection {
 
 // What plates had better not cover
 
-constexpr float kModelWeight = 60;     ///< px: plates are transparent, models are large
-constexpr float kSmallestSide = 4;     ///< of an obstacle, px
-constexpr float kLargestPart = 0.04F;  ///< of the picture that an obstacle may fill
-constexpr int kMostPieces = 5;
+constexpr float kModelWeight = 60;  ///< px: plates are transparent, models are large
+constexpr float kMinSide = 4;       ///< of an obstacle, px
+constexpr float kMaxPart = 0.04F;   ///< of the picture that an obstacle may fill
+constexpr int kMaxPieces = 5;
 
 /// A box with the directions of its edges.
 struct Box {
@@ -96,7 +96,7 @@ std::vector<Box> pieces(Box box) {
     return a.squaredLength() > b.squaredLength();
   });
   const float width = std::max(box.edges[1].length(), 1e-6F);
-  const float ratio = std::min(box.edges[0].length() / width, static_cast<float>(kMostPieces));
+  const float ratio = std::min(box.edges[0].length() / width, static_cast<float>(kMaxPieces));
   const int count = std::max(static_cast<int>(std::lround(ratio)), 1);
   box.edges[0] /= static_cast<float>(count);
   std::vector<Box> all(count, box);
@@ -120,8 +120,8 @@ std::optional<Rect> rectOf(const Box& box, const ScreenProjection& projection) {
 }
 
 bool isWorthAvoiding(const Rect& rect, Size view) {
-  return rect.size.width >= kSmallestSide && rect.size.height >= kSmallestSide &&
-         rect.size.width * rect.size.height <= kLargestPart * view.width * view.height &&
+  return rect.size.width >= kMinSide && rect.size.height >= kMinSide &&
+         rect.size.width * rect.size.height <= kMaxPart * view.width * view.height &&
          rect.corner.x < view.width && rect.corner.y < view.height &&
          rect.corner.x + rect.size.width > 0 && rect.corner.y + rect.size.height > 0;
 }
@@ -173,12 +173,12 @@ std::vector<Obstacle> arrowObstacles(Point foot, Point tip, float width, float w
 
 // What is in the picture, and the lines to it
 
-constexpr std::size_t kMostLabels = 60;  ///< more could not be told apart
-constexpr float kArrowWeight = 400;      ///< px
-constexpr float kArrowWidth = 0.03F;     ///< m
-constexpr float kBeside = 0.1F;          ///< of the view: what is so near its rim is still named
-constexpr float kShortestLeader = 10;    ///< px
-constexpr float kSameFoot = 14;          ///< px
+constexpr std::size_t kMaxLabels = 60;  ///< more could not be told apart
+constexpr float kArrowWeight = 400;     ///< px
+constexpr float kArrowWidth = 0.03F;    ///< m
+constexpr float kBeside = 0.1F;         ///< of the view: what is so near its rim is still named
+constexpr float kMinLeader = 10;        ///< px
+constexpr float kSameFoot = 14;         ///< px
 constexpr Rgb kSharedColor{0.85F, 0.87F, 0.9F};
 
 float distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
@@ -227,7 +227,7 @@ std::vector<VisibleLabel> visibleLabels(const std::vector<SceneLabel>& labels,
     visible->distance_m = (label.anchor - camera).length();
     all.push_back(std::move(*visible));
   }
-  const std::size_t count = std::min(all.size(), kMostLabels);
+  const std::size_t count = std::min(all.size(), kMaxLabels);
   std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count), all.end(),
                     [](const auto& a, const auto& b) {
                       return std::tie(a.distance_m, a.label->key) <
@@ -239,7 +239,7 @@ std::vector<VisibleLabel> visibleLabels(const std::vector<SceneLabel>& labels,
   return all;
 }
 
-/// What the arrows of a label cover.
+/// Rectangles that the arrows of a label cover.
 std::vector<Obstacle> arrowObstacles(const VisibleLabel& visible,
                                      const ScreenProjection& projection) {
   std::vector<Obstacle> obstacles;
@@ -271,7 +271,7 @@ std::vector<Leader> leadersOf(const VisibleLabel& visible, const Rect& plate, Si
     leaders.push_back({nearestPoint(plate, visible.anchor), visible.anchor, kSharedColor});
   leaders.erase(
       std::remove_if(leaders.begin(), leaders.end(),
-                     [](const Leader& it) { return distance(it.begin, it.end) < kShortestLeader; }),
+                     [](const Leader& it) { return distance(it.begin, it.end) < kMinLeader; }),
       leaders.end());
   return leaders;
 }

@@ -15,7 +15,7 @@ constexpr float kGlideTime = 0.12F;   ///< until 63 % of a way are covered, s
 constexpr int kRings = 5;
 constexpr int kDirections = 12;
 
-Rect centred(Point middle, Size size) {
+Rect centered(Point middle, Size size) {
   return {{middle.x - size.width / 2, middle.y - size.height / 2}, size};
 }
 
@@ -70,7 +70,7 @@ class Chooser {
     if (label.offset) consider(label, *label.offset, -kBetter);
     consider(label, {}, 0);
     for (int ring = 1; ring <= kRings; ++ring) considerRing(label, static_cast<float>(ring));
-    if (platesUnder(best_) > 0) considerNeighbours(label);
+    if (platesUnder(best_) > 0) considerNeighbors(label);
     placed_.push_back(widened(best_, kGap));
     return {best_.corner.x + best_.size.width / 2 - label.anchor.x,
             best_.corner.y + best_.size.height / 2 - label.anchor.y};
@@ -86,7 +86,7 @@ class Chooser {
   }
 
   /// Places right above and below other plates: where it is crowded, and for wide plates.
-  void considerNeighbours(const LabelBox& label) {
+  void considerNeighbors(const LabelBox& label) {
     for (const Rect& other : placed_) {
       const float above = other.corner.y - label.size.height / 2;
       const float below = other.corner.y + other.size.height + label.size.height / 2;
@@ -97,7 +97,7 @@ class Chooser {
 
   void consider(const LabelBox& label, Point offset, float extra_cost) {
     const Point middle{label.anchor.x + offset.x, label.anchor.y + offset.y};
-    const Rect rect = keptIn(view_, centred(middle, label.size));
+    const Rect rect = keptIn(view_, centered(middle, label.size));
     float cost = extra_cost + std::hypot(offset.x, offset.y);
     if (cost < best_cost_) cost += platesUnder(rect);
     if (cost < best_cost_) cost += obstaclesUnder(rect);
@@ -153,7 +153,7 @@ std::vector<Rect> LabelLayout::place(const std::vector<Plate>& plates,
     offsets[plates[i].key] = offset;
     const Point& anchor = plates[i].anchor;
     const Point middle{anchor.x + offset.shown.x, anchor.y + offset.shown.y};
-    places.push_back(keptIn(view, centred(middle, plates[i].size)));
+    places.push_back(keptIn(view, centered(middle, plates[i].size)));
   }
   offsets_ = std::move(offsets);
   return places;
@@ -170,8 +170,8 @@ LabelLayout::Offset LabelLayout::glide(const std::string& key, Point chosen,
 
 namespace {
 
-constexpr float kShortestRest = 0.25F;  ///< s
-constexpr float kTremble = 1.5F;        ///< px; a robot that stands trembles a little
+constexpr float kMinRest = 0.25F;  ///< s
+constexpr float kTremble = 1.5F;   ///< px; a robot that stands trembles a little
 
 }  // namespace
 
@@ -183,7 +183,7 @@ bool Stillness::begins(const std::map<std::string, Point>& points, float elapsed
     return false;
   }
   rest_s_ += elapsed_s;
-  const bool begins = !has_begun_ && rest_s_ >= kShortestRest;
+  const bool begins = !has_begun_ && rest_s_ >= kMinRest;
   has_begun_ = has_begun_ || begins;
   return begins;
 }

@@ -26,8 +26,8 @@ struct Rect {
   Size size;
 };
 
-/// What a plate had better not cover. `weight` is the way, in px, that a plate goes in order not to
-/// cover all of it, or not to be covered with it.
+/// Part of the picture that a plate should not cover. `weight` is the way, in px, that a plate goes
+/// in order not to cover all of it, or not to be covered with it.
 struct Obstacle {
   Rect rect;
   float weight = 0;
@@ -41,14 +41,14 @@ struct LabelBox {
   std::optional<Point> offset;
 };
 
-/// Returns the offset of each plate from its anchor. A plate is centred on its anchor unless it
+/// Returns the offset of each plate from its anchor. A plate is centered on its anchor unless it
 /// would cover a plate before it in the list, or obstacles that are worth the way. It stays
 /// where it was in the last picture unless another place is clearly better. All plates are kept in
 /// the view, as far as it has room.
 std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
                                  const std::vector<Obstacle>& obstacles, Size view);
 
-/// Where plates are, from picture to picture: they glide to their places instead of jumping.
+/// Places of plates from picture to picture: they glide to their places instead of jumping.
 class LabelLayout {
  public:
   struct Plate {

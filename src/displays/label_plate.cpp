@@ -16,9 +16,9 @@ constexpr PlateStyle kLightPlate{{0.96F, 0.96F, 0.97F}, {0, 0, 0}, 0.85F};
 constexpr float kMiddleLuminance = 0.18F;  ///< as far from white as from black, in contrast
 constexpr int kSteps = 20;
 
-constexpr float kSmallest = 13, kLargest = 22;
+constexpr float kMinSize = 13, kMaxSize = 22;
 constexpr float kUnchanged = 16;  ///< at this height in the picture, a text has it on its plate
-constexpr float kSmallestChange = 0.8F;
+constexpr float kMinChange = 0.8F;
 
 float linear(float part) {
   return part <= 0.04045F ? part / 12.92F : std::pow((part + 0.055F) / 1.055F, 2.4F);
@@ -61,16 +61,16 @@ Rgb readableOn(const PlateStyle& plate, Rgb text) {
 
 int fontSize(float projected, float pixel_ratio, int last) {
   const float height = std::sqrt(std::max(projected / pixel_ratio, 0.0F) * kUnchanged);
-  const float size = pixel_ratio * std::clamp(height, kSmallest, kLargest);
-  const bool hardly_changes = std::abs(size - static_cast<float>(last)) < kSmallestChange;
+  const float size = pixel_ratio * std::clamp(height, kMinSize, kMaxSize);
+  const bool hardly_changes = std::abs(size - static_cast<float>(last)) < kMinChange;
   return hardly_changes ? last : static_cast<int>(std::lround(size));
 }
 
 namespace {
 
-constexpr int kLongestLine = 160;  ///< characters
-constexpr int kWidest = 1200;      ///< px
-constexpr qreal kCorner = 0.4;     ///< its radius, as a part of the text's size
+constexpr int kMaxCharacters = 160;  ///< characters
+constexpr int kMaxWidth = 1200;      ///< px
+constexpr qreal kCorner = 0.4;       ///< its radius, as a part of the text's size
 
 QColor qColor(const Rgb& color, float opacity = 1) {
   return QColor::fromRgbF(color.red, color.green, color.blue, opacity);
@@ -86,7 +86,7 @@ QFont fontOf(int size_px) {
 QStringList textsOf(const std::vector<PlateLine>& lines) {
   QStringList texts;
   for (const PlateLine& line : lines)
-    texts.append(QString::fromStdString(line.text).left(kLongestLine).simplified());
+    texts.append(QString::fromStdString(line.text).left(kMaxCharacters).simplified());
   return texts;
 }
 
@@ -95,7 +95,7 @@ int plateWidth(const QStringList& texts, const QFontMetrics& metrics, int step) 
   int width = 0;
   for (const QString& text : texts)
     width = std::max(width, metrics.boundingRect(text).width() + metrics.averageCharWidth() / 2);
-  return std::min((width + step - 1) / step * step, kWidest);
+  return std::min((width + step - 1) / step * step, kMaxWidth);
 }
 
 PlateStyle styleOf(const std::vector<PlateLine>& lines) {

@@ -7,7 +7,7 @@
 
 namespace process_visualizer::displays {
 
-/// A colour of the screen (sRGB), each part from 0 to 1.
+/// A color of the screen (sRGB), each part from 0 to 1.
 struct Rgb {
   float red = 0;
   float green = 0;
@@ -21,7 +21,7 @@ struct PlateStyle {
   float opacity = 0;
 };
 
-/// Contrast of two colours as in the guidelines for web content (WCAG), from 1 to 21.
+/// Contrast of two colors as in the guidelines for web content (WCAG), from 1 to 21.
 float contrast(const Rgb& one, const Rgb& other);
 
 /// The contrast that those guidelines ask for, for small texts.
@@ -30,10 +30,10 @@ constexpr float kReadableContrast = 4.5F;
 /// A dark plate for light texts, and the other way round.
 PlateStyle plateFor(const std::vector<Rgb>& texts);
 
-/// The colour of the plate over the background on which a text is hardest to read.
+/// The color of the plate over the background on which a text is hardest to read.
 Rgb worstBackground(const PlateStyle& plate);
 
-/// The text's colour, as much lighter or darker as the contrast needs on every background.
+/// The text's color, as much lighter or darker as the contrast needs on every background.
 Rgb readableOn(const PlateStyle& plate, Rgb text);
 
 /// The size of a text, px: that of its height in the scene where that is readable; it falls gently

@@ -14,9 +14,9 @@ namespace {
 using visualization_msgs::Marker;
 using Lines = std::vector<std::pair<int, LabelLine>>;
 
-constexpr double kSamePlace = 1e-4;  ///< m
-constexpr double kFarthest = 1e9;    ///< m
-constexpr std::size_t kMostLines = 24;
+constexpr double kSamePlace = 1e-4;   ///< m
+constexpr double kMaxDistance = 1e9;  ///< m
+constexpr std::size_t kMaxLines = 24;
 const char* const kBlank = " \t\n\v\f\r";
 
 ros::Time endOf(const Marker& marker, ros::Time now) {
@@ -79,8 +79,8 @@ Spot spotOf(const Place& place) {
 }  // namespace
 
 bool isInReach(const geometry_msgs::Point& point) {
-  return std::abs(point.x) < kFarthest && std::abs(point.y) < kFarthest &&
-         std::abs(point.z) < kFarthest;
+  return std::abs(point.x) < kMaxDistance && std::abs(point.y) < kMaxDistance &&
+         std::abs(point.z) < kMaxDistance;
 }
 
 bool isLabel(const Marker& marker) {
@@ -162,7 +162,7 @@ Label LabelStore::label(const std::vector<Id>& ids) const {
   Lines lines;
   for (const Id& id : ids) appendLines(texts_.at(id).marker, lines);
   orderByRow(lines);
-  if (lines.size() > kMostLines) lines.resize(kMostLines);
+  if (lines.size() > kMaxLines) lines.resize(kMaxLines);
   for (auto& line : lines) label.lines.push_back(std::move(line.second));
   return label;
 }

@@ -42,10 +42,10 @@ struct Label {
   std::vector<LabelLine> lines;
 };
 
-/// Whether a place is near enough for single precision; NaN is not.
+/// Returns whether a place is near enough for single precision; NaN is not.
 bool isInReach(const geometry_msgs::Point& point);
 
-/// Whether a marker is a text that RViz would draw.
+/// Returns whether a marker is a text that RViz would draw.
 bool isLabel(const visualization_msgs::Marker& marker);
 
 /// The texts among the markers of one topic.

@@ -13,11 +13,11 @@
 
 namespace process_visualizer::displays {
 
-/// When things in front of the scene are drawn: after the scene, plates over lines.
+/// Order of what is drawn in front of the scene: after the scene, plates over lines.
 constexpr Ogre::uint8 kLineQueue = 97;
 constexpr Ogre::uint8 kPlateQueue = 98;
 
-/// Quadrangles in front of the scene, with colours of their own whatever the light.
+/// Quadrangles in front of the scene, with colors of their own whatever the light.
 class FlatObject {
  public:
   /// `node` is the parent of what is drawn; it has to outlive this.

@@ -141,8 +141,8 @@ QToolBar* makeBand(QMainWindow& window) {
 
 }  // namespace
 
-/// What makes RViz's window one that nobody takes for the live one, for as long as this exists: a
-/// band across its top, and a frame of the same colour around the scene.
+/// Marks RViz's window, for as long as this exists, so that nobody takes it for the live one: a
+/// band across its top, and a frame of the same color around the scene.
 class ReplayMark : public QObject {
  public:
   explicit ReplayMark(QMainWindow& window) {
@@ -158,7 +158,7 @@ class ReplayMark : public QObject {
     framed_->update();
   }
 
-  /// What stands beside the word REPLAY.
+  /// Sets the text beside the word REPLAY.
   void setText(const QString& text) {
     if (band_) ribbon_->setText(text);
   }

@@ -6,7 +6,7 @@
 
 namespace process_visualizer::displays {
 
-/// What the player said of itself (process_visualizer/PlayerState); times in s since the epoch.
+/// State of the player (process_visualizer/PlayerState); times in s since the epoch.
 struct PlayedState {
   double stamp_s = 0;  ///< wall time for which the position holds
   double since_s = 0;  ///< wall time since which this holds; may lie ahead, 0: since the stamp
@@ -18,7 +18,7 @@ struct PlayedState {
   double received_s = 0;  ///< by the clock of who reads this
 };
 
-/// How long ago that was which is played at a wall time, s; not below 0.
+/// Returns how long ago the played moment was, at a wall time, s; not below 0.
 double agoAt(const PlayedState& state, double now_s);
 
 /// The text beside the word REPLAY. It keeps a tenth of a second until the time has clearly left

@@ -32,7 +32,7 @@ class ReplayWindow : public QObject {
   /// hide() say how it begins.
   void show();
   void hide();
-  /// Whether it does not appear when RViz opens it, unless show() or hide() was called since.
+  /// Chooses whether it stays hidden when RViz opens it, unless show() or hide() was called since.
   void setBeginsHidden(bool begins_hidden);
   /// Nobody has changed a view by looking at it: what happens in the next second does not make RViz
   /// ask whether to save it.

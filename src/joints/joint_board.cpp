@@ -22,7 +22,7 @@ constexpr seconds kStopped{1};         // not before this
 constexpr seconds kBeside{1};          // in which two nodes send the same joint
 constexpr std::size_t kConflicts = 5;  // in a row that are no coincidence
 constexpr seconds kConflictHolds{1};   // after the last one
-constexpr double kLatestS = 0.5;       // one node may be so much later than the other
+constexpr double kMaxDelayS = 0.5;     // one node may be so much later than the other
 constexpr double kEqual = 0.02;        // [rad or m]
 
 void append(std::string& list, const std::string& name) {
@@ -87,7 +87,7 @@ JointPositions JointBoard::passOn(Clock::time_point now) {
 
 void JointBoard::compare(Joint& joint, double position, const std::string& source,
                          Clock::time_point now) {
-  Told told{position, now, kBeside, 0.0};
+  Report told{position, now, kBeside, 0.0};
   const auto before = joint.sources.find(source);
   if (before != joint.sources.end() && now > before->second.when) {
     told.step = now - before->second.when;
@@ -100,8 +100,8 @@ void JointBoard::compare(Joint& joint, double position, const std::string& sourc
       continue;
     }
     if (other->first != source) {
-      const auto speed = [](const Told& it) { return it.moved / Seconds(it.step).count(); };
-      const double late = kLatestS * std::max(speed(told), speed(other->second));
+      const auto speed = [](const Report& it) { return it.moved / Seconds(it.step).count(); };
+      const double late = kMaxDelayS * std::max(speed(told), speed(other->second));
       const double difference = std::abs(position - other->second.position);
       if (difference > kEqual + late) apart = std::max(apart, difference);
     }
@@ -171,8 +171,8 @@ std::string JointBoard::conflict(Clock::time_point now) const {
 
 namespace {
 
-constexpr std::chrono::seconds kLongestStep{1};  // of a simulated clock
-constexpr std::chrono::seconds kMemory{6};       // longer than warnings are held back
+constexpr std::chrono::seconds kMaxStep{1};  // of a simulated clock
+constexpr std::chrono::seconds kMemory{6};   // longer than warnings are held back
 
 }  // namespace
 
@@ -183,7 +183,7 @@ std::string TimeWatch::problem(double ros_s, Clock::time_point now) {
   last_s_ = ros_s;
   if (stepped_back_ && now - *stepped_back_ < kMemory)
     return "ROS time has gone back: look at what publishes /clock";
-  if (now - advanced_ > kLongestStep)
+  if (now - advanced_ > kMaxStep)
     return "ROS time stands still: look at what publishes /clock, or set /use_sim_time to false";
   return {};
 }

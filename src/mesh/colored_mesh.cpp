@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh file as triangles with normals and colours, for process_visualizer/robot/
-// visuals.py. assimp reads it, as in RViz, so both see the same.
+// A mesh file as triangles with normals and colors, for process_visualizer/robot/visuals.py.
+// assimp reads it, as in RViz, so both see the same.
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kSmoothUpToDegrees = 35.0F;
 
-/// One row of three for each corner, and of each triangle; colours are 0 to 255.
+/// One row of three for each corner, and of each triangle; colors are 0 to 255.
 struct ColoredMesh {
   std::vector<float> positions;
   std::vector<float> normals;

@@ -261,7 +261,7 @@ void BagFile::writeChunk(std::uint64_t spare_bytes) {
   }
 }
 
-/// What stands before the data of the chunk's record: its header, and how many bytes the data has.
+/// Returns the bytes before the data of the chunk's record: its header, and the size of the data.
 std::string BagFile::chunkHead(std::size_t data_bytes) const {
   const std::string header =
       packedHeader({{"op", {kChunk}},

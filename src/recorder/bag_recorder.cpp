@@ -295,7 +295,7 @@ void BagRecorder::watch(TopicChoice choice) {
   subscriptions_.choose(intake_.sources());
 }
 
-/// What patterns never take: what the recorder itself publishes, or writes beside what is chosen.
+/// Returns the prefixes of topics that patterns never take: the recorder's own.
 std::vector<std::string> BagRecorder::ownPrefixes() const { return {kOwnPrefix, name_ + "/"}; }
 
 void BagRecorder::connect() {
@@ -316,7 +316,7 @@ Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice ch
           request.configuration.empty() ? configuration_ : request.configuration};
 }
 
-/// What is asked for of the memory; if no time is, all.
+/// Returns the part of the memory that is asked for; without a time, all of it.
 Beginning BagRecorder::memoryOf(const Start::Request& request) const {
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   if (!ros::Time::isValid()) throw RecordingError(kNoTime);

@@ -97,7 +97,7 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
   end(now);
 }
 
-/// What a recording begins with that begins now; the mutex has to be locked.
+/// Returns the contents of a recording that begins now; the mutex has to be locked.
 RecordingContents Intake::contents(const Beginning& beginning, const ros::Time& now) {
   Past past = chosen(recent_.last(now, beginning.recent_s), beginning.choice, now);
   RecordingContents contents;
@@ -184,7 +184,7 @@ void Intake::close() {
   end(machine_.now());
 }
 
-/// What comes from now on is not of the recording; the mutex has to be locked.
+/// Ends the recording: later messages are not of it. The mutex has to be locked.
 void Intake::end(const ros::Time& now) {
   is_open_ = false;
   board_.freeze();

@@ -13,7 +13,7 @@ namespace {
 constexpr char kNode[] = "/cell_frames";  // as in ros_names.py
 constexpr char kReplacement[] = "\xEF\xBF\xBD";
 
-/// How long the character that begins with a byte is, by its leading ones; 0: none begins so.
+/// Returns the length of the character that begins with a byte, by its leading ones; 0: none does.
 std::size_t lengthOf(unsigned char first) {
   if (first < 0x80) return 1;
   if (first >= 0xC2 && first < 0xE0) return 2;
@@ -21,7 +21,8 @@ std::size_t lengthOf(unsigned char first) {
   return first >= 0xF0 && first < 0xF5 ? 4 : 0;
 }
 
-/// Whether a character of this length and value may be: not longer than need be, no surrogate.
+/// Returns whether a character may have this length and value: not longer than need be, no
+/// surrogate.
 bool isCharacter(std::size_t length, std::uint32_t value) {
   if (length == 3) return value >= 0x800 && (value < 0xD800 || value > 0xDFFF);
   return length != 4 || (value >= 0x10000 && value <= 0x10FFFF);

@@ -137,12 +137,12 @@ double RecentMessages::age() const {
   return messages_.empty() ? 0.0 : (messages_.back().time - messages_.front().time).toSec();
 }
 
-/// Where in the memory is the first message that no recording has.
+/// Index in the memory of the first message that no recording has.
 std::size_t RecentMessages::unrecorded() const { return std::max(unrecorded_, oldest_) - oldest_; }
 
 namespace {
 
-constexpr std::size_t kMostBytes = 4 << 20;  // of messages in an answer
+constexpr std::size_t kMaxBytes = 4 << 20;  // of messages in an answer
 
 // Bag format 2.0: length of the header, length of its only field, and op=2, message data.
 constexpr std::array<std::uint8_t, 12> kHeader = {8, 0, 0, 0, 4, 0, 0, 0, 'o', 'p', '=', 2};
@@ -163,7 +163,7 @@ void append(const Message& message, ReadRecent::Response& response) {
 
 void RecentAnswers::answer(const ReadRecent::Request& request, ReadRecent::Response& response) {
   MessageWish wish{
-      request.first, {request.topics.begin(), request.topics.end()}, request.largest, kMostBytes};
+      request.first, {request.topics.begin(), request.topics.end()}, request.largest, kMaxBytes};
   NumberedMessages found = read_(wish);
   const std::lock_guard<std::mutex> lock(mutex_);
   response.anew = found.next < request.first || request.known > connections_.size();

@@ -178,7 +178,7 @@ void Recording::close() {
   if (!problem.empty()) throw RecordingError(problem);
 }
 
-/// What has to be done every half second, however many messages there are. A problem that is set
+/// Does what is due every half second, however many messages there are. A problem that is set
 /// here keeps new messages away; those that have arrived are written.
 void Recording::look() {
   const SteadyTime now = machine_.steady();
@@ -220,7 +220,7 @@ ros::Time Recording::end() const {
   return end_;
 }
 
-/// Whether no more messages are taken; the mutex has to be locked.
+/// Returns whether no more messages are taken; the mutex has to be locked.
 bool Recording::isClosed() const { return closing_ || !status_.problem.empty(); }
 
 /// Tells the owner, if it was not the owner who ended the recording.

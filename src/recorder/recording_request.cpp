@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kLeastBytes = 1 << 20;
-constexpr double kLeastDurationS = 1;
-constexpr double kLongestS = 1e8;  // three years
+constexpr std::uint64_t kMinSplitBytes = 1 << 20;
+constexpr double kMinSplitS = 1;
+constexpr double kMaxTimeS = 1e8;  // three years
 constexpr std::size_t kMaskDigits = 4;
 
 bool isBelow(const fs::path& path, const fs::path& folder) {
@@ -46,16 +46,16 @@ void AllowedFolders::check(const std::string& folder) const {
 }
 
 void checkSplit(std::uint64_t bytes, double duration_s) {
-  if (bytes != 0 && bytes < kLeastBytes)
+  if (bytes != 0 && bytes < kMinSplitBytes)
     throw RecordingError("split_bytes is " + std::to_string(bytes) +
                          "; write 0 (never), or at least 1048576 (1 MB)");
-  if (!(duration_s == 0 || (duration_s >= kLeastDurationS && duration_s <= kLongestS)))
+  if (!(duration_s == 0 || (duration_s >= kMinSplitS && duration_s <= kMaxTimeS)))
     throw RecordingError("split_duration is " + std::to_string(duration_s) +
                          " s; write 0 (never), or 1 s to 100000000 s");
 }
 
 void checkRecent(double recent_s) {
-  if (!(recent_s >= 0 && recent_s <= kLongestS))
+  if (!(recent_s >= 0 && recent_s <= kMaxTimeS))
     throw RecordingError("recent is " + std::to_string(recent_s) +
                          " s; write how many seconds of the memory are wanted, such as 10");
 }

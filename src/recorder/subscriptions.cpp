@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kPeriod(20);
 constexpr double kQuestionS = 0.5;  ///< a publisher that takes longer may have connected meanwhile
 constexpr unsigned kPatience = 3;   ///< looks; a publisher of many topics takes a while to connect
 
-/// Whether it is time to subscribe anew: after 3, 6, 12, 24, ... looks.
+/// Returns whether it is time to subscribe anew: after 3, 6, 12, 24, ... looks.
 bool isTurn(unsigned looks) {
   const unsigned turns = looks / kPatience;
   return looks % kPatience == 0 && (turns & (turns - 1)) == 0;

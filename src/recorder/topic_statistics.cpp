@@ -9,10 +9,10 @@ namespace process_visualizer::recorder {
 namespace {
 
 constexpr double kGapFactor = 3.0;
-constexpr double kSilenceFactor = 10.0, kLeastSilence = 1.0;  // intervals; s
+constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // intervals; s
 // A log is silent when all is well; and what the recorder tells comes there, too.
 constexpr char kLogType[] = "rosgraph_msgs/Log";
-constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known what is usual
+constexpr std::size_t kMinIntervals = 8;  ///< before that it is not known what is usual
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void TopicStatistics::add(const Message& message) {
 bool TopicStatistics::fellSilent(const ros::Time& now) {
   const double usual = usualInterval();
   if (is_silent_ || is_log_ || usual == 0) return false;
-  is_silent_ = (now - last_time_).toSec() > std::max(kSilenceFactor * usual, kLeastSilence);
+  is_silent_ = (now - last_time_).toSec() > std::max(kSilenceFactor * usual, kMinSilence);
   return is_silent_;
 }
 
@@ -62,7 +62,7 @@ void TopicStatistics::takeInterval(double interval, bool may_be_gap) {
 }
 
 double TopicStatistics::usualInterval() const {
-  if (interval_count_ < kLeastIntervals) return 0;
+  if (interval_count_ < kMinIntervals) return 0;
   auto sorted = intervals_;
   const auto end = sorted.begin() + std::min(interval_count_, kIntervals);
   const auto middle = sorted.begin() + (end - sorted.begin()) / 2;

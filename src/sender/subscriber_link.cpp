@@ -30,7 +30,7 @@ namespace {
 constexpr std::size_t kSmallBytes = 32 << 10;  // up to here, all is written when it is due
 constexpr std::size_t kSliceBytes = 128 << 10;
 constexpr std::int64_t kSliceNs = 500'000;  // a subscriber has taken a slice by then
-constexpr std::size_t kMostSlices = 16;     // a command takes effect only after a begun message
+constexpr std::size_t kMaxSlices = 16;      // a command takes effect only after a begun message
 
 std::size_t quotientUp(std::size_t dividend, std::size_t divisor) {
   return (dividend + divisor - 1) / divisor;
@@ -41,7 +41,7 @@ std::size_t quotientUp(std::size_t dividend, std::size_t divisor) {
 Transfer::Transfer(std::size_t size, std::int64_t due_ns)
     : size_(size),
       due_ns_(due_ns),
-      slice_bytes_(std::max(kSliceBytes, quotientUp(size, kMostSlices))) {}
+      slice_bytes_(std::max(kSliceBytes, quotientUp(size, kMaxSlices))) {}
 
 std::int64_t Transfer::timeOf(std::size_t written) const {
   if (size_ <= kSmallBytes || written + 1 >= size_) return due_ns_;

@@ -631,12 +631,12 @@ TEST(Frames, OfTheCellHaveOneConnectionForEachOfTheSource) {
 
 TEST(ProblemList, KeepsTheNewestAndCountsAll) {
   Problems problems;
-  for (unsigned i = 0; i < Problems::kMost + 2; ++i) problems.add(std::to_string(i));
-  EXPECT_EQ(problems.texts().size(), Problems::kMost);
+  for (unsigned i = 0; i < Problems::kMax + 2; ++i) problems.add(std::to_string(i));
+  EXPECT_EQ(problems.texts().size(), Problems::kMax);
   EXPECT_EQ(problems.texts().front(), "2");
   problems.clear();
   EXPECT_TRUE(problems.texts().empty());
-  EXPECT_EQ(problems.count(), Problems::kMost + 2);
+  EXPECT_EQ(problems.count(), Problems::kMax + 2);
 }
 
 TEST(Turn, GoesOnUntilTheEnd) {

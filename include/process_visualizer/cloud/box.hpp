@@ -21,7 +21,7 @@ class Box {
   const Eigen::Vector3d& center() const { return center_; }
   Eigen::Vector3d halfExtents() const { return size_ / 2; }
 
-  /// The corners, as columns. Bit i of a corner's number says on which side of the centre it lies
+  /// The corners, as columns. Bit i of a corner's number says on which side of the center it lies
   /// along axis i.
   Eigen::Matrix<double, 3, 8> corners() const;
 
@@ -31,7 +31,7 @@ class Box {
 };
 
 /// Tells for a point p in the cloud's frame whether it lies in a box: |p_i - c_i| < delta_i for
-/// i = x, y, z, with the box's centre c and half extents delta (thesis equation 6.2). Points that
+/// i = x, y, z, with the box's center c and half extents delta (thesis equation 6.2). Points that
 /// are not finite lie in no box. Every filter asks here, so that all keep the very same points.
 class InsideBox {
  public:

@@ -13,7 +13,7 @@
 
 namespace process_visualizer::cloud {
 
-/// Where the coordinates lie within a point, in bytes.
+/// Offsets of the coordinates within a point, bytes.
 struct CoordinateOffsets {
   std::size_t x, y, z;
 };
@@ -26,8 +26,8 @@ CoordinateOffsets checkedOffsets(const sensor_msgs::PointCloud2& cloud);
 /// short message may have four billion of them.
 std::size_t rowsWithPoints(const sensor_msgs::PointCloud2& cloud);
 
-/// Where a point has its colour (field `rgb` or `rgba`, as PCL lays it out: blue, green, red), in
-/// bytes; nothing if the cloud has none.
+/// Returns the offset of a point's color (field `rgb` or `rgba`, as PCL lays it out: blue, green,
+/// red), in bytes; nothing if the cloud has none.
 std::optional<std::size_t> colorOffset(const sensor_msgs::PointCloud2& cloud);
 
 inline float readFloat(const std::uint8_t* bytes) {

@@ -50,11 +50,11 @@ class FusedClouds {
   void take(std::size_t sensor, const PlacedCloud& cloud, double now_s);
 
   /// Forgets what is older than a jump of the position in a recording: it shows another moment.
-  /// What is not counts as new, since it may have been joined with older clouds.
+  /// The rest counts as new, since it may have been joined with older clouds.
   /// \param stamp  the time from which on clouds belong to the new position
   void jump(const ros::Time& stamp, double now_s);
 
-  /// Whether a cloud has come that has not been joined yet.
+  /// Returns whether a cloud has come that has not been joined yet.
   bool hasNew() const;
   bool isComplete(double now_s) const;
   bool isSilent(std::size_t sensor, double now_s) const;

@@ -12,13 +12,13 @@
 namespace process_visualizer::cloud {
 
 /// Points that lie beside each other as their sensor sees them.
-using Neighbours = std::vector<Eigen::Vector3f>;
+using Neighbors = std::vector<Eigen::Vector3f>;
 
 /// The points of a cloud in groups, each of some pixels. Where the range jumps there is no group:
 /// it would be partly of one thing, and partly of what is behind it.
 /// \param sensor  where the cloud was taken from, in its frame
-std::vector<Neighbours> neighboursOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
-                                     const Eigen::Vector3f& sensor);
+std::vector<Neighbors> neighborsOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
+                                   const Eigen::Vector3f& sensor);
 
 /// The points of surfaces that can be seen from a place: those that face it, and have no others
 /// before them.

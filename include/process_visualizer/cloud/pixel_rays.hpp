@@ -9,7 +9,7 @@
 
 namespace process_visualizer::cloud {
 
-/// Whether the lens's distortion has been taken out of the images already. The messages do not say:
+/// State of the images: distorted by the lens, or rectified already. The messages do not say:
 /// a raw and a rectified image have the same camera info.
 enum class Lens { kDistorts, kRectified };
 
@@ -18,7 +18,7 @@ struct PixelRange {
   std::uint32_t begin_column, begin_row, end_column, end_row;
 };
 
-/// Where the pixels of a camera look, computed once for every camera info.
+/// Viewing rays of a camera's pixels, computed once for every camera info.
 ///
 /// A pixel's ray is its place in an image without distortion, in px from the principal point: a
 /// point at depth z (m) on it lies at (ray.x / focal.x * z, ray.y / focal.y * z, z). Where a

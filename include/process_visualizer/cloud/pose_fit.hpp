@@ -14,11 +14,12 @@
 
 namespace process_visualizer::cloud {
 
-/// How well points on surfaces hold a body, in the direction in which they hold it least.
+/// Measure of how well points on surfaces hold a body, in the direction in which they hold it
+/// least.
 ///
 /// The information matrix of the distances from planes, divided by the number of points: its
 /// eigenvalues say how much of a small motion is across the surfaces, on average (0: nothing).
-/// Turns are about the centre of the points, measured by how far they move a typical point, so
+/// Turns are about the center of the points, measured by how far they move a typical point, so
 /// that turns and shifts can be compared.
 class Determination {
  public:
@@ -41,7 +42,7 @@ class FitRefused : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Where a cloud lies on a model.
+/// Result of a fit of a cloud to a model.
 struct PoseFit {
   Eigen::Isometry3d correction;  ///< moves the cloud onto the model, in the model's frame
   double before_m;               ///< distance of the cloud from the surfaces, RMS, uncorrected
@@ -51,7 +52,7 @@ struct PoseFit {
 };
 
 /// Finds how a cloud has to be moved to lie on a model: ICP from point to plane, with ever smaller
-/// distances, so that what nobody modelled does not count in the end.
+/// distances, so that what nobody modeled does not count in the end.
 ///
 /// \param cloud   in the model's frame, as the sensor's present pose says; m. NaN is left out.
 /// \param sensor  where it was taken from, in the same frame

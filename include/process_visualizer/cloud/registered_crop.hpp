@@ -15,14 +15,14 @@
 
 namespace process_visualizer::cloud {
 
-/// Makes the part of a coloured cloud that lies in a box, in one pass over registered images.
+/// Makes the part of a colored cloud that lies in a box, in one pass over registered images.
 ///
 /// The points are those of depth_image_proc/point_cloud_xyzrgb followed by `cropToBox`, to the last
 /// bit, as long as there is no distortion and the images have one size; the full cloud (9.8 MB of a
 /// Kinect), which is what that way costs most, is never made.
 class RegisteredCrop {
  public:
-  /// \param lens  of the images, depth and colour
+  /// \param lens  of the images, depth and color
   explicit RegisteredCrop(Lens lens) : lens_(lens) {}
 
   /// \param depth  z of each pixel: 16UC1 in mm or 32FC1 in m (0: not measured)

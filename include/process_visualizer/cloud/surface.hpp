@@ -20,13 +20,13 @@ using Triangle = std::array<Eigen::Vector3f, 3>;
 /// A surface of triangles in any order; those of models are seldom closed.
 using Surface = std::vector<Triangle>;
 
-/// Where a point is, m.
+/// Returns the place of a point, m.
 template <typename Point>
 Eigen::Vector3f placeOf(const Point& point) {
   return {point.x, point.y, point.z};
 }
 
-/// Where its surface looks to.
+/// Returns the outward normal of its surface.
 inline Eigen::Vector3f normalOf(const pcl::PointNormal& point) {
   return {point.normal_x, point.normal_y, point.normal_z};
 }

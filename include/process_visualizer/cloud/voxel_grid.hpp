@@ -10,8 +10,8 @@
 
 namespace process_visualizer::cloud {
 
-/// Thins coloured clouds: of all points in a cube of a grid it keeps their mean, in position and in
-/// colour.
+/// Thins colored clouds: of all points in a cube of a grid it keeps their mean, in position and in
+/// color.
 ///
 /// The grid is fixed to the origin, so that what stands still does not flicker. As pcl::VoxelGrid,
 /// but for several clouds at once without joining them first, and without its limit to 2^31 cubes
@@ -23,7 +23,7 @@ class VoxelGrid {
   explicit VoxelGrid(double edge);
 
   /// Adds the points of a cloud; those that are not finite, or farther away than 2^20 cubes, are
-  /// left out. Points without a colour are grey.
+  /// left out. Points without a color are gray.
   /// \param cloud            any layout with little-endian float32 fields x, y, z, in m
   /// \param grid_from_cloud  transforms a point of the cloud into the grid's frame
   /// \throws std::invalid_argument that says what is wrong with the cloud's layout
@@ -46,7 +46,7 @@ class VoxelGrid {
   std::size_t slotOf(std::uint64_t key) const;
   void grow();
 
-  float cubes_per_metre_;
+  float cubes_per_meter_;
   std::vector<Cube> cubes_;
   std::vector<std::uint32_t> slots_;  ///< a hash table: numbers of cubes from 1 on, 0 for none
 };

@@ -34,7 +34,8 @@ class Complaint {
   bool has_good_ = false;
 };
 
-/// What /diagnostics is told of a complaint: a warning while it holds, and once that all is well.
+/// Returns the status for /diagnostics: a warning while the complaint holds, then once that all is
+/// well.
 /// \param node    the name of the node that complains
 /// \param about   what it complains of, such as a topic
 /// \param device  the device to which that belongs

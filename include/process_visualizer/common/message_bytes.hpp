@@ -12,7 +12,7 @@
 
 namespace process_visualizer {
 
-/// Reads a message's bytes from front to back (ROS 1's serialisation, on a little-endian machine).
+/// Reads a message's bytes from front to back (ROS 1's serialization, on a little-endian machine).
 ///
 /// A message may claim any length: it is compared with the bytes that are there before anything
 /// is allocated. All functions throw std::invalid_argument where the bytes end too early.
@@ -83,8 +83,8 @@ class WireReader {
 
 /// Compares the lengths that a message of one type claims with the bytes that are there.
 ///
-/// What ROS generates to read a message makes room for an array of the claimed length first, and
-/// then looks whether the bytes are there: twelve bytes can take all memory.
+/// The readers that ROS generates make room for an array of the claimed length first, and then look
+/// whether the bytes are there: twelve bytes can take all memory.
 class ClaimedLengths {
  public:
   /// Takes a type such as sensor_msgs/Image and its definition as genmsg writes it, with those of

@@ -49,7 +49,7 @@ class JointBoard {
   std::string conflict(Clock::time_point now) const;
 
  private:
-  struct Told {
+  struct Report {
     double position;
     Clock::time_point when;
     Clock::duration step;  ///< since the one before
@@ -61,7 +61,7 @@ class JointBoard {
     std::size_t count = 0;
     Clock::time_point first, last, next;
     bool is_new = false;
-    std::map<std::string, Told> sources;
+    std::map<std::string, Report> sources;
     std::size_t conflicts = 0;  ///< in a row
     Clock::time_point conflict;
     double apart = 0.0;

@@ -29,7 +29,7 @@ std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes);
 
 enum class Compression { kNone, kLz4 };
 
-/// Whether a power cut can cost a bag that was just finished: to wait for the disk takes time.
+/// Cost of a power cut right after a bag was finished: waiting for the disk takes time.
 enum class PowerCut { kCostsNothing, kMayCostAll };
 
 /// A bag of format 2.0 while it is written. It is called PATH.active until it is finished.
@@ -62,7 +62,7 @@ class BagFile {
 
   const std::string& path() const { return path_; }  ///< its name when it is finished
   std::uint64_t size() const { return position_ + chunk_.size(); }  ///< in bytes, about
-  /// How many messages it holds, by topic: what rosbag counts in it.
+  /// Number of messages in it, by topic, as rosbag counts them.
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
   /// Messages that were added and could not be written, by topic.
   const std::map<std::string, std::uint64_t>& discarded() const { return discarded_; }

@@ -22,7 +22,7 @@
 
 namespace process_visualizer::recorder {
 
-/// What a recording begins with: the last seconds of a choice of topics, and what is latched there.
+/// Beginning of a recording: the last seconds of a choice of topics, and what is latched there.
 struct Beginning {
   TopicChoice choice;
   double recent_s = 0;        ///< 0: none, only what is latched
@@ -68,7 +68,7 @@ class Intake {
   RecordingStatus status() const;  ///< of the recording begun last; there has to be one
   bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory at all
   void forget();                                         ///< empties the memory
-  /// What is in memory, as RecentMessages has it.
+  /// Returns messages in memory, as RecentMessages does.
   NumberedMessages recent(const MessageWish& wish) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it

@@ -16,7 +16,7 @@ namespace process_visualizer::recorder {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// What a recorder asks of the computer that it runs on. A test hands in answers of its own.
+/// Clocks and disk of the computer that a recorder runs on. A test hands in answers of its own.
 struct Machine {
   std::function<ros::Time()> now = ros::Time::now;  ///< the time of messages; may be simulated
   std::function<bool()> isSimulated = ros::Time::isSimTime;             ///< whether it is
@@ -45,7 +45,7 @@ class ClockWatch {
     const Times now = measure();
     const double passed = now.steady - last_.steady, went = now.shown - last_.shown;
     const bool is_jump = !now.is_simulated ? std::abs(went - passed) > kJump
-                                           : went < 0 || went > kFastest * passed + kStep;
+                                           : went < 0 || went > kMaxSpeed * passed + kStep;
     if (is_jump && now.is_simulated == last_.is_simulated && last_.shown > 0)
       jumps_.push_back({now.shown, went - passed});
     last_ = now;
@@ -53,9 +53,9 @@ class ClockWatch {
   const std::vector<ClockJump>& jumps() const { return jumps_; }
 
  private:
-  static constexpr double kJump = 0.1, kFastest = 20, kStep = 1;
+  static constexpr double kJump = 0.1, kMaxSpeed = 20, kStep = 1;
 
-  /// What both clocks show, s.
+  /// Readings of both clocks, s.
   struct Times {
     double steady, shown;  ///< shown: 0 before the first simulated time
     bool is_simulated;

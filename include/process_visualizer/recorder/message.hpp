@@ -57,7 +57,7 @@ std::string validUtf8(const std::string& text);
 /// Before the names of all topics that the recorder itself writes; as in ros_names.py.
 inline const std::string kOwnPrefix = "/process_visualizer/";
 
-/// What a recorder itself says in its bags.
+/// Connections of what a recorder itself says in its bags.
 struct OwnTopics {
   /// \param node the recorder's name
   explicit OwnTopics(const std::string& node)

@@ -9,7 +9,7 @@
 
 namespace process_visualizer::recorder {
 
-/// What keeps a recording from being written; says which file, why, and what to do.
+/// Reason why a recording cannot be written: which file, why, and what to do.
 class RecordingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -24,22 +24,22 @@ inline std::string joined(const std::vector<std::string>& words, const std::stri
 
 /// Returns names as a part of a sentence: the first ones, and how many more there are.
 inline std::string listed(const std::vector<std::string>& names) {
-  constexpr std::ptrdiff_t kMost = 5;
-  const auto more = static_cast<std::ptrdiff_t>(names.size()) - kMost;
+  constexpr std::ptrdiff_t kMax = 5;
+  const auto more = static_cast<std::ptrdiff_t>(names.size()) - kMax;
   if (more <= 0) return joined(names, ", ");
-  return joined({names.begin(), names.begin() + kMost}, ", ") + " and " + std::to_string(more) +
+  return joined({names.begin(), names.begin() + kMax}, ", ") + " and " + std::to_string(more) +
          " more";
 }
 
-/// What has gone wrong: the newest texts, and how many there were since the node runs.
+/// Problems of a recorder: the newest texts, and how many there were since the node runs.
 class Problems {
  public:
-  static constexpr std::size_t kMost = 20;  ///< that are remembered
+  static constexpr std::size_t kMax = 20;  ///< that are remembered
 
   void add(const std::string& text) {
     texts_.push_back(text);
     ++count_;
-    if (texts_.size() > kMost) texts_.erase(texts_.begin());
+    if (texts_.size() > kMax) texts_.erase(texts_.begin());
   }
   void clear() { texts_.clear(); }  ///< forgets the texts; the count goes on
   const std::vector<std::string>& texts() const { return texts_; }  ///< the newest last

@@ -38,13 +38,13 @@ class LatchedMessages {
   std::uint64_t count_ = 0;
 };
 
-/// What a bag can begin with: messages, and the latched ones that held before the first of them.
+/// Possible beginning of a bag: messages, and the latched ones that held before the first of them.
 struct Past {
   LatchedMessages latched;
   std::deque<Message> messages;
 };
 
-/// Which messages are asked for.
+/// Selection of messages in memory.
 struct MessageWish {
   std::uint64_t first = 0;  ///< the number of the first one, counted from 1
   std::set<std::string> topics;

@@ -28,7 +28,7 @@ struct RecordingOptions {
   std::uint64_t minimum_free_bytes = 1 << 30;
 };
 
-/// What a recording is made with, besides what arrives.
+/// Contents of a recording besides the messages that arrive.
 struct RecordingContents {
   LatchedMessages latched;     ///< every bag begins with these
   std::deque<Message> recent;  ///< then with these
@@ -41,11 +41,11 @@ struct RecordingContents {
   std::function<void()> on_end;  ///< called by the writing thread when it ends by itself
 };
 
-/// How far a recording is.
+/// Progress of a recording.
 struct RecordingStatus {
   std::vector<std::string> files;  ///< the bags, the one being written last
   std::uint64_t bytes = 0;         ///< written into all of them
-  /// How many messages all of them hold, by topic, with what the recorder adds itself.
+  /// Number of messages in all of them, by topic, with those that the recorder adds itself.
   std::map<std::string, std::uint64_t> messages;
   std::uint64_t free_bytes = 0;        ///< on the disk
   std::uint64_t least_free_bytes = 0;  ///< below it the recording ends

@@ -48,7 +48,7 @@ class Subscriptions {
   LinksOfNodes oldLinks() const;
   std::set<std::string> unconnectedTopics(const Publishers& publishers) const;
   void subscribe(const std::string& topic);
-  /// What a publisher says of itself; what it does not say of its type, another one may have said.
+  /// Returns the description of a publisher; where it has none of its type, that of another one.
   ConnectionPtr connectionOf(const std::string& topic,
                              const boost::shared_ptr<ros::M_string>& header);
 

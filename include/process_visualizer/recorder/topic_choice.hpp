@@ -24,7 +24,7 @@ class TopicChoice {
 
   bool isEmpty() const { return names_.empty() && patterns_.empty(); }
   bool contains(const std::string& name) const { return names_.count(name) != 0; }
-  /// Whether a topic is one of these, or would be if it were published now.
+  /// Returns whether a topic is one of these, or would be if it were published now.
   bool wouldTake(const std::string& name) const { return contains(name) || isWanted(name); }
   const std::set<std::string>& names() const { return names_; }
 

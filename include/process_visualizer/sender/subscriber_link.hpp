@@ -39,11 +39,11 @@ class Transfer {
   Transfer(std::size_t size, std::int64_t due_ns);
 
   std::int64_t due() const { return due_ns_; }
-  /// When the first byte may be written.
+  /// Time from which the first byte may be written.
   std::int64_t begin() const { return timeOf(0); }
-  /// When the next part may be written, after some bytes have been.
+  /// Time from which the next part may be written, after some bytes have been.
   std::int64_t timeOf(std::size_t written) const;
-  /// How many bytes the next part has at a time when it may be written.
+  /// Size of the next part at a time when it may be written, bytes.
   std::size_t sizeOf(std::size_t written, std::int64_t now_ns) const;
 
  private:
@@ -52,7 +52,7 @@ class Transfer {
   std::size_t slice_bytes_;
 };
 
-/// How much may wait for a subscriber that is slower than the messages.
+/// Limits of the queue for a subscriber that is slower than the messages.
 struct QueueLimits {
   std::size_t packets;
   std::size_t bytes;
@@ -74,7 +74,8 @@ class SubscriberLink {
 
   /// Queues a packet that is due at a time of the monotonic clock [ns].
   void add(PacketPtr packet, std::int64_t due_ns);
-  /// When the next part may be written; `Wakeup::kNever` if there is none, or the link is blocked.
+  /// Time from which the next part may be written; `Wakeup::kNever` if there is none, or the link
+  /// is blocked.
   std::int64_t nextWrite() const;
   /// Writes the next part, together with everything else that may be written: a system call costs
   /// more than the bytes of a small message.
@@ -93,8 +94,8 @@ class SubscriberLink {
     Transfer transfer;
   };
 
-  static constexpr std::size_t kMostParts = 64;
-  using Parts = std::array<iovec, kMostParts>;
+  static constexpr std::size_t kMaxParts = 64;
+  using Parts = std::array<iovec, kMaxParts>;
 
   std::size_t gather(std::int64_t now_ns, Parts& parts) const;
   void dropOldest();

@@ -28,7 +28,7 @@ class Wakeup {
   virtual std::int64_t now() const { return monotonicNow(); }
 
   void add(int socket, int number);
-  /// Whether the wait also ends when the socket can be written to.
+  /// Chooses whether the wait also ends when the socket can be written to.
   void watchWritable(int socket, int number, bool watch);
   void remove(int socket);
 

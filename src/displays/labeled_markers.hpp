@@ -23,16 +23,16 @@ namespace process_visualizer::displays {
 /// avoid each other, and keep a readable size at every distance. All other markers are RViz's own
 /// business, and so are namespaces, warnings and errors: RViz gets an invisible marker in the place
 /// of each text.
-class LabelledMarkers : public rviz::MarkerArrayDisplay {
+class LabeledMarkers : public rviz::MarkerArrayDisplay {
  public:
-  LabelledMarkers();
-  ~LabelledMarkers() override;
+  LabeledMarkers();
+  ~LabeledMarkers() override;
 
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
   void fixedFrameChanged() override;
 
-  /// Whether a message came since the topic was subscribed, also one without any marker.
+  /// Returns whether a message came since the topic was subscribed, also one without any marker.
   bool hasReceived() const { return has_received_; }
 
  protected:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "labelled_markers.hpp"
+#include "labeled_markers.hpp"
 
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
@@ -42,7 +42,7 @@ PlateLine plateLine(const LabelLine& line) {
 
 }  // namespace
 
-LabelledMarkers::LabelledMarkers()
+LabeledMarkers::LabeledMarkers()
     : plates_(new rviz::BoolProperty("Plates", true,
                                      "Whether texts stand on plates in front of the scene, or in "
                                      "the scene as RViz draws them.",
@@ -53,36 +53,36 @@ LabelledMarkers::LabelledMarkers()
   });
 }
 
-LabelledMarkers::~LabelledMarkers() {
+LabeledMarkers::~LabeledMarkers() {
   if (layer_) layer_->show(owner_, {});
 }
 
-void LabelledMarkers::onInitialize() {
+void LabeledMarkers::onInitialize() {
   rviz::MarkerArrayDisplay::onInitialize();
   layer_ = LabelLayer::of(*context_);
   owner_ = layer_->newOwner();
 }
 
-void LabelledMarkers::onDisable() {
+void LabeledMarkers::onDisable() {
   rviz::MarkerArrayDisplay::onDisable();
   layer_->show(owner_, {});
 }
 
-void LabelledMarkers::subscribe() {
+void LabeledMarkers::subscribe() {
   const std::string topic = marker_topic_property_->getTopicStd();
   if (!isEnabled() || topic.empty()) return;
   array_sub_.shutdown();
   has_received_ = false;
   try {
     array_sub_ =
-        update_nh_.subscribe(topic, queue_size_property_->getInt(), &LabelledMarkers::take, this);
+        update_nh_.subscribe(topic, queue_size_property_->getInt(), &LabeledMarkers::take, this);
     setStatus(rviz::StatusProperty::Ok, "Topic", "OK");
   } catch (const ros::Exception& error) {
     setStatus(rviz::StatusProperty::Error, "Topic", QString("Error subscribing: ") + error.what());
   }
 }
 
-void LabelledMarkers::take(const MarkerArray::ConstPtr& array) {
+void LabeledMarkers::take(const MarkerArray::ConstPtr& array) {
   has_received_ = true;
   const bool has_plates = plates_->getBool();
   const ros::Time now = ros::Time::now();
@@ -95,23 +95,23 @@ void LabelledMarkers::take(const MarkerArray::ConstPtr& array) {
   incomingMarkerArray(rest);
 }
 
-void LabelledMarkers::update(float wall_dt, float ros_dt) {
+void LabeledMarkers::update(float wall_dt, float ros_dt) {
   rviz::MarkerArrayDisplay::update(wall_dt, ros_dt);
   store_.expire(ros::Time::now());
   layer_->show(owner_, plates_->getBool() ? sceneLabels() : std::vector<SceneLabel>());
 }
 
-void LabelledMarkers::reset() {
+void LabeledMarkers::reset() {
   rviz::MarkerArrayDisplay::reset();
   store_.clear();
 }
 
-void LabelledMarkers::fixedFrameChanged() {
+void LabeledMarkers::fixedFrameChanged() {
   rviz::MarkerArrayDisplay::fixedFrameChanged();
   store_.clear();
 }
 
-std::vector<SceneLabel> LabelledMarkers::sceneLabels() {
+std::vector<SceneLabel> LabeledMarkers::sceneLabels() {
   const std::set<std::string> hidden = hiddenNamespaces();
   std::vector<SceneLabel> labels;
   for (const Label& label : store_.labels()) {
@@ -122,15 +122,15 @@ std::vector<SceneLabel> LabelledMarkers::sceneLabels() {
   return labels;
 }
 
-std::optional<Ogre::Vector3> LabelledMarkers::anchorOf(const Label& label) const {
+std::optional<Ogre::Vector3> LabeledMarkers::anchorOf(const Label& label) const {
   const auto anchor = inFixedFrame(label.place);
   const auto last = anchors_.find(label.key);
   if (anchor || label.place.stamp.isZero() || last == anchors_.end()) return anchor;
   return last->second;
 }
 
-std::optional<SceneLabel> LabelledMarkers::sceneLabel(const Label& label,
-                                                      const std::set<std::string>& hidden) const {
+std::optional<SceneLabel> LabeledMarkers::sceneLabel(const Label& label,
+                                                     const std::set<std::string>& hidden) const {
   const auto anchor = anchorOf(label);
   if (!anchor) return {};
   SceneLabel shown{label.key, *anchor, static_cast<float>(label.height_m), {}, {}};
@@ -143,15 +143,14 @@ std::optional<SceneLabel> LabelledMarkers::sceneLabel(const Label& label,
   return shown;
 }
 
-std::optional<SceneArrow> LabelledMarkers::sceneArrow(
-    const std::optional<LabelArrow>& arrow) const {
+std::optional<SceneArrow> LabeledMarkers::sceneArrow(const std::optional<LabelArrow>& arrow) const {
   if (!arrow) return {};
   const auto foot = inFixedFrame(arrow->foot), tip = inFixedFrame(arrow->tip);
   if (!foot || !tip) return {};
   return SceneArrow{*foot, *tip};
 }
 
-std::optional<Ogre::Vector3> LabelledMarkers::inFixedFrame(const Place& place) const {
+std::optional<Ogre::Vector3> LabeledMarkers::inFixedFrame(const Place& place) const {
   Ogre::Vector3 origin;
   Ogre::Quaternion rotation;
   if (!context_->getFrameManager()->getTransform(place.frame, place.stamp, origin, rotation))
@@ -162,7 +161,7 @@ std::optional<Ogre::Vector3> LabelledMarkers::inFixedFrame(const Place& place) c
   return origin + rotation * inside;
 }
 
-std::set<std::string> LabelledMarkers::hiddenNamespaces() {
+std::set<std::string> LabeledMarkers::hiddenNamespaces() {
   std::set<std::string> hidden;
   const rviz::Property* namespaces = subProp("Namespaces");
   for (int i = 0; i < namespaces->numChildren(); ++i) {
@@ -174,4 +173,4 @@ std::set<std::string> LabelledMarkers::hiddenNamespaces() {
 
 }  // namespace process_visualizer::displays
 
-PLUGINLIB_EXPORT_CLASS(process_visualizer::displays::LabelledMarkers, rviz::Display)
+PLUGINLIB_EXPORT_CLASS(process_visualizer::displays::LabeledMarkers, rviz::Display)
