@@ -95,13 +95,6 @@ namespace {
 constexpr double kSpacingsPerCell = 3.5;  ///< so that a surface has a point in nearly every cell
 constexpr float kDepthPerCell = 2.0;      ///< within a cell a slanting surface gets this deep
 
-SurfaceCloud facing(const Eigen::Vector3f& place, const SurfaceCloud& points) {
-  SurfaceCloud found;
-  for (const auto& point : points)
-    if (normalOf(point).dot(place - placeOf(point)) > 0.0F) found.push_back(point);
-  return found;
-}
-
 /// The width of a cell on the farthest point, as an angle in rad.
 double cellWidth(const Eigen::Vector3f& place, const SurfaceCloud& points, double spacing_m) {
   float farthest = 1e-3F;
@@ -122,8 +115,9 @@ SurfaceCloud visibleFrom(const Eigen::Vector3f& place, const SurfaceCloud& point
     range = std::min(range, grid.range(position));
   }
   SurfaceCloud found;
-  for (const auto& point : facing(place, points)) {
+  for (const auto& point : points) {
     const Eigen::Vector3f position = placeOf(point);
+    if (!(normalOf(point).dot(place - position) > 0.0F)) continue;  // it faces away
     const double range = grid.range(position);
     if (range <= nearest.at(grid.cell(position)) + kDepthPerCell * grid.width() * range)
       found.push_back(point);

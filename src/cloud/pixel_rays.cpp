@@ -113,21 +113,6 @@ void check(const Pinhole& pinhole) {
   require(pinhole.center.allFinite(), "the camera info's principal point is not finite");
 }
 
-void undistort(std::vector<Eigen::Vector2f>& rays, const Eigen::Vector2d& focal,
-               const Distortion& distortion) {
-  for (Eigen::Vector2f& ray : rays) {
-    const Eigen::Vector2d seen = ray.cast<double>().cwiseQuotient(focal);
-    ray = distortion.undo(seen).cwiseProduct(focal).cast<float>();
-  }
-}
-
-Pinhole pinholeOf(const CameraInfo& info, std::uint32_t width, std::uint32_t height,
-                  bool is_distorted) {
-  Pinhole pinhole = scaled(asSent(readPinhole(info, is_distorted), info), info, width, height);
-  check(pinhole);
-  return pinhole;
-}
-
 /// A column or row, limited to those of the image and the one behind them; NaN is the first one.
 std::uint32_t pixelWithin(double place, std::uint32_t end) {
   return static_cast<std::uint32_t>(std::min<double>(std::max(0.0, place), end));
@@ -140,14 +125,21 @@ PixelRays::PixelRays(const CameraInfo& info, std::uint32_t width, std::uint32_t 
       is_distorted_(lens == Lens::kDistorts && hasDistortion(info)),
       width_(width),
       rays_(std::size_t{width} * height) {
-  const Pinhole pinhole = pinholeOf(info, width, height, is_distorted_);
+  const Pinhole pinhole =
+      scaled(asSent(readPinhole(info, is_distorted_), info), info, width, height);
+  check(pinhole);
   focal_ = pinhole.focal;
   center_ = pinhole.center;
   // In float, as depth_image_proc subtracts: the points are to be equal to the last bit.
   const Eigen::Vector2f center = pinhole.center.cast<float>();
   for (std::size_t pixel = 0; pixel < rays_.size(); ++pixel)
     rays_[pixel] = Eigen::Vector2f(pixel % width, pixel / width) - center;
-  if (is_distorted_) undistort(rays_, pinhole.focal, readDistortion(info));
+  if (!is_distorted_) return;
+  const Distortion distortion = readDistortion(info);
+  for (Eigen::Vector2f& ray : rays_) {
+    const Eigen::Vector2d seen = ray.cast<double>().cwiseQuotient(focal_);
+    ray = distortion.undo(seen).cwiseProduct(focal_).cast<float>();
+  }
 }
 
 PixelRange PixelRays::rangeOf(const Eigen::Matrix<double, 3, 8>& corners) const {

@@ -205,13 +205,7 @@ double areaOf(const Surface& surface) {
   return area;
 }
 
-/// Points on models, as dense as memory allows.
-SurfaceCloud pointsOn(const std::vector<PlacedSurface>& surfaces, double spacing_m) {
-  SurfaceCloud points;
-  for (const auto& [surface, place] : surfaces) addPoints(surface, place, spacing_m, points);
-  return points;
-}
-
+/// Returns the spacing of points on models, as dense as memory allows.
 double spacingFor(const std::vector<PlacedSurface>& surfaces) {
   double area = 0.0;
   for (const PlacedSurface& placed : surfaces) area += areaOf(placed.surface);
@@ -241,8 +235,10 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
   if (surfaces.empty())
     throw std::invalid_argument("there is no model of which it is known where it is");
   const double spacing_m = spacingFor(surfaces);
-  const PoseFit fit = fitPose(pointsOf(*cloud, camera), camera.translation().cast<float>(),
-                              pointsOn(surfaces, spacing_m), spacing_m);
+  SurfaceCloud model;
+  for (const auto& [surface, place] : surfaces) addPoints(surface, place, spacing_m, model);
+  const PoseFit fit =
+      fitPose(pointsOf(*cloud, camera), camera.translation().cast<float>(), model, spacing_m);
   response.pose = tf2::toMsg(fit.correction * places.of(request.base));
   response.before = fit.before_m;
   response.residual = fit.residual_m;

@@ -36,10 +36,6 @@ void keepInReach(Marker& marker) {
     marker.pose.position.x = std::numeric_limits<double>::quiet_NaN();
 }
 
-PlateLine plateLine(const LabelLine& line) {
-  return {line.text, {line.color.r, line.color.g, line.color.b}};
-}
-
 }  // namespace
 
 LabeledMarkers::LabeledMarkers()
@@ -136,7 +132,7 @@ std::optional<SceneLabel> LabeledMarkers::sceneLabel(const Label& label,
   SceneLabel shown{label.key, *anchor, static_cast<float>(label.height_m), {}, {}};
   for (const LabelLine& line : label.lines) {
     if (hidden.count(line.marker_namespace) > 0) continue;
-    shown.lines.push_back(plateLine(line));
+    shown.lines.push_back({line.text, {line.color.r, line.color.g, line.color.b}});
     shown.arrows.push_back(sceneArrow(line.arrow));
   }
   if (shown.lines.empty()) return {};

@@ -16,12 +16,6 @@
 namespace process_visualizer::displays {
 namespace {
 
-Ogre::AxisAlignedBox everywhere() {
-  Ogre::AxisAlignedBox box;
-  box.setInfinite();
-  return box;
-}
-
 Ogre::MaterialPtr makeMaterial(const std::string& name) {
   Ogre::MaterialPtr material = Ogre::MaterialManager::getSingleton().create(
       name, Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME);
@@ -83,7 +77,8 @@ void FlatObject::end() {
   for (Ogre::uint32 first = 0; first < corners_; first += 4)
     object_->quad(first, first + 1, first + 2, first + 3);
   object_->end();
-  object_->setBoundingBox(everywhere());  // or Ogre would look for it in the scene
+  // Or Ogre would look for it in the scene.
+  object_->setBoundingBox(Ogre::AxisAlignedBox(Ogre::AxisAlignedBox::EXTENT_INFINITE));
 }
 
 namespace {
@@ -91,11 +86,6 @@ namespace {
 constexpr int kStep = 64;  ///< textures are larger than pictures, and so are seldom made anew
 
 int roundedUp(int pixels) { return (pixels + kStep - 1) / kStep * kStep; }
-
-std::string nextName() {
-  static unsigned count = 0;
-  return "process_visualizer/plate " + std::to_string(++count);
-}
 
 }  // namespace
 
@@ -112,7 +102,8 @@ PlatePicture::~PlatePicture() {
 void PlatePicture::makeTexture(const QSize& size) {
   auto& manager = Ogre::TextureManager::getSingleton();
   if (texture_) manager.remove(texture_->getHandle());
-  const std::string name = nextName();
+  static unsigned count = 0;
+  const std::string name = "process_visualizer/plate " + std::to_string(++count);
   texture_ =
       manager.createManual(name, Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME,
                            Ogre::TEX_TYPE_2D, roundedUp(size.width()), roundedUp(size.height()), 0,

@@ -209,16 +209,6 @@ namespace {
 
 constexpr int kPeriod_ms = 25;  ///< so that the window appears at once, and tenths tick evenly
 
-template <typename Message>
-QString typeOf() {
-  return QString::fromStdString(ros::message_traits::datatype<Message>());
-}
-
-PlayedState playedState(const PlayerState& state, double now_s) {
-  return {state.stamp.toSec(), state.since.toSec(), state.begin.toSec(), state.duration,
-          state.position,      state.rate,          bool(state.paused),  now_s};
-}
-
 sensor_msgs::RegionOfInterest placeOf(const ShowReplay::Request& request) {
   sensor_msgs::RegionOfInterest place;
   place.x_offset = request.x;
@@ -279,9 +269,10 @@ class ReplayBand : public rviz::Display {
 };
 
 ReplayBand::ReplayBand()
-    : state_topic_(new rviz::RosTopicProperty("State Topic", "/bag_player/state",
-                                              typeOf<PlayerState>(),
-                                              "What the player says of itself.", this)),
+    : state_topic_(new rviz::RosTopicProperty(
+          "State Topic", "/bag_player/state",
+          QString::fromStdString(ros::message_traits::datatype<PlayerState>()),
+          "What the player says of itself.", this)),
       shown_at_start_(new rviz::BoolProperty(
           "Shown At Start", true, "Whether the window appears before ~show_replay says so.", this)),
       node_("~") {
@@ -320,7 +311,9 @@ void ReplayBand::subscribeState() {
 }
 
 void ReplayBand::takeState(const PlayerState& state) {
-  state_ = playedState(state, ros::WallTime::now().toSec());
+  state_ = {
+      state.stamp.toSec(), state.since.toSec(), state.begin.toSec(), state.duration,
+      state.position,      state.rate,          bool(state.paused),  ros::WallTime::now().toSec()};
 }
 
 bool ReplayBand::show(ShowReplay::Request& request, ShowReplay::Response& response) {

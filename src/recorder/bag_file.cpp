@@ -64,11 +64,6 @@ std::string dateAndTime() {
   return text;
 }
 
-/// Rounded up.
-std::uint64_t inMegabytes(std::uint64_t bytes) {
-  return (bytes >> 20) + static_cast<std::uint64_t>(bytes % (1 << 20) != 0);
-}
-
 }  // namespace
 
 std::string newBagPath(const std::string& folder, const std::string& prefix,
@@ -108,7 +103,7 @@ std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes) {
   const auto space = std::filesystem::space(folder, error);
   if (error) throw RecordingError(folder + ": " + error.message() + "; choose another folder");
   if (space.available < bytes)
-    throw RecordingError(folder + ": less than " + std::to_string(inMegabytes(bytes)) +
+    throw RecordingError(folder + ": less than " + std::to_string((bytes + (1 << 20) - 1) >> 20) +
                          " MB are free; make room or choose another folder");
   return space.available;
 }

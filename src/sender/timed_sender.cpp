@@ -170,7 +170,7 @@ void TimedSender::run() {
   while (!closed_) {
     const std::int64_t now_ns = wakeup_->now();
     paced_ns = std::clamp(paced_ns, now_ns - kWakeBurstNs, now_ns) + kWakePeriodNs;
-    beginDue(now_ns);
+    while (to_begin_.nextTime() <= now_ns) beginFirst(to_begin_.nextItem());
     writeDue(now_ns);
     const std::int64_t work_ns = std::min(to_begin_.nextTime(), to_write_.nextTime());
     const std::int64_t next_ns = std::max(work_ns, paced_ns);
@@ -183,11 +183,7 @@ void TimedSender::run() {
   }
 }
 
-/// Gives the links what may be begun.
-void TimedSender::beginDue(std::int64_t now_ns) {
-  while (to_begin_.nextTime() <= now_ns) beginFirst(to_begin_.nextItem());
-}
-
+/// Gives the links the first packet of a topic.
 void TimedSender::beginFirst(int number) {
   Topic& topic = topics_[number];
   const Scheduled scheduled = std::move(topic.scheduled.front());

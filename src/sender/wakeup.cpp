@@ -32,11 +32,6 @@ epoll_event wanted(int number, std::uint32_t events) {
   return event;
 }
 
-void emptied(int event) {
-  eventfd_t count;
-  eventfd_read(event, &count);  // all of it at once
-}
-
 }  // namespace
 
 std::int64_t monotonicNow() {
@@ -80,12 +75,14 @@ std::vector<Wakeup::Event> Wakeup::waitUntil(std::int64_t time_ns) {
   std::vector<Event> events;
   for (int index = 0; index < count; ++index) {
     const int number = found[index].data.fd;
-    if (number == kTimer)
+    if (number == kTimer) {
       timer_ns_ = kFired;
-    else if (number == kBell)
-      emptied(bell_);
-    else
+    } else if (number == kBell) {
+      eventfd_t rings;
+      eventfd_read(bell_, &rings);  // all of them at once
+    } else {
       events.push_back({number, (found[index].events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) != 0});
+    }
   }
   return events;
 }

@@ -103,7 +103,6 @@ class TimedSender {
   };
 
   void run();
-  void beginDue(std::int64_t now_ns);
   void beginFirst(int number);
   void plan(int number);
   static void latch(Topic& topic, const Scheduled& scheduled);
