@@ -237,7 +237,6 @@ std_msgs::String textMessage(const std::string& text) {
 class ReplayBand : public rviz::Display {
  public:
   ReplayBand();
-  ~ReplayBand() override;
 
  protected:
   void onInitialize() override;
@@ -282,8 +281,6 @@ ReplayBand::ReplayBand()
   });
   connect(&timer_, &QTimer::timeout, this, [this] { work(); });
 }
-
-ReplayBand::~ReplayBand() = default;
 
 void ReplayBand::onInitialize() {
   node_.setCallbackQueue(&queue_);
