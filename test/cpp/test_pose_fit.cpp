@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "process_visualizer/cloud/line_of_sight.hpp"
 #include "process_visualizer/cloud/pose_fit.hpp"
 
 namespace process_visualizer::cloud {
