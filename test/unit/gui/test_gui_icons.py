@@ -65,7 +65,7 @@ def test_an_icon_drawn_for_a_fine_screen_has_fine_edges(qtbot: QtBot) -> None:
 
 
 def test_an_unknown_icon_is_refused(qtbot: QtBot) -> None:
-    with pytest.raises(KeyError):
+    with pytest.raises(FileNotFoundError):
         icon('playy')
 
 
