@@ -22,7 +22,7 @@ from process_visualizer.cell.values import AXES, COLORS, PATTERNS
 _BLOCK = re.compile(r'(<!-- begin (\w+) -->\n).*?(<!-- end \2 -->)', re.DOTALL)
 
 _KINDS: Dict[str, str] = {
-    'axis': 'direction', 'boolean': 'True or False', 'color': 'colour', 'command_line': 'text',
+    'axis': 'direction', 'boolean': 'True or False', 'color': 'color', 'command_line': 'text',
     'environment': 'name', 'executable': 'file name', 'field': 'field', 'frame': 'frame',
     'integer': 'whole number', 'length': 'number ≥ 0', 'message': 'message type', 'name': 'name',
     'names': 'names', 'namespace': 'ROS name', 'number': 'number', 'package': 'package',

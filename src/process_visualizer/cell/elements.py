@@ -175,18 +175,18 @@ _YAW_PITCH_ROLL = "yaw pitch roll in rad, intrinsic z-y'-x'', despite its name"
 _POSE = {
     'xyz': _optional('vector', 'position in m', '0 0 0'),
     'rpy': _optional('vector', _YAW_PITCH_ROLL, '0 0 0'),
-    'ypr': _optional('vector', 'the same under its proper name; give only one of the two'),
+    'ypr': _optional('vector', 'the same values under their proper name; use only one of the two'),
 }
 
 _BOX = {
-    'frame': _optional('frame', 'frame with which the box is aligned; default: the global frame'),
-    'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
+    'frame': _optional('frame', 'frame of the box; default: the global frame'),
+    'xyz': _optional('vector', 'center of the box in m', '0 0 0'),
     'size': _required('size', 'edge lengths of the box in m'),
 }
 
 PASSED_ARGUMENT = Tag(
-    'A value that is passed on to the file.',
-    {'name': _required('name', 'name of the argument there'),
+    'A value passed to the file.',
+    {'name': _required('name', 'name of the argument in the file'),
      'value': _required('text', 'its value'), **_CONDITION})
 """``<arg>`` in an ``<include>``, a ``<launch>`` or a ``<model>``."""
 
@@ -197,150 +197,152 @@ _STRUCTURE: Dict[str, Tag] = {
         children=('arg', 'include', 'machine', 'device', 'event', 'run', 'phase'),
         single=('run',)),
     'arg': Tag(
-        'A value for `$(arg name)`; given on the command line as `name:=value`.',
+        'A value for `$(arg name)`; set on the command line as `name:=value`.',
         {'name': _required('name', 'name of the argument'),
-         'default': _optional('text', 'value when none is given'),
+         'default': _optional('text', 'value if none is set'),
          'value': _optional('text', 'fixed value, instead of a default'),
          'doc': _optional('text', 'what it is for'), **_CONDITION},
         alternatives=('value', 'default')),
     'include': Tag(
-        'Devices from another file; its `<arg>` elements pass values on.',
+        'Includes the devices of another file; its `<arg>` elements pass values to it.',
         {'file': _required('text', 'path of the file, relative to this one or with '
                                    '`$(find pkg)`'), **_CONDITION},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'device': Tag(
         'A device of the cell.',
         {'type': _required('choice', 'type of the device', ('robot', 'depth_sensor', 'other')),
-         'name': _required('name', 'its name, and the namespace of its nodes'),
+         'name': _required('name', 'name of the device and namespace of its nodes'),
          'machine': _optional('text', 'name of the `<machine>` on which its nodes run in real-time '
-                                      'mode: those that the program starts for it, and its own '
-                                      'that name none; default: this computer'),
+                                      'mode: those that the program starts for it, and its '
+                                      '`<node>` elements without a `machine`; default: this '
+                                      'computer'),
          **_CONDITION},
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
                   'variable', 'roi', 'fusion', 'objects', 'param', 'rosparam'),
          single=('base', 'model', 'tool', 'force', 'roi', 'fusion', 'objects')),
     'event': Tag(
-        'A moment of the process: when a number of a topic passes a threshold.',
-        {'name': _required('text', 'what happens then, such as `needle starts`'),
+        'A moment of the process: a number on a topic crosses a threshold.',
+        {'name': _required('text', 'name of the event, such as `needle starts`'),
          'topic': _required('topic', 'the topic'),
          'field': _optional('field', 'the number in the message', 'data'),
-         'above': _optional('number', 'the moment is when the number comes to be greater'),
-         'below': _optional('number', 'the moment is when the number comes to be less'),
-         'hysteresis': _optional('length', 'how far the number must be back behind the threshold '
-                                           'before it can pass it again', '0'),
+         'above': _optional('number', 'the event occurs when the number rises above this'),
+         'below': _optional('number', 'the event occurs when the number falls below this'),
+         'hysteresis': _optional('length', 'how far the number must return past the threshold '
+                                           'before the event can occur again', '0'),
          'for': _optional('length', 'seconds for which the number must stay beyond the threshold; '
-                                    'a contact that bounces for less than 0.05 s passes once '
-                                    'anyway', '0'),
+                                    'a contact that bounces for less than 0.05 s counts once '
+                                    'in any case', '0'),
          **_CONDITION},
         alternatives=('above', 'below'), needs_alternative=True),
     'run': Tag(
-        'What one run of the process is: from one event to another one.',
+        'Defines one run of the process: from one event to another.',
         {'begin': _required('text', 'name of the `<event>`, or label of the mark, at which a run '
                                     'begins'),
-         'end': _required('text', 'name of the event, or label of the mark, at which it ends; may '
-                                  'be the same, then it ends where the next one begins'),
-         'before': _optional('length', 'seconds before the begin that belong to the run', '0'),
-         'after': _optional('length', 'seconds behind the end that belong to the run', '0'),
-         'shortest': _optional('length', 'seconds that a run takes at least, from its begin to its '
-                                         'end; what is shorter is none', '0'),
-         'group': _optional('text', 'label of the `<variable>`, or topic, whose value says of '
-                                    'which variant a run is: it is judged by good runs of the same '
-                                    'value'),
-         'place': _optional('text', 'the same for the place of a pattern; it is judged by good '
-                                    'runs of the same place'),
+         'end': _required('text', 'name of the event, or label of the mark, at which it ends; if '
+                                  'it is the same, a run ends where the next one begins'),
+         'before': _optional('length', 'seconds before the beginning that belong to the run', '0'),
+         'after': _optional('length', 'seconds after the end that belong to the run', '0'),
+         'shortest': _optional('length', 'minimum duration of a run in seconds, from begin to end; '
+                                         'anything shorter is not a run', '0'),
+         'group': _optional('text', 'label of the `<variable>`, or topic, whose value is the '
+                                    'variant of a run; a run is judged by good runs of the same '
+                                    'variant'),
+         'place': _optional('text', 'the same for the place in a pattern; a run is judged by '
+                                    'good runs of the same place'),
          **_CONDITION}),
     'phase': Tag(
-        'A part of a run, from one event to another one.',
-        {'name': _required('text', 'what is done then'),
+        'A part of a run, from one event to another.',
+        {'name': _required('text', 'name of the phase'),
          'from': _required('text', 'name of the `<event>`, or label of the mark, at which it '
                                    'begins'),
-         'to': _required('text', 'name of the one at which it ends'),
-         'wait': _optional('boolean', 'whether it may take any time, as it waits for somebody or '
-                                      'something: only its content is judged', 'False'),
+         'to': _required('text', 'name or label of the one at which it ends'),
+         'wait': _optional('boolean', 'whether its duration may vary freely, because the process '
+                                      'waits for someone or something; only its content is '
+                                      'judged', 'False'),
          **_CONDITION}),
     'base': Tag(
-        "The device's base frame, posed in the global frame.",
+        "The device's base frame and its pose in the global frame.",
         {'frame': _required('frame', 'name of the base frame'), **_POSE},
         alternatives=('rpy', 'ypr')),
     'model': Tag(
-        'The model of the device: a URDF or xacro file; `<arg>` elements are for the latter.',
+        'The model of the device: a URDF or xacro file; `<arg>` elements apply to xacro.',
         {'pkg': _optional('package', 'package that contains the file'),
-         'path': _required('text', 'path of the file, which ends in .urdf or .xacro: below the '
-                                   'package, or without `pkg` any, relative to this file'),
-         'prefix': _optional('frame', 'put before the names of its links, such as `left_`; '
-                                      'distinguishes two robots of one model')},
+         'path': _required('text', 'path of the file, which ends in .urdf or .xacro: inside the '
+                                   'package, or without `pkg` relative to this file'),
+         'prefix': _optional('frame', 'prefix for the names of its links, such as `left_`; '
+                                      'distinguishes two robots with the same model')},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'tool': Tag(
-        "The robot's tool frame, where its arrows begin; without it a link of the model is chosen.",
+        "The robot's tool frame, where its arrows begin; by default a link of the model is chosen.",
         {'frame': _required('frame', 'a link of the model, or another frame that is fixed to one'),
          'xyz': _optional('vector', 'position of the tool in that frame in m', '0 0 0'),
          'rpy': _POSE['rpy'], 'ypr': _POSE['ypr']},
         alternatives=('rpy', 'ypr')),
     'force': Tag(
-        'The frame of the force sensor; without it the tool frame is used.',
-        {'parentframe': _required('frame', 'frame in which it is posed, such as the tool frame'),
+        'The frame of the force sensor; by default the tool frame is used.',
+        {'parentframe': _required('frame', 'its parent frame, such as the tool frame'),
          'frame': _required('frame', 'name of the force frame'),
          'xyz': _required('vector', 'position in m'),
          'rpy': _optional('vector', f'{_YAW_PITCH_ROLL}; required (or `ypr`)'),
          'ypr': _POSE['ypr']},
         alternatives=('rpy', 'ypr'), needs_alternative=True),
     'roi': Tag(
-         "The box that a depth sensor's cloud is cropped to.", _BOX),
+         "The box to which a depth sensor's cloud is cropped.", _BOX),
     'fusion': Tag(
-        'Makes the device the joined clouds of others, in the global frame, with their colours.',
-        {'sensors': _required('names', 'the names of the depth sensors, separated by spaces'),
-         'voxel': _optional('positive', 'edge in m of the cubes of which each keeps one point',
+        'Joins the colored clouds of other devices in the global frame.',
+        {'sensors': _required('names', 'names of the depth sensors, separated by spaces'),
+         'voxel': _optional('positive', 'edge length in m of the voxels; each keeps one point',
                             '0.005'),
          'timeout': _optional('positive', 'seconds without a cloud after which a sensor is left '
                                           'out until it sends again', '1')}),
     'objects': Tag(
-        'Finds what a depth sensor sees and nobody modelled, and how near it is to a robot.',
+        'Finds unmodeled objects in the cloud of a depth sensor, and their distance to the robots.',
         {'warn': _optional('positive', 'distance from a robot in m below which the line to it is '
                                        'yellow', '0.5'),
          'stop': _optional('positive', 'distance in m below which it is red', '0.2'),
-         'padding': _optional('positive', 'points that are nearer than this to a model, in m, are '
-                                          'taken for its own', '0.03'),
+         'padding': _optional('positive', 'points closer than this to a model, in m, are treated '
+                                          'as part of it', '0.03'),
          'surface': _optional('positive', 'level surfaces of at least this area in m², such as '
-                                          'tables and the floor, carry objects and are none',
+                                          'tables and the floor, are not objects themselves',
                               '0.5'),
-         'topic': _optional('topic', 'cloud to look at; default: the one that the device shows'),
+         'topic': _optional('topic', 'cloud to search; default: the one that the device shows'),
          'frame': _BOX['frame'], 'xyz': _BOX['xyz'],
-         'size': _optional('size', 'edge lengths in m of the box in which it looks; default: '
+         'size': _optional('size', 'edge lengths in m of the box to search; default: '
                                    'everywhere'), **_CONDITION},
         children=('expected',)),
     'expected': Tag(
-        'A box whose content is expected, such as goods: it is no object.',
+        'A box whose content is expected, such as goods, and not an object.',
         {**_BOX, **_CONDITION}),
 }
 
 _PROCESSES: Dict[str, Tag] = {
     'node': Tag(
-        'A node to start with the device.',
+        'A node that is started with the device.',
         {'pkg': _required('package', 'package of the node'),
-         'type': _required('executable', 'its executable'),
+         'type': _required('executable', 'executable of the node'),
          'name': _required('name', 'name of the node, without a namespace'),
          'ns': _optional('namespace', "namespace; default: the device's name"),
          'args': _optional('command_line', 'arguments of the executable'),
-         'output': _optional('choice', 'where its output goes', 'screen', ('screen', 'log')),
+         'output': _optional('choice', 'destination of its output', 'screen', ('screen', 'log')),
          'ifstate': _IFSTATE,
          'machine': _optional('text', 'name of the `<machine>` to run on; default: this computer'),
          'respawn': _optional('boolean', 'start the node again when it exits', 'False'),
          'respawn_delay': _optional('length', 'seconds to wait before the restart', '0'),
          'required': _optional('boolean', 'stop everything when the node exits', 'False'),
-         'launch-prefix': _optional('command_line', 'words to put before the command'),
+         'launch-prefix': _optional('command_line', 'words put before the command'),
          'clear_params': _optional('boolean', "delete the node's parameters first", 'False'),
          'cwd': _optional('choice', 'working directory', choices=('ROS_HOME', 'node')),
          **_CONDITION},
         children=('param', 'rosparam', 'remap', 'env')),
     'launch': Tag(
-        'A launch file to include with the device.',
+        'A launch file that is included with the device.',
         {'pkg': _required('package', 'package of the launch file'),
          'type': _required('path', "name of the file, searched for in the package's folder "
                                    '`launch` and in the package'),
          'ifstate': _IFSTATE, **_CONDITION},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'param': Tag(
-        "A parameter, as in roslaunch; under a device in the device's namespace.",
+        "A parameter, as in roslaunch; under a device, in the device's namespace.",
         {'name': _required('resource', 'name of the parameter'),
          'value': _optional('text', 'its value'),
          'type': _optional('choice', 'type of the value; guessed by default',
@@ -352,7 +354,7 @@ _PROCESSES: Dict[str, Tag] = {
         alternatives=('value', 'textfile', 'binfile', 'command'), needs_alternative=True),
     'rosparam': Tag(
         'Parameters in YAML, as in roslaunch.',
-        {'command': _optional('choice', 'what to do', 'load', ('load', 'dump', 'delete')),
+        {'command': _optional('choice', 'operation', 'load', ('load', 'dump', 'delete')),
          'file': _optional('text', 'YAML file; default: the text of the element'),
          'param': _optional('resource', 'name of the parameter'),
          'ns': _optional('namespace', 'namespace of the parameters'),
@@ -374,8 +376,8 @@ _PROCESSES: Dict[str, Tag] = {
          'default': _optional('choice', 'whether nodes run there unless they name a machine',
                               'false', ('true', 'false', 'never')),
          'user': _optional('text', 'user name'),
-         'password': _optional('text', 'refused, as it would stand in recordings; use SSH keys and '
-                                       'an agent'),
+         'password': _optional('text', 'refused, as it would be visible in recordings; use SSH '
+                                       'keys and an agent'),
          'timeout': _optional('positive', 'seconds to wait for the connection', '10'),
          'ssh-port': _optional('integer', 'port of the SSH server', '22'),
          **_CONDITION}),
@@ -386,11 +388,11 @@ _DRAWN: Dict[str, Tag] = {
         'A topic that the driver of the device publishes.',
         {'name': _required('name', 'name of the topic, without a namespace'),
          'ns': _optional('namespace', 'namespace of the topic', ''),
-         'type': _optional('choice', 'what the topic is used for besides recording',
+         'type': _optional('choice', 'use of the topic besides recording',
                            choices=tuple(MESSAGE_TYPES)),
          'msg': _optional('message', 'message type; default: the type found on the topic'),
-         'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: the frame of tf that is '
-                                     'the tool; default: the tool frame (see `<tool>`)'),
+         'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: the tf frame of the '
+                                     'tool; default: the tool frame (see `<tool>`)'),
          'parentframe': _optional('frame', 'frame of poses or forces if the messages name none; '
                                            'default: the base frame or the force frame'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
@@ -404,52 +406,52 @@ _DRAWN: Dict[str, Tag] = {
     'property': Tag(
         'A property of the display, named as in RViz; may contain other properties.',
         {'name': _required('text', 'name of the property'),
-         'value': _optional('text', 'its value; colours are `r; g; b` from 0 to 255')},
+         'value': _optional('text', 'its value; colors are `r; g; b` from 0 to 255')},
         children=('property',)),
     'arrow': Tag(
-        "How one of a robot's arrows is drawn.",
+        "The appearance of one of a robot's arrows.",
         {'quantity': _required('choice', 'which arrow', ('velocity', 'force')),
          'scale': _optional('positive', 'length in m per m/s or per N'),
-         'min': _optional('length', 'shortest length in m'),
-         'max': _optional('positive', 'longest length in m'),
-         'color': _optional('color', 'a colour name, `#rrggbb`, or `r g b` from 0 to 1'),
-         'tolerance': _optional('positive', 'how far a run may be from a good one, in m/s or N; '
-                                            'default: a share of the range')}),
+         'min': _optional('length', 'minimum length in m'),
+         'max': _optional('positive', 'maximum length in m'),
+         'color': _optional('color', 'a color name, `#rrggbb`, or `r g b` from 0 to 1'),
+         'tolerance': _optional('positive', 'allowed deviation of a run from a good one, in m/s or '
+                                            'N; default: a share of the range')}),
     'variable': Tag(
-        'Any number of any topic as an arrow with its value.',
+        'A number on any topic, shown as an arrow with its value.',
         {'topic': _required('topic', 'the topic'),
          'field': _optional('field', 'the number in the message, such as `data` or `data[2]`',
                             'data'),
          'frame': _required('frame', 'frame whose origin is the foot of the arrow'),
          'axis': _optional('axis', 'direction in that frame: `x`, `-z`, or three numbers', 'x'),
          'color': _optional('color', 'as for `<arrow>`', 'orange'),
-         'unit': _optional('text', 'unit to write after the value', ''),
+         'unit': _optional('text', 'unit shown after the value', ''),
          'scale': _optional('number', 'length in m per unit of the value', '1'),
-         'max': _optional('positive', 'longest length in m; the number beside it is not limited'),
-         'offset': _optional('number', 'setpoint, in the unit of the value: the arrow shows how '
-                                       'far the value is above or below it; unless it is 0, words '
-                                       'after the value say so too: `263, 8 above 255`',
+         'max': _optional('positive', 'maximum length in m; the number beside it is not limited'),
+         'offset': _optional('number', 'setpoint, in the unit of the value; the arrow shows the '
+                                       'difference from it; unless it is 0, the text does too: '
+                                       '`263, 8 above 255`',
                              '0'),
          'offset_param': _optional('resource', 'parameter that holds the offset, in the unit of '
-                                               'the value, and may change at any time; `offset` '
-                                               'is used until it is set'),
-         'low': _optional('number', 'lower limit, in the unit of the value: below it the arrow has '
-                                    'the warning colour, and the launcher shows an alarm'),
+                                               'the value, and may change at any time; until it '
+                                               'is set, `offset` is used'),
+         'low': _optional('number', 'lower limit, in the unit of the value; below it the arrow has '
+                                    'the warning color, and the launcher shows an alarm'),
          'high': _optional('number', 'upper limit, likewise'),
-         'warning_color': _optional('color', 'the warning colour', 'red'),
+         'warning_color': _optional('color', 'warning color', 'red'),
          'color_begin': _optional('number', 'value up to which the arrow has its `color`; from '
                                             'there it fades to `end_color`'),
-         'color_end': _optional('number', 'value from which it has its `end_color`'),
-         'end_color': _optional('color', 'the other end of the colour scale'),
-         'tolerance': _optional('positive', 'how far a run may be from a good one, in the unit of '
-                                            'the value; default: a share of the range'),
+         'color_end': _optional('number', 'value from which the arrow has its `end_color`'),
+         'end_color': _optional('color', 'other end of the color scale'),
+         'tolerance': _optional('positive', 'allowed deviation of a run from a good one, in the '
+                                            'unit of the value; default: a share of the range'),
          'label': _optional('text', 'text before the value; default: the name of the topic'),
-         'shown': _optional('boolean', 'whether RViz shows it; if not, it has its curve and its '
-                                       'limits all the same', 'True')},
+         'shown': _optional('boolean', 'whether RViz shows it; its curve and limits do not '
+                                       'depend on this', 'True')},
         children=('value',)),
     'value': Tag(
-        'What a value of a variable is called, such as a state of a controller.',
-        {'of': _required('number', 'the value'), 'name': _required('text', 'its name')}),
+        'The name of a value of a variable, such as a state of a controller.',
+        {'of': _required('number', 'the value'), 'name': _required('text', 'name of the value')}),
 }
 
 ROOT = 'visualizer'

@@ -125,19 +125,19 @@ class LaunchFileBuilder:
             PACKAGE, CELL_FRAMES, CELL_FRAMES,
             {'frames': written_frames(fixed_frames(self._choice.cell,
                                                    self._choice.devices))}))
-        root.comment('says in the scene what is not live any more')
+        root.comment('marks stale data in the scene')
         self._processor(root, ProcessorNode(
             PACKAGE, SCENE_WATCH, SCENE_WATCH,
             watch_parameters(self._choice.cell, self._choice.devices).to_parameters(),
             respawn=True, is_new=True))
         if has_sensor_fit(self._choice):
-            root.comment('finds where a depth sensor is, when the launcher asks')
+            root.comment('fits the pose of a depth sensor on request')
             self._processor(root, ProcessorNode(PACKAGE, SENSOR_FIT, SENSOR_FIT))
         if not self._choice.is_replay:
-            root.comment('shows the cell to whoever watches it from elsewhere')
+            root.comment('sends the view to other computers')
             self._processor(root, self._view_relay())
         if has_ghost(self._choice, self._descriptions):
-            root.comment('draws the robots of another run beside those of this one')
+            root.comment('draws the reference run beside the robots')
             self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
 
     def _view_relay(self) -> ProcessorNode:
@@ -182,7 +182,7 @@ class LaunchFileBuilder:
             return
         sensors = [it for it in self._choice.devices if it.name in device.fusion.sensors]
         if not sensors:
-            group.comment('nothing to join: none of its sensors is chosen')
+            group.comment('nothing to join: none of its sensors is selected')
             return
         self._processor(group, fusion_node(
             device, device.fusion, sensors, self._choice.cell.frame,
@@ -249,7 +249,7 @@ class LaunchFileBuilder:
     def _player(self, root: LaunchTag, bags: Sequence[str]) -> None:
         topics = played_topics(self._choice)
         if not topics:
-            root.comment('no topic of a device is left: nothing of the recording is played')
+            root.comment('nothing is played: no topic of a device is left')
             return
         root.comment("the recording, restricted to the devices' own topics")
         self._rate(root)

@@ -22,7 +22,7 @@ _CALIBRATION_DISPLAY: DisplayConfig = {
     'Class': 'rviz/InteractiveMarkers', 'Name': 'Calibration', 'Enabled': True,
     'Update Topic': f'{CALIBRATION_TOPIC}/update'}
 _WATCH_DISPLAY: DisplayConfig = {
-    'Class': 'process_visualizer/MarkerArray', 'Name': 'Out of date', 'Enabled': True,
+    'Class': 'process_visualizer/MarkerArray', 'Name': 'Stale data', 'Enabled': True,
     'Marker Topic': WATCH_TOPIC}
 _GHOST_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/MarkerArray', 'Name': 'Reference run', 'Enabled': True,

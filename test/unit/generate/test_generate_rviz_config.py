@@ -51,7 +51,7 @@ def test_groups_of_devices(parse: Parse) -> None:
     displays = manager(cell)['Displays']
     assert [(display['Class'], display['Name']) for display in displays] == [
         ('rviz/Grid', 'Grid'), ('rviz/Group', 'r (robot)'), ('rviz/Group', 'o (other)'),
-        ('process_visualizer/MarkerArray', 'Out of date'),
+        ('process_visualizer/MarkerArray', 'Stale data'),
         ('rviz/InteractiveMarkers', 'Calibration'),
         ('process_visualizer/DisplayStatus', 'Status report')]
     assert all(display['Enabled'] is True for display in displays)
