@@ -437,7 +437,7 @@ _DRAWN: Dict[str, Tag] = {
                                                'is set, `offset` is used'),
          'low': _optional('number', 'lower limit, in the unit of the value; below it the arrow has '
                                     'the warning color, and the launcher shows an alarm'),
-         'high': _optional('number', 'upper limit, likewise'),
+         'high': _optional('number', 'upper limit, in the same way'),
          'warning_color': _optional('color', 'warning color', 'red'),
          'color_begin': _optional('number', 'value up to which the arrow has its `color`; from '
                                             'there it fades to `end_color`'),
