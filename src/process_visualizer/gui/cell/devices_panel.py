@@ -79,7 +79,8 @@ class DevicesView(QTreeWidget):
         self.customContextMenuRequested.connect(self._show_menu)
         self.itemChanged.connect(self._on_changed)
         self.itemDoubleClicked.connect(self._on_double_click)
-        self.itemClicked.connect(self._on_click)
+        self.itemClicked.connect(
+            lambda item, column: self._read_warnings(item) if column == _STATE else None)
         self._rows: Dict[str, QTreeWidgetItem] = {}
         self._children: Dict[Tuple[str, str, str], QTreeWidgetItem] = {}
         self._warned: Dict[str, FrozenSet[str]] = {}  # the nodes that complain, by device
@@ -180,10 +181,6 @@ class DevicesView(QTreeWidget):
         kind, device, _ = item.data(_NAME, Qt.UserRole)
         if kind == _DEVICE and column == _NAME:
             self.ticked.emit(device, item.checkState(_NAME) == Qt.Checked)
-
-    def _on_click(self, item: QTreeWidgetItem, column: int) -> None:
-        if column == _STATE:
-            self._read_warnings(item)
 
     def _read_warnings(self, item: Optional[QTreeWidgetItem]) -> None:
         if item is not None and self._complains(item):

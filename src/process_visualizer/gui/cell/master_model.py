@@ -53,17 +53,17 @@ class MasterModel(QObject):
     def connect_to_master(self) -> None:
         """Use the running master, or start one, and become its node."""
         self.is_connecting = True
-        self._tasks.run(_LINE, self._begin, self._take_connection, self._report_failure)
+        def begin() -> None:
+            self._master.ensure()
+            self._link.begin()
+
+        self._tasks.run(_LINE, begin, self._take_connection, self._report_failure)
 
     def close(self) -> None:
         """Leave the master, and end it if it was started here; block."""
         self._timer.stop()
         self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
         self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
-
-    def _begin(self) -> None:
-        self._master.ensure()
-        self._link.begin()
 
     def _take_connection(self, _nothing: object) -> None:
         self.is_connected, self.is_connecting = True, False

@@ -360,7 +360,7 @@ class BandsModel(QObject):
         self._tasks, self._compare = tasks, compare
         self._bands: Mapping[Key, TimelineBand] = {}
         self._wanted: _Wanted = (None, 0.0, 0)
-        compare.changed.connect(self._follow)
+        compare.changed.connect(lambda: self._want((compare.compared, *self._wanted[1:])))
 
     @property
     def bands(self) -> Mapping[Key, TimelineBand]:
@@ -370,9 +370,6 @@ class BandsModel(QObject):
     def set_columns(self, duration_s: float, columns: int) -> None:
         """Take into how many columns of equal time the curves cut the recording; 0: no curves."""
         self._want((self._wanted[0], duration_s, columns))
-
-    def _follow(self) -> None:
-        self._want((self._compare.compared, *self._wanted[1:]))
 
     def _want(self, wanted: _Wanted) -> None:
         compared, duration_s, columns = wanted

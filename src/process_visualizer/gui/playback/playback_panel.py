@@ -191,12 +191,10 @@ class PlaybackPanel(QWidget):
         self._show_lanes()
 
     def _show_lanes(self) -> None:
-        curves = {key: self._over_band(lane) for key, lane in self._lanes.items()}
+        bands = {key: self._bands.bands.get(_band_key(key)) for key in self._lanes}
+        curves = {key: lane if bands[key] is None else replace(lane, band=bands[key])
+                  for key, lane in self._lanes.items()}
         self.timeline.set_lanes(grouped_lanes(curves, self._bag.curves.choices.choice))
-
-    def _over_band(self, lane: Lane) -> Lane:
-        band = self._bands.bands.get(_band_key(lane.key))
-        return lane if band is None else replace(lane, band=band)
 
 
 def _band_key(key: Key) -> Tuple[str, str]:

@@ -229,7 +229,9 @@ class RecordingChoices(QObject):
         super().__init__(parent)
         self._ticks = TopicTicks()
         self._looked.connect(self._take_target)
-        self._looks = NewestCall(tasks, 'files', self._look_at, lambda: None, self._cannot_look)
+        self._looks = NewestCall[RecordingOptions](
+            tasks, 'files', lambda it: self._looked.emit(look_at(it.folder, it.name, it.prefix)),
+            lambda: None, self._cannot_look)
         self._target = BagTarget()
         self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
                           'folder': os.path.expanduser('~/bags')}
@@ -353,9 +355,6 @@ class RecordingChoices(QObject):
         self._target = self._target._replace(problem='', free_name='')
         self.look()
         self.changed.emit()
-
-    def _look_at(self, options: RecordingOptions) -> None:
-        self._looked.emit(look_at(options.folder, options.name, options.prefix))
 
     def _take_target(self, target: BagTarget) -> None:
         if target != self._target:
