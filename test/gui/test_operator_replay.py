@@ -105,7 +105,7 @@ def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> N
     assert ReplayPhase.PREPARING in phases, 'where it is there already, only for a moment'
     shown_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
     operator.wait(lambda: abs(replay.time_s - shown_s) < 0.02
-                  and replay.playback._state.sought is None, 'the past',
+                  and replay.playback.state.sought is None, 'the past',
                   instead=lambda: f'{replay.time_s - shown_s:.3f} s away')
 
 
@@ -117,7 +117,7 @@ def look_around(operator: Operator, replay: ReplayModel) -> None:
         wanted_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
         operator.drag(timeline, place, [place])
         operator.wait(lambda at_s=wanted_s: abs(replay.time_s - at_s) < 0.02  # type: ignore[misc]
-                      and replay.playback._state.sought is None, 'the moment')
+                      and replay.playback.state.sought is None, 'the moment')
 
 
 def move_the_live_scene(operator: Operator) -> None:
