@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import re
+import struct
 import sys
 from functools import lru_cache
 from pathlib import Path
@@ -13,11 +14,14 @@ from typing import Dict, List, NamedTuple, Optional
 MAX_CHARACTERS = 1 << 20
 MAX_FIELDS = 10_000
 
+MAX_DEPTH = 40  # of messages in messages
+
+PRIMITIVE_FORMATS: Dict[str, str] = {  # little-endian, as struct and numpy write them
+    'bool': '<?', 'int8': '<b', 'uint8': '<B', 'byte': '<b', 'char': '<B', 'int16': '<h',
+    'uint16': '<H', 'int32': '<i', 'uint32': '<I', 'int64': '<q', 'uint64': '<Q',
+    'float32': '<f', 'float64': '<d', 'time': '<II', 'duration': '<ii'}
 PRIMITIVE_SIZES: Dict[str, int] = {  # bytes on the wire
-    'bool': 1, 'int8': 1, 'uint8': 1, 'byte': 1, 'char': 1, 'int16': 2, 'uint16': 2,
-    'int32': 4, 'uint32': 4, 'int64': 8, 'uint64': 8, 'float32': 4, 'float64': 8,
-    'time': 8, 'duration': 8,
-}
+    name: struct.calcsize(code) for name, code in PRIMITIVE_FORMATS.items()}
 STRING = 'string'
 
 _SEPARATOR = re.compile(r'^={20,}\s*$', re.MULTILINE)
@@ -125,8 +129,6 @@ class Connection(NamedTuple):
     caller_id: str
 
 
-_MAX_DEPTH = 40  # of messages in messages
-
 
 def definition_checksum(type_name: str, text: str) -> str:
     """Return the MD5 sum of a message type with this definition, as genmsg computes it.
@@ -147,7 +149,7 @@ class _Checksums:
 
     def of(self, type_name: str, depth: int) -> str:
         if type_name not in self._found:
-            if type_name not in self._definitions or depth > _MAX_DEPTH:
+            if type_name not in self._definitions or depth > MAX_DEPTH:
                 raise DefinitionError(f'{type_name} is missing, or nested too deeply')
             lines = _constants(self._bodies.get(type_name, ''))
             lines += [self._line(field, depth) for field in self._definitions[type_name]]

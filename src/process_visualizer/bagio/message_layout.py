@@ -11,6 +11,7 @@ from struct import Struct
 from typing import Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 from process_visualizer.bagio.message_definition import (
+    MAX_DEPTH,
     PRIMITIVE_SIZES,
     STRING,
     DefinitionError,
@@ -23,6 +24,7 @@ from process_visualizer.bagio.message_definition import (
 Data = Union[bytes, bytearray, memoryview]
 
 _LENGTH = Struct('<I')
+_read_length = _LENGTH.unpack_from
 
 
 class MessageDamaged(Exception):
@@ -130,13 +132,23 @@ def checked_end(data: Data, position: int, size: int) -> int:
 
 def read_length(data: Data, position: int) -> Tuple[int, int]:
     """Return the length of an array or string at a position, and the position behind it."""
-    end = checked_end(data, position, _LENGTH.size)
-    return _LENGTH.unpack_from(data, position)[0], end
+    end = position + 4
+    if end > len(data):
+        checked_end(data, position, 4)
+    return _read_length(data, position)[0], end
+
+
+def read_text(data: Data, position: int) -> Tuple[bytes, int]:
+    """Return the text at a position as it is encoded, and the position behind it."""
+    length, begin = read_length(data, position)
+    end = begin + length
+    if end > len(data):
+        checked_end(data, begin, length)
+    return bytes(data[begin:end]), end
 
 
 # From a parsed message definition to the layout of the message's bytes.
 
-MAX_DEPTH = 40  # of messages in messages
 MAX_STAMPS = 10_000  # in a part of fixed size
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parts of a message, where several messages together are the state of a topic.
+"""Messages of well-known types, read and made as bytes: their parts, and those that show nothing.
 
 Two messages with different transforms, markers, joints or diagnostics hold beside each other:
-many drivers send each group of joints in a message of its own. The layouts are those of ROS 1's
-serialisation (little-endian).
+many drivers send each group of joints in a message of its own. RViz keeps what it was shown, so
+there are messages that remove it. The layouts are those of ROS 1's serialisation (little-endian).
 """
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ import struct
 from typing import Callable, Collection, Dict, Iterator, NamedTuple, Optional, Tuple
 
 from process_visualizer.bagio.message_definition import Connection
-from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
+from process_visualizer.bagio.message_layout import (
+    Data,
+    MessageDamaged,
+    checked_end,
+    read_length,
+    read_text,
+)
+from process_visualizer.bagio.number_places import transform_places
 from process_visualizer.ros_names import TF_TYPES
 
-# The transforms in messages on /tf_static, taken apart and put into one message.
-#
-# A tf2_msgs/TFMessage is, in ROS 1's serialisation (little-endian), the number of transforms and
-# then each geometry_msgs/TransformStamped: sequence number, stamp, parent frame, child frame, and
-# seven float64 for translation and rotation.
-
-_COUNT = struct.Struct('<I')
-_BEFORE_PARENT = 12
-_POSE = 7 * 8
+_LENGTH = struct.Struct('<I')
+_STAMPED = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
 
 
 def joined(transforms: Collection[bytes]) -> bytes:
     """Return a TFMessage with some transforms."""
-    return _COUNT.pack(len(transforms)) + b''.join(transforms)
+    return _LENGTH.pack(len(transforms)) + b''.join(transforms)
 
 
 def split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
@@ -37,42 +37,15 @@ def split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
     Raises:
         MessageDamaged: the bytes are no TFMessage.
     """
-    offset = _COUNT.size
-    for _ in range(_length(data, 0)):
-        begin = offset
-        _, offset = _name(data, offset + _BEFORE_PARENT)
-        child, offset = _name(data, offset)
-        offset += _POSE
-        if offset > len(data):
-            raise MessageDamaged(f'a TFMessage of {len(data)} bytes ends within a transform')
-        yield child.lstrip(b'/'), data[begin:offset]
-    if offset != len(data):
-        raise MessageDamaged(f'a TFMessage has {len(data) - offset} bytes too many')
+    for it in transform_places(data):
+        yield it.child_name.lstrip(b'/'), data[it.begin:it.end]
 
 
-def _length(data: bytes, offset: int) -> int:
-    if offset + _COUNT.size > len(data):
-        raise MessageDamaged(f'a TFMessage of {len(data)} bytes ends within a length')
-    return int(_COUNT.unpack_from(data, offset)[0])
-
-
-def _name(data: bytes, offset: int) -> Tuple[bytes, int]:
-    end = offset + _COUNT.size + _length(data, offset)
-    return data[offset + _COUNT.size:end], end
-
-
-# The message that removes all markers of a topic from RViz.
-#
-# The bytes are those of visualization_msgs/Marker in ROS 1's serialisation, with action DELETEALL.
-
-MARKER = 'visualization_msgs/Marker'
+_MARKER = 'visualization_msgs/Marker'
 _MARKER_ARRAY = 'visualization_msgs/MarkerArray'
-_DEFINITIONS = {(MARKER, '4048c9de2a16f4ae8e0538085ebf1b97'),
+_DEFINITIONS = {(_MARKER, '4048c9de2a16f4ae8e0538085ebf1b97'),
                 (_MARKER_ARRAY, 'd155b9ce5188fbaf89745847fd5882d7')}
-_DELETE_ALL = 3
-_LENGTH = struct.Struct('<I')
-_STAMPED = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
-_REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_embedded_materials
+_DELETE_ALL = 3  # the action that removes all markers of a topic
 
 
 def shows_markers(connection: Connection) -> bool:
@@ -80,33 +53,10 @@ def shows_markers(connection: Connection) -> bool:
     return (connection.type, connection.md5sum) in _DEFINITIONS
 
 
-def has_markers(connection: Connection) -> bool:
-    """Return whether RViz would read messages as markers: it compares the checksum only."""
-    return any(connection.md5sum == checksum for _, checksum in _DEFINITIONS)
-
-
-def marker_removal(connection: Connection, example: Data) -> bytes:
-    """Return the message for a connection with markers, in the frame of an example message."""
-    array = connection.type == _MARKER_ARRAY
-    marker = _STAMPED.pack(0, 0, 0) + _frame(example, _LENGTH.size if array else 0) + _REST.pack(
-        0, 0, 0, _DELETE_ALL, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
-    return (_LENGTH.pack(1) if array else b'') + marker
-
-
-def _frame(example: Data, marker_offset: int) -> bytes:
-    """The frame with its length; empty where the example has no marker."""
-    begin = marker_offset + _STAMPED.size
-    if len(example) < begin + _LENGTH.size:
-        return _LENGTH.pack(0)
-    end = begin + _LENGTH.size + int(_LENGTH.unpack_from(example, begin)[0])
-    return bytes(memoryview(example)[begin:end])
-
-
-_STAMPED_BYTES = 12  # sequence number and stamp
 _IDENTITY = struct.Struct('<iii')  # id, type, action
-_LOOKS_BYTES = 7 * 8 + 3 * 8 + 4 * 4  # pose, scale, colour
+_LOOKS_BYTES = 7 * 8 + 3 * 8 + 4 * 4  # pose, scale, color
 _LIFETIME = struct.Struct('<ii')
-_POINT_BYTES, _COLOUR_BYTES, _FLOAT64_BYTES = 24, 16, 8
+_POINT_BYTES, _COLOR_BYTES, _FLOAT64_BYTES = 24, 16, 8
 _NS_PER_S = 1_000_000_000
 _DIAGNOSTICS = 'diagnostic_msgs/DiagnosticArray'
 _JOINT_STATE = 'sensor_msgs/JointState'
@@ -134,11 +84,13 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
     The reader raises MessageDamaged where the bytes do not fit the type.
     """
     if connection.type in TF_TYPES:
-        return lambda data: tuple(MessagePart(child) for child, _ in split(data))
+        return lambda data: tuple(MessagePart(it.child_name.lstrip(b'/'))
+                                  for it in transform_places(data))
     if shows_markers(connection):
-        return _marker if connection.type == MARKER else _markers
+        is_array = connection.type == _MARKER_ARRAY
+        return lambda data: _markers(data, is_array)
     if lasts(connection):
-        return _joint_state if connection.type == _JOINT_STATE else _joints
+        return _joint_state if connection.type == _JOINT_STATE else lambda data: _names(data)[0]
     if connection.type == _DIAGNOSTICS:
         return _diagnostics
     return None
@@ -159,17 +111,12 @@ def expires(connection: Connection) -> bool:
     return connection.type in TF_TYPES
 
 
-def _joints(data: bytes) -> Parts:
-    """Return a part for each joint that a message names."""
-    return _names(data)[0]
-
-
 def _joint_state(data: bytes) -> Parts:
-    """Return the same; none of a message without positions, beside which those of before hold."""
+    """Return a part for each joint; none without positions: earlier positions still hold."""
     parts, offset = _names(data)
     counts = []
     for _ in ('position', 'velocity', 'effort'):
-        count, offset = _number(data, offset)
+        count, offset = read_length(data, offset)
         counts.append(count)
         offset += count * _FLOAT64_BYTES
     if offset != len(data):
@@ -179,42 +126,34 @@ def _joint_state(data: bytes) -> Parts:
 
 def _names(data: bytes) -> Tuple[Parts, int]:
     """Return the names behind the header, and the place behind them."""
-    _, offset = _text(data, _STAMPED_BYTES)
-    count, offset = _number(data, offset)
+    _, offset = read_text(data, _STAMPED.size)
+    count, offset = read_length(data, offset)
     parts = []
     for _ in range(count):
-        name, offset = _text(data, offset)
+        name, offset = read_text(data, offset)
         parts.append(MessagePart(name))
     return tuple(parts), offset
 
 
 def _diagnostics(data: bytes) -> Parts:
     """Return a part for each status, by its name."""
-    _, offset = _text(data, _STAMPED_BYTES)
-    count, offset = _number(data, offset)
+    _, offset = read_text(data, _STAMPED.size)
+    count, offset = read_length(data, offset)
     parts = []
     for _ in range(count):
-        name, offset = _text(data, offset + 1)  # behind the level
+        name, offset = read_text(data, offset + 1)  # behind the level
         parts.append(MessagePart(name))
         for _ in range(2):  # message, hardware_id
-            _, offset = _text(data, offset)
-        values, offset = _number(data, offset)
+            _, offset = read_text(data, offset)
+        values, offset = read_length(data, offset)
         for _ in range(2 * values):  # keys and values
-            _, offset = _text(data, offset)
+            _, offset = read_text(data, offset)
     return tuple(parts)
 
 
-def _marker(data: bytes) -> Parts:
-    return _read_markers(data, 0, 1)
-
-
-def _markers(data: bytes) -> Parts:
-    count, offset = _number(data, 0)
-    return _read_markers(data, offset, count)
-
-
-def _read_markers(data: bytes, offset: int, count: int) -> Parts:
-    """Return the parts of so many markers, which begin at an offset and end with the message."""
+def _markers(data: bytes, is_array: bool) -> Parts:
+    """Return a part for each marker, by namespace and number."""
+    count, offset = read_length(data, 0) if is_array else (1, 0)
     parts = []
     for _ in range(count):
         part, offset = _read_marker(data, offset)
@@ -225,8 +164,8 @@ def _read_markers(data: bytes, offset: int, count: int) -> Parts:
 
 
 def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
-    _, offset = _text(data, offset + _STAMPED_BYTES)
-    namespace, offset = _text(data, offset)
+    _, offset = read_text(data, offset + _STAMPED.size)
+    namespace, offset = read_text(data, offset)
     try:
         number, _, action = _IDENTITY.unpack_from(data, offset)
         offset += _IDENTITY.size + _LOOKS_BYTES
@@ -234,30 +173,15 @@ def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
     except struct.error as error:
         raise MessageDamaged(f'a marker ends too early: {error}') from None
     offset += _LIFETIME.size + 1
-    for size in (_POINT_BYTES, _COLOUR_BYTES):
-        length, offset = _number(data, offset)
+    for size in (_POINT_BYTES, _COLOR_BYTES):
+        length, offset = read_length(data, offset)
         offset += length * size
     for _ in range(2):
-        _, offset = _text(data, offset)
+        _, offset = read_text(data, offset)
     if action == _DELETE_ALL:
         return CLEARS, offset + 1
     lifetime_ns = max(0, seconds * _NS_PER_S + nanoseconds)
     return MessagePart(_LENGTH.pack(number & 0xffffffff) + namespace, lifetime_ns), offset + 1
-
-
-def _text(data: bytes, offset: int) -> Tuple[bytes, int]:
-    length, begin = _number(data, offset)
-    end = begin + length
-    if end > len(data):
-        raise MessageDamaged(f'a message of {len(data)} bytes ends within a text')
-    return data[begin:end], end
-
-
-def _number(data: bytes, offset: int) -> Tuple[int, int]:
-    end = offset + _LENGTH.size
-    if end > len(data):
-        raise MessageDamaged(f'a message of {len(data)} bytes ends too early')
-    return int(_LENGTH.unpack_from(data, offset)[0]), end
 
 
 # Messages that leave nothing of a topic in sight, for the types that have such a message.
@@ -267,7 +191,7 @@ def _number(data: bytes, offset: int) -> Tuple[int, int]:
 # without points, a path without poses and the removal of all markers do.
 
 _CLOUD = ('sensor_msgs/PointCloud2', '1158d486dd51d683ce2f1be655c3c181')
-_HEADER_BEGIN = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
+_REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_embedded_materials
 _EMPTY = bytes(4)  # the length of an array, or a number
 _FIELD_END = 4 + 1 + 4  # of a sensor_msgs/PointField behind its name: offset, type, count
 
@@ -301,51 +225,64 @@ def emptied(connection: Connection, example: Data) -> bytes:
         MessageDamaged: the bytes of the example are none of its type.
     """
     if shows_markers(connection):
-        return marker_removal(connection, example)
+        return _marker_removal(connection, example)
     if (connection.type, connection.md5sum) == _CLOUD:
         return _cloud(example)
     arrays = _BY_TYPE[connection.type, connection.md5sum]
-    behind = _behind_text(example, _HEADER_BEGIN.size)
+    behind = read_text(example, _STAMPED.size)[1]
     kept = checked_end(example, behind, arrays.kept_bytes)
     return _header(example, behind) + bytes(example[behind:kept]) + _EMPTY * arrays.array_count
 
 
+def _marker_removal(connection: Connection, example: Data) -> bytes:
+    """A marker with the action DELETEALL, in the frame of an example."""
+    array = connection.type == _MARKER_ARRAY
+    marker = _STAMPED.pack(0, 0, 0) + _frame(example, _LENGTH.size if array else 0) + _REST.pack(
+        0, 0, 0, _DELETE_ALL, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    return (_LENGTH.pack(1) if array else b'') + marker
+
+
+def _frame(example: Data, marker_offset: int) -> bytes:
+    """The frame with its length; empty where the example has no marker."""
+    begin = marker_offset + _STAMPED.size
+    if len(example) < begin + _LENGTH.size:
+        return _LENGTH.pack(0)
+    end = begin + _LENGTH.size + int(_LENGTH.unpack_from(example, begin)[0])
+    return bytes(memoryview(example)[begin:end])
+
+
 def _cloud(example: Data) -> bytes:
     """A cloud of no points, with the fields of the example: RViz wants to know them."""
-    behind = _behind_text(example, _HEADER_BEGIN.size)
+    behind = read_text(example, _STAMPED.size)[1]
     fields = checked_end(example, behind, 2 * len(_EMPTY))
     count, end = read_length(example, fields)
     for _ in range(count):
-        end = checked_end(example, _behind_text(example, end), _FIELD_END)
+        end = checked_end(example, read_text(example, end)[1], _FIELD_END)
     steps = checked_end(example, end, 1 + 4)  # is_bigendian, point_step
     return (_header(example, behind) + _EMPTY * 2 + bytes(example[fields:steps])
             + _EMPTY * 2 + bytes([1]))  # row_step, data, is_dense
 
 
 def _header(example: Data, behind: int) -> bytes:
-    return _HEADER_BEGIN.pack(0, 0, 0) + bytes(example[_HEADER_BEGIN.size:behind])
+    return _STAMPED.pack(0, 0, 0) + bytes(example[_STAMPED.size:behind])
 
 
-def _behind_text(data: Data, position: int) -> int:
-    length, begin = read_length(data, position)
-    return checked_end(data, begin, length)
-
-
-_PACKAGE = 'visualization_msgs/'
+_MARKERS_PACKAGE = 'visualization_msgs/'
 _FETCHED = re.compile(rb'(?![Pp]ackage:|[Ff]ile:)[A-Za-z][A-Za-z0-9+.-]{1,15}://[^\x00-\x20]+')
-_LENGTH_BYTES = 4
 
 
 def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
     """Return the address of a mesh that RViz would fetch for a message of markers, or None.
 
-    It is a text of its own in the message: what is only mentioned in a label is none.
+    It is a text of its own in the message: what is only mentioned in a label is none. RViz reads
+    messages as markers by the checksum alone.
     """
-    if not (connection.type.startswith(_PACKAGE) or has_markers(connection)):
+    if not (connection.type.startswith(_MARKERS_PACKAGE)
+            or connection.md5sum in (checksum for _, checksum in _DEFINITIONS)):
         return None
     for found in _FETCHED.finditer(data):
         begin = found.start()
-        length = int.from_bytes(data[max(begin - _LENGTH_BYTES, 0):begin], 'little')
+        length = int.from_bytes(data[max(begin - _LENGTH.size, 0):begin], 'little')
         if 0 < length <= len(found.group()):
             return found.group()[:length].decode('utf-8', 'replace')
     return None

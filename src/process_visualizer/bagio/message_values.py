@@ -6,22 +6,25 @@ import struct
 from typing import Any, Dict, List, NamedTuple
 
 from process_visualizer.bagio.message_definition import (
+    MAX_DEPTH,
+    PRIMITIVE_FORMATS,
     PRIMITIVE_SIZES,
     STRING,
     DefinitionError,
     Definitions,
     Field,
 )
-from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
+from process_visualizer.bagio.message_layout import (
+    Data,
+    MessageDamaged,
+    checked_end,
+    read_length,
+    read_text,
+)
 
 MAX_VALUES = 256
 """Numbers of an array that are read; of a longer one (an image) only the length is."""
 _MAX_ELEMENTS = 10_000  # messages in an array
-_DEEPEST = 40  # messages within messages
-_FORMATS: Dict[str, str] = {
-    'bool': '?', 'int8': 'b', 'uint8': 'B', 'byte': 'b', 'char': 'B', 'int16': 'h', 'uint16': 'H',
-    'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
-    'time': 'II', 'duration': 'ii'}
 
 
 class LongArray(NamedTuple):
@@ -69,7 +72,7 @@ class _Reader:
 
     def message(self, type_name: str, depth: int) -> Values:
         fields = self._definitions.get(type_name)
-        if fields is None or depth > _DEEPEST:
+        if fields is None or depth > MAX_DEPTH:
             reason = 'is not known' if fields is None else 'contains itself'
             raise DefinitionError(f'the type {type_name} {reason}')
         return {field.name: self._field(field, depth) for field in fields}
@@ -77,7 +80,9 @@ class _Reader:
     def _field(self, field: Field, depth: int) -> Any:
         if not field.is_array:
             return self._value(field.type_name, depth)
-        count = self._length() if field.length is None else field.length
+        count = field.length
+        if count is None:
+            count, self.position = read_length(self._data, self.position)
         if field.type_name in PRIMITIVE_SIZES:
             return self._numbers(field.type_name, count)
         if count > _MAX_ELEMENTS:
@@ -86,22 +91,17 @@ class _Reader:
 
     def _value(self, type_name: str, depth: int) -> Any:
         if type_name == STRING:
-            return bytes(self._take(self._length())).decode('utf-8', 'replace')
+            text, self.position = read_text(self._data, self.position)
+            return text.decode('utf-8', 'replace')
         if type_name in PRIMITIVE_SIZES:
             return self._numbers(type_name, 1)[0]
         return self.message(type_name, depth + 1)
 
     def _numbers(self, type_name: str, count: int) -> Any:
-        part = self._take(count * PRIMITIVE_SIZES[type_name])
+        begin = self.position
+        self.position = checked_end(self._data, begin, count * PRIMITIVE_SIZES[type_name])
         if count > MAX_VALUES:
             return LongArray(count)
-        found: List[Any] = list(struct.iter_unpack(f'<{_FORMATS[type_name]}', part))
+        part = memoryview(self._data)[begin:self.position]
+        found: List[Any] = list(struct.iter_unpack(PRIMITIVE_FORMATS[type_name], part))
         return [MessageTime(*it) if len(it) == 2 else it[0] for it in found]
-
-    def _length(self) -> int:
-        length, self.position = read_length(self._data, self.position)
-        return length
-
-    def _take(self, size: int) -> memoryview:
-        begin, self.position = self.position, checked_end(self._data, self.position, size)
-        return memoryview(self._data)[begin:self.position]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from process_visualizer.bagio.message_definition import (
     HEADER,
+    PRIMITIVE_FORMATS,
     PRIMITIVE_SIZES,
     STRING,
     Definitions,
@@ -15,7 +17,13 @@ from process_visualizer.bagio.message_definition import (
     parse_definitions,
     short_name,
 )
-from process_visualizer.bagio.message_layout import Data, MessageDamaged, checked_end, read_length
+from process_visualizer.bagio.message_layout import (
+    Data,
+    MessageDamaged,
+    checked_end,
+    read_length,
+    read_text,
+)
 from process_visualizer.cell.errors import nearest
 
 _PART = re.compile(r'([A-Za-z]\w*)((?:\[\d+\])*)\Z', re.ASCII)
@@ -112,10 +120,11 @@ def _names(value: Any) -> List[str]:
 _LENGTH_BYTES = 4
 _STAMP_OFFSET = 4  # in a std_msgs/Header, behind the sequence number
 _MAX_ELEMENTS = 100_000  # that are walked over one by one
-_KINDS: Dict[str, str] = {
-    'bool': '?', 'int8': '<i1', 'uint8': '<u1', 'byte': '<i1', 'char': '<u1', 'int16': '<i2',
-    'uint16': '<u2', 'int32': '<i4', 'uint32': '<u4', 'int64': '<i8', 'uint64': '<u8',
-    'float32': '<f4', 'float64': '<f8'}
+_FLOAT32, _FLOAT64 = PRIMITIVE_FORMATS['float32'], PRIMITIVE_FORMATS['float64']
+_NUMBERS: Dict[str, str] = {  # times are no numbers
+    name: code for name, code in PRIMITIVE_FORMATS.items() if name not in ('time', 'duration')}
+_STAMPED_BYTES = 12  # sequence number and stamp of a std_msgs/Header
+_POSE_BYTES = 7 * 8
 
 
 class Place(NamedTuple):
@@ -188,29 +197,79 @@ class FloatArrayLocator(Locator):
     def places(self, data: Data) -> NumberPlaces:
         """See Locator; padding (data_offset) is left out, as in float32_values."""
         try:
-            dimensions, position = read_length(data, 0)
-            for _ in range(min(dimensions, _MAX_ELEMENTS)):
-                length, position = read_length(data, position)
-                position = checked_end(data, position, length + 2 * _LENGTH_BYTES)
-            padding, position = read_length(data, position)
-            count, position = read_length(data, position)
+            begin, count, padding = float_array(data)
         except MessageDamaged:
             return NumberPlaces(())
         numbers: Tuple[Place, ...] = ()
-        if count - padding in self._lengths and len(data) == position + 4 * count:
-            numbers = tuple(Place(position + 4 * (padding + number), '<f4')
+        if count - padding in self._lengths and len(data) == begin + 4 * count:
+            numbers = tuple(Place(begin + 4 * (padding + number), _FLOAT32)
                             for number in range(self.number_count))
-        return NumberPlaces(numbers, ((0, position),))
+        return NumberPlaces(numbers, ((0, begin),))
+
+
+def float_array(data: Data) -> Tuple[int, int, int]:
+    """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and how many there are.
+
+    The third value is how many of them, at the beginning, do not count (the layout's data_offset).
+
+    Raises:
+        MessageDamaged: the message ends within its layout.
+    """
+    dimensions, position = read_length(data, 0)
+    for _ in range(dimensions):
+        _, position = read_text(data, position)
+        position = checked_end(data, position, 2 * _LENGTH_BYTES)  # size and stride
+    padding, position = read_length(data, position)
+    count, position = read_length(data, position)
+    return position, count, padding
 
 
 class TransformPlaces(NamedTuple):
-    """A transform of a message: its frames, and the bytes where they, stamp and pose begin."""
+    """A transform of a message: the bytes where it, its frames and its pose begin."""
 
-    parent: str
-    child: str
-    stamp: int
+    begin: int
     names: int
     pose: int  # float64: x y z [m], x y z w
+    parent_name: bytes
+    child_name: bytes
+
+    @property
+    def parent(self) -> str:
+        """The frame in which the pose is."""
+        return self.parent_name.decode('utf-8', 'replace').strip('/')
+
+    @property
+    def child(self) -> str:
+        """The frame whose pose it is."""
+        return self.child_name.decode('utf-8', 'replace').strip('/')
+
+    @property
+    def stamp(self) -> int:
+        """The byte where its stamp begins."""
+        return self.begin + _STAMP_OFFSET
+
+    @property
+    def end(self) -> int:
+        """The byte behind it."""
+        return self.pose + _POSE_BYTES
+
+
+def transform_places(data: Data) -> Iterator[TransformPlaces]:
+    """Yield where the transforms of a tf2_msgs/TFMessage are.
+
+    Raises:
+        MessageDamaged: the message ends within one, or behind the last one.
+    """
+    count, begin = read_length(data, 0)
+    for _ in range(count):
+        names = begin + _STAMPED_BYTES
+        parent, child_at = read_text(data, names)
+        child, pose = read_text(data, child_at)
+        end = checked_end(data, pose, _POSE_BYTES)
+        yield TransformPlaces(begin, names, pose, parent, child)
+        begin = end
+    if begin != len(data):
+        raise MessageDamaged(f'the transforms take {begin} bytes, and there are {len(data)}')
 
 
 class TransformLocator(Locator):
@@ -228,7 +287,7 @@ class TransformLocator(Locator):
         for it in transforms_in(data):
             fixed.append((it.names, it.pose))
             if (it.parent, it.child) == self._frames:
-                numbers = tuple(Place(it.pose + 8 * number, '<f8')
+                numbers = tuple(Place(it.pose + 8 * number, _FLOAT64)
                                 for number in range(self.number_count))
                 return NumberPlaces(numbers, tuple(fixed), it.stamp)
         return NumberPlaces((), tuple(fixed))
@@ -236,17 +295,8 @@ class TransformLocator(Locator):
 
 def transforms_in(data: Data) -> Iterator[TransformPlaces]:
     """Yield where the transforms of a tf2_msgs/TFMessage are, up to one that is damaged."""
-    try:
-        count, position = read_length(data, 0)
-        for _ in range(min(count, _MAX_ELEMENTS)):
-            names = checked_end(data, position, 12)
-            parent, after = _text(data, names)
-            child, pose = _text(data, after)
-            end = checked_end(data, pose, 56)
-            yield TransformPlaces(parent.strip('/'), child.strip('/'), position + 4, names, pose)
-            position = end
-    except MessageDamaged:
-        return
+    with suppress(MessageDamaged):
+        yield from transform_places(data)
 
 
 class JointLocator(Locator):
@@ -260,27 +310,21 @@ class JointLocator(Locator):
 
     def places(self, data: Data) -> NumberPlaces:
         """See Locator."""
-        begin = _STAMP_OFFSET + 8
+        begin = _STAMPED_BYTES
         try:
-            _, position = _text(data, begin)
+            _, position = read_text(data, begin)
             count, position = read_length(data, position)
             names = []
             for _ in range(min(count, _MAX_ELEMENTS)):
-                name, position = _text(data, position)
-                names.append(name)
+                name, position = read_text(data, position)
+                names.append(name.decode('utf-8', 'replace'))
             positions, position = read_length(data, position)
             checked_end(data, position, 8 * positions)
         except MessageDamaged:
             return NumberPlaces(())
         rows = [row for row, name in enumerate(names[:positions]) if name in self._names]
-        numbers = tuple(Place(position + 8 * row, '<f8') for row in rows[:1])
+        numbers = tuple(Place(position + 8 * row, _FLOAT64) for row in rows[:1])
         return NumberPlaces(numbers, ((begin, position),), _STAMP_OFFSET)
-
-
-def _text(data: Data, position: int) -> Tuple[str, int]:
-    length, begin = read_length(data, position)
-    end = checked_end(data, begin, length)
-    return bytes(data[begin:end]).decode('utf-8', 'replace'), end
 
 
 class _Walk:
@@ -303,7 +347,7 @@ class _Walk:
             field, position = self._inside(field, position, step)
         if field.is_array:
             raise KeyError(field.name)
-        kind = _KINDS[field.type_name]
+        kind = _NUMBERS[field.type_name]
         checked_end(self._data, position, PRIMITIVE_SIZES[field.type_name])
         return Place(position, kind)
 

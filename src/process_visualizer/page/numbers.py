@@ -50,7 +50,7 @@ def is_whole(recording: Recording, series: Series) -> bool:
             except BagDamaged:
                 continue
             if places.numbers:
-                return places.numbers[0].kind.lstrip('<>|=')[0] in 'iub'
+                return np.dtype(places.numbers[0].kind).kind in 'iub'
     return False
 
 

@@ -9,6 +9,7 @@ from typing import Callable, Deque, Dict, Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from process_visualizer.bagio.message_layout import MessageDamaged, read_text
 from process_visualizer.remote.frames import PART_BYTES, message_frames
 
 OLD_S = 0.3
@@ -217,7 +218,6 @@ class LinkWindow:
 
 
 CLOUD, IMAGE = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image'
-_LENGTH = Struct('<I')
 _STAMPED = 12
 _PIXEL_BYTES = {'mono8': 1, '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'rgb8': 3, 'bgr8': 3,
                 '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4}
@@ -236,19 +236,19 @@ def thinned(kind: str, data: bytes, most_bytes: float) -> bytes:
             return _thinned_cloud(data, most_bytes)
         if kind == IMAGE:
             return _thinned_image(data, most_bytes)
-    except (error, ValueError, IndexError, KeyError):
+    except (MessageDamaged, error, ValueError, IndexError, KeyError):
         return data
     return data
 
 
 def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
-    position = _after_header(data)
+    position = read_text(data, _STAMPED)[1]
     begin = position
     height, width, count = Struct('<III').unpack_from(data, position)
     position += 12
     offsets = {}
     for _ in range(count):
-        name, position = _text(data, position)
+        name, position = read_text(data, position)
         offset, datatype, _count = Struct('<IBI').unpack_from(data, position)
         offsets[name] = offset, datatype
         position += 9
@@ -267,10 +267,10 @@ def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
         Struct('<BIII').pack(big, point_step, points.size, points.size), points.tobytes(), dense])
 
 
-def _somewhere(points: np.ndarray, offsets: 'dict[str, Tuple[int, int]]',
+def _somewhere(points: np.ndarray, offsets: 'dict[bytes, Tuple[int, int]]',
                number: str) -> np.ndarray:
     """The points whose place is known."""
-    offset, datatype = offsets.get('z', (0, 0))
+    offset, datatype = offsets.get(b'z', (0, 0))
     if datatype != 7 or offset + 4 > points.shape[1]:  # FLOAT32
         return points
     depths = np.ascontiguousarray(points[:, offset:offset + 4]).view(number)[:, 0]
@@ -278,14 +278,14 @@ def _somewhere(points: np.ndarray, offsets: 'dict[str, Tuple[int, int]]',
 
 
 def _thinned_image(data: bytes, most_bytes: float) -> bytes:
-    position = _after_header(data)
+    position = read_text(data, _STAMPED)[1]
     begin = position
     height, width = Struct('<II').unpack_from(data, position)
-    encoding, position = _text(data, position + 8)
+    encoding, position = read_text(data, position + 8)
     encoding_end = position
     big, row_step, size = Struct('<BII').unpack_from(data, position)
     position += 9
-    pixel = _PIXEL_BYTES[encoding]
+    pixel = _PIXEL_BYTES[encoding.decode()]
     if row_step < width * pixel or size != height * row_step:
         return data
     rows = np.frombuffer(data, np.uint8, size, position).reshape(height, row_step)
@@ -294,15 +294,3 @@ def _thinned_image(data: bytes, most_bytes: float) -> bytes:
     return b''.join([
         data[:begin], Struct('<II').pack(*kept.shape[:2]), data[begin + 8:encoding_end],
         Struct('<BII').pack(big, kept.shape[1] * pixel, kept.size), kept.tobytes()])
-
-
-def _after_header(data: bytes) -> int:
-    return _text(data, _STAMPED)[1]
-
-
-def _text(data: bytes, position: int) -> Tuple[str, int]:
-    length = _LENGTH.unpack_from(data, position)[0]
-    end = position + _LENGTH.size + length
-    if end > len(data):
-        raise ValueError('a text that is longer than the message')
-    return data[position + _LENGTH.size:end].decode('utf-8', 'replace'), end

@@ -24,6 +24,8 @@ import genpy
 import rospy
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.number_places import float_array
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.robot.rotations import (
@@ -216,40 +218,21 @@ class TopicReader(Generic[Quantity]):
 # several times as much as finding where the numbers are. For that few, Python's own numbers are
 # faster than an array.
 
-_UINT32 = struct.Struct('<I')
-
-
 def float32_values(message: bytes) -> Tuple[float, ...]:
-    """Return the numbers without the layout's data_offset of padding.
-
-    Args:
-        message: the serialised message: the layout's dimensions (label, size, stride),
-            data_offset, and the data.
+    """Return the numbers of a serialized Float32MultiArray without the layout's padding.
 
     Raises:
         ValueError: the bytes are not those of such a message.
     """
     try:
-        position = _end_of_dimensions(message)
-        (offset,) = _UINT32.unpack_from(message, position)
-        (count,) = _UINT32.unpack_from(message, position + 4)
-    except struct.error:
+        begin, count, padding = float_array(message)
+    except MessageDamaged:
         raise ValueError('the message is cut off in its layout') from None
-    if len(message) != position + 8 + 4 * count:
+    if len(message) != begin + 4 * count:
         raise ValueError('the message has another size than its layout says')
-    if offset > count:
+    if padding > count:
         raise ValueError('data_offset of the layout lies behind the end of the data')
-    return struct.unpack_from(f'<{count}f', message, position + 8)[offset:]
-
-
-def _end_of_dimensions(message: bytes) -> int:
-    """Return where the layout's list of dimensions ends."""
-    (dimension_count,) = _UINT32.unpack_from(message, 0)
-    position = 4
-    for _ in range(dimension_count):
-        (label_length,) = _UINT32.unpack_from(message, position)
-        position += 4 + label_length + 8  # the label, then size and stride
-    return position
+    return struct.unpack_from(f'<{count}f', message, begin)[padding:]
 
 
 # The quantities that a robot's driver sends, and the message types for them.
