@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import List, Optional, Tuple
+from functools import partial
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -129,13 +130,12 @@ class SewingTransformer:
         self._log = RefreshRate(LOG_PERIOD_S)
         self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
         self._feed: Optional[SensorReading] = None
-        self._upper: Optional[SensorReading] = None
-        self._lower: Optional[SensorReading] = None
+        self._edges: Dict[str, SensorReading] = {}
         self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1, latch=True)
         self._publish()
         node.subscribe('/feed_rate_est', Float32, self._on_feed)
-        node.subscribe('/edge_finder_upper', UInt16, self._on_upper)
-        node.subscribe('/edge_finder_lower', UInt16, self._on_lower)
+        node.subscribe('/edge_finder_upper', UInt16, partial(self._on_edge, 'upper'))
+        node.subscribe('/edge_finder_lower', UInt16, partial(self._on_edge, 'lower'))
         node.every(1.0 / parameters.marker_rate_hz, self._on_timer)
 
     def _on_feed(self, message: Float32) -> None:
@@ -146,11 +146,8 @@ class SewingTransformer:
             return
         self._feed = SensorReading(message.data, self._playback.data_time_s())
 
-    def _on_upper(self, message: UInt16) -> None:
-        self._upper = SensorReading(float(message.data), self._playback.data_time_s())
-
-    def _on_lower(self, message: UInt16) -> None:
-        self._lower = SensorReading(float(message.data), self._playback.data_time_s())
+    def _on_edge(self, which: str, message: UInt16) -> None:
+        self._edges[which] = SensorReading(float(message.data), self._playback.data_time_s())
 
     def _on_timer(self) -> None:
         if self._publisher.get_num_connections() > 0:
@@ -177,11 +174,11 @@ class SewingTransformer:
         sample = VectorSample(FEED_DIRECTION * self._feed.value, self._parameters.needle_frame,
                               self._feed.time_s, self.FEED_FOOT)
         text = value_text(style, self._feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
-        return ShownValue('feed_rate', style, sample, text, self._place(0))
+        return self._shown('feed_rate', style, sample, text, 0)
 
     def _edge_display(self, which: str, line: int, now_s: float) -> Optional[ShownValue]:
         upper = which == 'upper'
-        edge = self._upper if upper else self._lower
+        edge = self._edges.get(which)
         if edge is None:
             return None
         style = self._parameters.upper_arrow if upper else self._parameters.lower_arrow
@@ -189,12 +186,14 @@ class SewingTransformer:
         sample = VectorSample(edge_vector(edge.value, setpoint), self._parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
-        return ShownValue(f'edge_{which}', style, sample, text, self._place(line))
+        return self._shown(f'edge_{which}', style, sample, text, line)
 
-    def _place(self, line: int) -> ValuePlace:
-        """Return the place of one line of the machine's three."""
-        parameters = self._parameters
-        return ValuePlace(parameters.needle_frame, parameters.text_position, line, 3)
+    def _shown(self, namespace: str, style: ArrowStyle, sample: VectorSample, text: str,
+               line: int) -> ShownValue:
+        """Return an arrow, with its text on one of the machine's three lines."""
+        place = ValuePlace(self._parameters.needle_frame, self._parameters.text_position, line, 3)
+        return ShownValue(namespace, sample, style.length_m(sample.vector), style.diameter_m,
+                          style.color, text, place)
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ from typing import Any, Callable, Optional, Sequence, TypeVar
 import rospy
 
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
+from process_visualizer.parameters.reading import ParameterError
 from sewing_cell.arms import ARMS
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import (
@@ -36,10 +37,6 @@ _FASTEST_HZ = 1000.0
 
 GetParameter = Callable[[str, Any], Any]
 _Number = TypeVar("_Number", int, float)
-
-
-class ParameterError(ValueError):
-    """A parameter cannot be used; the message names it and says what to give instead."""
 
 
 @dataclass(frozen=True)

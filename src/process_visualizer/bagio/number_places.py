@@ -208,7 +208,7 @@ class FloatArrayLocator(Locator):
 
 
 def float_array(data: Data) -> Tuple[int, int, int]:
-    """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and how many there are.
+    """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and how many.
 
     The third value is how many of them, at the beginning, do not count (the layout's data_offset).
 

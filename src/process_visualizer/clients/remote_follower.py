@@ -2,33 +2,25 @@
 """Follows what a node of another ROS master publishes: rospy knows one master only."""
 from __future__ import annotations
 
-import http.client
-import io
 import socket
 import struct
 import threading
 import time
-from typing import Any, Callable, Dict, Optional, Type
-from xmlrpc.client import Error, ServerProxy
+from typing import Any, Callable, Optional, Type
 
 import genpy
-import rosgraph
 import rospy
-from rosgraph.network import (
-    ROSHandshakeException,
-    read_ros_handshake_header,
-    write_ros_handshake_header,
-)
 
-from process_visualizer.launching.ros_api import AskedMaster, LimitedTransport
+from process_visualizer.launching.ros_api import (
+    CONNECTION_ERRORS,
+    AskedMaster,
+    connected_by_handshake,
+    publisher_address,
+)
 
 _TIMEOUT_S = 5.0
 _START_S, _RETRY_S = 20.0, 0.1
-_BUFFER_BYTES = 65536
 _LENGTH = struct.Struct('<I')
-
-_FAILURES = (OSError, ValueError, TypeError, Error, http.client.HTTPException,
-             rosgraph.MasterException, ROSHandshakeException, genpy.DeserializationError)
 
 
 class RemoteFollower:
@@ -66,7 +58,7 @@ class RemoteFollower:
             with self._connected(time.monotonic() + self._start_s) as connection, \
                     connection.makefile('rb') as stream:
                 self._follow(stream)
-        except _FAILURES as error:
+        except (*CONNECTION_ERRORS, genpy.DeserializationError) as error:
             if not self._closed.is_set():
                 rospy.loginfo('%s of %s is not followed: %s', self._topic, self._node, error)
         if not self._closed.is_set():
@@ -88,42 +80,21 @@ class RemoteFollower:
         while True:
             try:
                 return self._connect()
-            except _FAILURES:
+            except CONNECTION_ERRORS:
                 if time.monotonic() > end_s or self._closed.wait(_RETRY_S):
                     raise
 
     def _connect(self) -> socket.socket:
-        host, port = self._address()
-        connection = socket.create_connection((host, port), _TIMEOUT_S)
-        try:
-            write_ros_handshake_header(connection, {
-                'topic': self._topic, 'type': self._message_class._type,
-                'md5sum': self._message_class._md5sum, 'callerid': rospy.get_name(),
-                'message_definition': self._message_class._full_text, 'tcp_nodelay': '1'})
-            header: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(),
-                                                               _BUFFER_BYTES)
-            if 'error' in header:
-                raise ROSHandshakeException(header['error'])
-            connection.settimeout(None)  # a publisher may have nothing to say
-            self._keep(connection)
-        except BaseException:
-            connection.close()
-            raise
-        return connection
-
-    def _address(self) -> Any:
-        """Host and port at which the node publishes the topic."""
         master = AskedMaster(rospy.get_name(), self._master_uri, _TIMEOUT_S)
-        with ServerProxy(master.lookupNode(self._node),
-                         transport=LimitedTransport(_TIMEOUT_S)) as node:
-            answer: Any = node.requestTopic(rospy.get_name(), self._topic, [['TCPROS']])
-        _, reason, protocol = answer
-        if not protocol:
-            raise ValueError(f'it does not publish it ({reason})')
-        return protocol[1:3]
-
-    def _keep(self, connection: socket.socket) -> None:
+        address = publisher_address(master, self._node, self._topic, _TIMEOUT_S)
+        connection, _ = connected_by_handshake(address, {
+            'topic': self._topic, 'type': self._message_class._type,
+            'md5sum': self._message_class._md5sum, 'callerid': rospy.get_name(),
+            'message_definition': self._message_class._full_text, 'tcp_nodelay': '1'}, _TIMEOUT_S)
+        connection.settimeout(None)  # a publisher may have nothing to say
         with self._lock:
             if self._closed.is_set():
+                connection.close()
                 raise OSError('closed')
             self._connection = connection
+        return connection

@@ -2,28 +2,25 @@
 """A persistent connection to a service, which notices when the node hangs or has restarted."""
 from __future__ import annotations
 
-import http.client
 import io
 import socket
 import struct
 import threading
 import time
-from typing import Any, Callable, Dict, Generic, Optional, Type, TypeVar
+from typing import Any, Callable, Generic, Optional, Type, TypeVar
 from urllib.parse import urlsplit
-from xmlrpc.client import Error
 
 import genpy
 import rosgraph
 import rospy
-from rosgraph.network import (
-    ROSHandshakeException,
-    read_ros_handshake_header,
-    write_ros_handshake_header,
+
+from process_visualizer.launching.ros_api import (
+    CONNECTION_ERRORS,
+    PATIENT_TIMEOUT_S,
+    AskedMaster,
+    connected_by_handshake,
 )
 
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
-
-_BUFFER_BYTES = 4096
 _RETRY_S = 0.1
 _HEAD = struct.Struct('<BI')  # of an answer: whether it is one, and the length of what follows
 _LENGTH = struct.Struct('<I')
@@ -74,9 +71,7 @@ class ServiceConnection:
         with self._lock:
             try:
                 return self._service._response_class().deserialize(self._exchanged(data))
-            except (OSError, ValueError, Error, http.client.HTTPException, _Gone,
-                    rosgraph.MasterException, ROSHandshakeException,
-                    genpy.DeserializationError) as error:
+            except (*CONNECTION_ERRORS, _Gone, genpy.DeserializationError) as error:
                 self._disconnect()
                 problem = (ServiceMissing if isinstance(error, rosgraph.MasterError)
                            else ServiceUnreachable)
@@ -121,20 +116,9 @@ class ServiceConnection:
 
     def _connect(self) -> socket.socket:
         address = urlsplit(self._master().lookupService(self._name))
-        connection = socket.create_connection((address.hostname, address.port or 0),
-                                              self._timeout_s)
-        try:
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            write_ros_handshake_header(connection, {
-                'service': self._name, 'md5sum': self._service._md5sum,
-                'callerid': rospy.get_name(), 'persistent': '1'})
-            answer: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(),
-                                                               _BUFFER_BYTES)
-            if 'error' in answer:
-                raise ROSHandshakeException(answer['error'])
-        except BaseException:
-            connection.close()
-            raise
+        connection, _ = connected_by_handshake((address.hostname, address.port or 0), {
+            'service': self._name, 'md5sum': self._service._md5sum,
+            'callerid': rospy.get_name(), 'persistent': '1'}, self._timeout_s)
         return connection
 
     def _disconnect(self) -> None:

@@ -36,7 +36,7 @@ from process_visualizer.cell.values import plain_yaml
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, tool_from_joints
 from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS, usable_offsets
-from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.joints import JointMatching
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.placements import (
@@ -139,11 +139,11 @@ def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
     """
     frames = _recorded_frames(messages, connections)
     _add_tool(frames, device)
-    description = _description(device) if source.model else None
+    description = usable_description(device) if source.model else None
     base, tool = pose_frames(device, description) if source.model else source.frames
     path, matching = frames.path(base, tool), None
     if path is None:
-        description = description or _description(device)
+        description = description or usable_description(device)
         if description is not None:
             matching = joint_matching(device, description)
             frames.add_model(Kinematics(description.text), matching.offset)
@@ -167,14 +167,6 @@ def joint_matching(device: Device, description: RobotDescription) -> JointMatchi
     prefix = '' if device.model is None else device.model.prefix
     return JointMatching(device.name, list(description.joints),
                          usable_offsets(given_parameters(device, JOINT_OFFSETS)), prefix)
-
-
-def _description(device: Device) -> Optional[RobotDescription]:
-    """A model that cannot be used counts for none: a recording needs none to be looked at."""
-    try:
-        return describe_device(device)
-    except ModelError:
-        return None
 
 
 def _recorded_frames(messages: Messages, connections: Sequence[int]) -> FrameSources:

@@ -38,6 +38,26 @@ class LookupUnanswered(Exception):
     """The master did not say whether it knows a node: nothing is known of that."""
 
 
+class MasterLookup:
+    """Asks the master where nodes are; not again while it is silent, which its owner ends."""
+
+    def __init__(self, master: Master) -> None:
+        """``master`` is the one to ask."""
+        self._master, self.is_silent = master, False
+
+    def __call__(self, node: str) -> Optional[str]:
+        """See Lookup."""
+        if self.is_silent:
+            raise LookupUnanswered
+        try:
+            return self._master.lookupNode(node)
+        except rosgraph.MasterException:
+            return None
+        except OSError:
+            self.is_silent = True
+            raise LookupUnanswered from None
+
+
 def connecting(uri: str) -> socket.socket:
     """Return a socket that is being connected.
 
@@ -244,11 +264,12 @@ class CellWatch:
         """
         self._running, self._on_change = running, on_change
         self._master: Master = master or AskedMaster(CALLER_ID)
-        self._pulses = Pulses(self._uri, connect)
+        self._lookup = MasterLookup(self._master)
+        self._pulses = Pulses(self._lookup, connect)
         self._look = CellLook()
         self._process_id: Optional[int] = None
         self._failures = 0
-        self._is_master_silent = self._is_other = False
+        self._is_other = False
         self._next_master_s = 0.0
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name='watch nodes', daemon=True)
@@ -295,10 +316,10 @@ class CellWatch:
         try:
             process_id = self._master.getPid()
         except (rosgraph.MasterException, OSError):
-            self._is_master_silent = True
+            self._lookup.is_silent = True  # it is asked again with the next look at it
             self._failures += 1
             return
-        self._is_master_silent, self._failures = False, 0
+        self._lookup.is_silent, self._failures = False, 0
         self._process_id = self._process_id or process_id
         self._is_other = process_id != self._process_id
 
@@ -306,15 +327,3 @@ class CellWatch:
         if self._failures >= _MAX_FAILURES:
             return MASTER_SILENT
         return MASTER_OTHER if self._is_other else ''
-
-    def _uri(self, node: str) -> Optional[str]:
-        """See Lookup. A master that does not answer is asked again a second later."""
-        if self._is_master_silent:
-            raise LookupUnanswered
-        try:
-            return self._master.lookupNode(node)
-        except rosgraph.MasterException:
-            return None
-        except OSError:
-            self._is_master_silent = True
-            raise LookupUnanswered from None

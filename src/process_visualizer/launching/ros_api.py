@@ -2,11 +2,18 @@
 """Questions to a ROS master or node, which may hang: none waits for ever for its answer."""
 from __future__ import annotations
 
+import io
+import socket
 from http.client import HTTPException
-from typing import Any, List, Optional, Protocol
+from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple
 from xmlrpc.client import Error, ServerProxy, Transport
 
 import rosgraph
+from rosgraph.network import (
+    ROSHandshakeException,
+    read_ros_handshake_header,
+    write_ros_handshake_header,
+)
 
 
 class LimitedTransport(Transport):
@@ -64,7 +71,7 @@ class AskedMaster:
             uri: of another master than that of this process.
             timeout_s: for each part of an answer.
         """
-        self._caller, self._uri, self._timeout_s = caller, uri, timeout_s
+        self.caller, self._uri, self._timeout_s = caller, uri, timeout_s
 
     @property
     def master_uri(self) -> str:
@@ -114,13 +121,58 @@ class AskedMaster:
         uri = self.master_uri
         try:
             with ServerProxy(uri, transport=LimitedTransport(self._timeout_s)) as server:
-                answer: Any = getattr(server, method)(self._caller, *values)
+                answer: Any = getattr(server, method)(self.caller, *values)
             code, text, value = answer
         except (HTTPException, Error, ValueError, TypeError) as error:
             raise ConnectionError(f'{uri}: {error}') from error
         if code != 1:
             raise rosgraph.MasterException(text)
         return value
+
+
+# A node's data, over a connection of our own: rospy knows one master, and waits for ever.
+
+_HEADER_BYTES = 65536
+
+CONNECTION_ERRORS = (OSError, ValueError, TypeError, Error, HTTPException,
+                     rosgraph.MasterException, ROSHandshakeException)
+"""What asking a node and its master may raise."""
+
+
+def publisher_address(master: 'AskedMaster', node: str, topic: str,
+                      timeout_s: float) -> Tuple[str, int]:
+    """Return host and port at which a node publishes a topic.
+
+    Raises:
+        CONNECTION_ERRORS: it does not, or does not answer.
+    """
+    with ServerProxy(master.lookupNode(node), transport=LimitedTransport(timeout_s)) as api:
+        answer: Any = api.requestTopic(master.caller, topic, [['TCPROS']])
+    _, reason, protocol = answer
+    if not protocol:
+        raise ValueError(f'it does not publish it ({reason})')
+    _, host, port = protocol
+    return str(host), int(port)
+
+
+def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[str, str],
+                           timeout_s: float) -> Tuple[socket.socket, Dict[str, str]]:
+    """Return a connection to a node, and the header with which it has accepted ours (TCPROS).
+
+    Raises:
+        OSError, ROSHandshakeException: there is nobody, or the header is refused.
+    """
+    connection = socket.create_connection(address, timeout_s)
+    try:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        write_ros_handshake_header(connection, dict(header))
+        answer: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(), _HEADER_BYTES)
+        if 'error' in answer:
+            raise ROSHandshakeException(answer['error'])
+    except BaseException:
+        connection.close()
+        raise
+    return connection, answer
 
 
 # Asks a ROS master or node directly, by its address.

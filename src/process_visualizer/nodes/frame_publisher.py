@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 import threading
+from contextlib import suppress
 from typing import Any, Dict, Mapping, Optional
-from xml.etree import ElementTree
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
@@ -15,7 +14,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.launching.cell_watch import (
     SILENT,
     Connect,
-    LookupUnanswered,
+    MasterLookup,
     Pulses,
     connecting,
 )
@@ -24,6 +23,7 @@ from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
 from process_visualizer.parameters.cell_parameters import read_frames
 from process_visualizer.robot.frames import Frame, FrameTree
+from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH, STATIC_TF_TOPIC
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
@@ -42,9 +42,9 @@ class FramePublisher:
         See `Pulses` for ``connect``.
         """
         self._node = node
-        self._master: Master = master or AskedMaster(node.name)
         self._silent = SilentNodes(node)
-        self._pulses = Pulses(self._uri, connect)
+        self._lookup = MasterLookup(master or AskedMaster(node.name))
+        self._pulses = Pulses(self._lookup, connect)
         self._pulses.watch([_WATCH])
         self._tree = tree
         self._lock = threading.Lock()  # each service call has a thread of its own
@@ -60,20 +60,12 @@ class FramePublisher:
 
     def _look(self) -> float:
         """Ask the watch; return when to ask again [s]."""
+        self._lookup.is_silent = False
         self._pulses.step(self._node.monotonic_s(), _LISTEN_S)
         is_silent = self._pulses.nodes[_WATCH].problem == SILENT
         self._silent.tell({_WATCH: SilentNode('', 'nobody says which other nodes do not answer')}
                           if is_silent else {})
         return _PERIOD_S
-
-    def _uri(self, node: str) -> Optional[str]:
-        """See Lookup."""
-        try:
-            return self._master.lookupNode(node)
-        except rosgraph.MasterException:
-            return None
-        except OSError:
-            raise LookupUnanswered from None
 
     def _on_set_frame(self, request: SetFrameRequest) -> SetFrameResponse:
         with self._lock:
@@ -94,14 +86,8 @@ def model_links(parameters: Mapping[str, Any]) -> Dict[str, str]:
     links: Dict[str, str] = {}
     for group in parameters.values():
         text = group.get('robot_description') if isinstance(group, dict) else None
-        try:
-            joints = ElementTree.fromstring(str(text or '<robot/>')).iter('joint')
-        except ElementTree.ParseError:
-            continue  # what is no model is published by nobody
-        for joint in joints:
-            parent, child = joint.find('parent'), joint.find('child')
-            if parent is not None and child is not None:
-                links[child.get('link', '')] = parent.get('link', '')
+        with suppress(ValueError):  # what is no model is published by nobody
+            links.update(Kinematics(str(text or '<robot/>')).parents)
     return links
 
 

@@ -24,6 +24,7 @@ from process_visualizer.nodes.common.node_handle import (
 from process_visualizer.nodes.robot.message_reader import (
     WRENCH_DECODERS,
     DoubtfulMessage,
+    StaticFrames,
     ToolPose,
     TopicReader,
     Wrench,
@@ -78,9 +79,11 @@ class RobotProcessor:
         self._display = RobotDisplay(parameters)
         self._complaints = Complaints(node, parameters.robot_name)
         model = robot_model(node, self._complaints)
-        self._frames = FrameWatch(node, self._complaints, parameters.base_frame, model.links)
-        self._tool = ToolPlacer(node, parameters, model, self._complaints)
-        self._base_frames = BaseFrames(node, parameters, model, self._on_static)
+        static = StaticFrames(node, self._complaints)
+        self._frames = FrameWatch(node, self._complaints, static, parameters.base_frame,
+                                  model.links)
+        self._tool = ToolPlacer(node, parameters, model, self._complaints, static)
+        self._base_frames = BaseFrames(parameters, model, static, self._on_static)
         self._drawing = RefreshRate(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
@@ -100,7 +103,7 @@ class RobotProcessor:
                                   parameters.stale_after_s)
         if parameters.joint_states.name or model.links:
             node.subscribe('joint_states', JointState, self._on_joints, queue_size=_GROUPS)
-        self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose,
+        self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose, static,
                                 self._on_static, self._base_frames, model)
         self._subscribe_force(parameters.force_sensor)
         if self._recorded is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from typing import Dict, List, Mapping, Optional, Tuple
+from typing import Dict, List, Mapping, Tuple
 
 import rosgraph
 import rospy
@@ -19,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from process_visualizer.launching.cell_watch import (
     SILENT,
     Connect,
-    LookupUnanswered,
+    MasterLookup,
     Pulses,
     connecting,
 )
@@ -60,13 +60,13 @@ class SceneWatch:
             ITSELF, parameters.frame, ABOVE_ALL_M, OWN_NODES, ()))
         self._silent = SilentNodes(node)
         self._stale_after_s = parameters.stale_after_s
-        self._pulses = Pulses(self._uri, connect)
+        self._lookup = MasterLookup(master)
+        self._pulses = Pulses(self._lookup, connect)
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
         self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
-        self._is_master_silent = False
         self._seen = frozenset(map(str, node.param(SEEN, [])))  # by its last process
         known = {name for meanings in self._meanings.values() for name in meanings}
         self._pulses.watch(self._seen & known, are_expected=True)
@@ -106,13 +106,13 @@ class SceneWatch:
         Otherwise one that has ended before that begins would never be missed.
         """
         answered = {name for name, node in self._pulses.nodes.items() if node.has_answered}
-        if answered <= self._seen or self._is_master_silent:
+        if answered <= self._seen or self._lookup.is_silent:
             return
         try:
             self._master.setParam(self._node.resolve(SEEN), sorted(self._seen | answered))
             self._seen |= answered
         except (rosgraph.MasterException, OSError):
-            self._is_master_silent = True  # later
+            self._lookup.is_silent = True  # later
 
     def problems(self) -> Dict[str, List[str]]:
         """Return the present problems by device name."""
@@ -139,9 +139,9 @@ class SceneWatch:
         """Watch the publishers of displayed topics, besides the known nodes."""
         try:
             publishers = dict(self._master.getSystemState()[0])
-            self._is_master_silent = False
+            self._lookup.is_silent = False
         except (rosgraph.MasterException, OSError) as error:
-            self._is_master_silent = True
+            self._lookup.is_silent = True
             if self._log.is_due(self._node.monotonic_s()):
                 self._node.warn(f'scene_watch: the master does not answer: {error}')
             return
@@ -151,18 +151,6 @@ class SceneWatch:
                 for node in publishers.get(topic, []):
                     meanings.setdefault(node, OTHERS_MEANING)
             self._pulses.watch(meanings)
-
-    def _uri(self, node: str) -> Optional[str]:
-        """See Lookup. A master that does not answer is asked again with the next look at it."""
-        if self._is_master_silent:
-            raise LookupUnanswered
-        try:
-            return self._master.lookupNode(node)
-        except rosgraph.MasterException:
-            return None
-        except OSError:
-            self._is_master_silent = True
-            raise LookupUnanswered from None
 
     def _on_age(self, device: str, message: Float32) -> None:
         self._ages[device] = message.data, self._node.monotonic_s()

@@ -21,15 +21,13 @@ from process_visualizer.nodes.common.node_handle import (
     spin_to_end,
     start_node,
 )
-from process_visualizer.parameters.arrow_style import ArrowStyle
-from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.parameters.reading import Color, ParameterError
 from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
 from process_visualizer.robot.arrows import (
     FOOT_DISTANCE_M,
-    MAX_LENGTH_M,
     MIN_ARROW_M,
     VARIABLE_DIAMETER_M,
     Number,
@@ -87,13 +85,10 @@ class ShownVariable:
                                  parameters.axis, parameters.max_m)
         return VectorSample(vector, parameters.frame, self._time_s, self._foot)
 
-    def style(self) -> ArrowStyle:
-        """Return the present style of the arrow, whose vector is already in metres."""
+    def color(self) -> Color:
+        """Return the present color of the arrow."""
         colors = self._parameters.colors
-        color = colors.color if self._value is None else colors.of(self._value)
-        return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=MIN_ARROW_M,
-                          max_m=MAX_LENGTH_M, threshold=MIN_ARROW_M, color=color,
-                          diameter_m=VARIABLE_DIAMETER_M)
+        return colors.color if self._value is None else colors.of(self._value)
 
     def text(self, age_s: float, stale_after_s: float) -> str:
         """Return the last value, or how long there has been none."""
@@ -176,10 +171,12 @@ class VariableProcessor:
         samples = [variable.sample() for variable in self._variables]
         texts = [variable.text(sample.age_s(data_s), self._parameters.stale_after_s)
                  for variable, sample in zip(self._variables, samples)]
-        styles = [variable.style() for variable in self._variables]
         places = text_places(self._parameters, [sample.vector for sample in samples])
-        return [ShownValue(*value) for value in zip(
-            self._namespaces, styles, samples, texts, places)]
+        lengths_m = [math.hypot(*sample.vector) for sample in samples]
+        return [ShownValue(namespace, sample, length_m if length_m > MIN_ARROW_M else 0.0,
+                           VARIABLE_DIAMETER_M, variable.color(), text, place)
+                for namespace, variable, sample, length_m, text, place in zip(
+                    self._namespaces, self._variables, samples, lengths_m, texts, places)]
 
 
 def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:

@@ -2,6 +2,7 @@
 """The style of a quantity's arrow."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Dict
 
@@ -14,7 +15,8 @@ from process_visualizer.parameters.reading import (
     opaque,
     written_color,
 )
-from process_visualizer.robot.arrows import FORCE_COLOR, VELOCITY_COLOR
+from process_visualizer.robot.arrows import FORCE_COLOR, VELOCITY_COLOR, arrow_length
+from process_visualizer.robot.rotations import Vector
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,12 @@ class ArrowStyle:
     threshold: float  # in the quantity's unit; below it there is no arrow
     color: Color
     diameter_m: float = 0.018  # of the shaft; the head has twice as much
+
+    def length_m(self, vector: Vector) -> float:
+        """Return the length [m] of the arrow of a vector, in the quantity's unit; 0: none."""
+        magnitude = math.hypot(*vector)
+        return (arrow_length(magnitude, self.scale_m, self.min_m, self.max_m)
+                if magnitude > max(self.threshold, 0.0) else 0.0)
 
     @staticmethod
     def read(parameters: Parameters, default: 'ArrowStyle') -> 'ArrowStyle':

@@ -20,17 +20,22 @@ _MAX_S = 1e9
 
 
 class PlayerStatus(NamedTuple):
-    """The player's activity; positions are seconds from the beginning."""
+    """The player's activity; positions are seconds from the beginning.
+
+    ``dropped`` and ``mark`` are known to the player, not to its control.
+    """
 
     position_s: float
     duration_s: float
     rate: float
     achieved_rate: float
     paused: bool
-    loop: Optional[Tuple[float, float]]
-    segment: int
-    since_ns: int  # monotonic time from which on the position has run as it does
-    monotonic_ns: int  # the time for which the position holds
+    loop: Optional[Tuple[float, float]] = None
+    dropped: int = 0  # messages
+    mark: str = ''  # label of the last one
+    segment: int = 0
+    since_ns: int = 0  # monotonic time from which on the position has run as it does
+    monotonic_ns: int = 0  # the time for which the position holds
 
 
 class PlayerControl:
@@ -56,7 +61,8 @@ class PlayerControl:
         loop = state.loop and (self._seconds(state.loop[0]), self._seconds(state.loop[1]))
         return PlayerStatus(self._seconds(state.position_at(now_ns)), duration_s(state),
                             state.rate, self._timeline.achieved_rate(), state.paused, loop,
-                            state.segment, state.monotonic_ns, now_ns)
+                            segment=state.segment, since_ns=state.monotonic_ns,
+                            monotonic_ns=now_ns)
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""
@@ -157,16 +163,3 @@ def _nanoseconds(what: str, seconds: float) -> int:
         raise CommandRefused(f'{what} is out of range: {seconds:g} s; no recording is longer than '
                              f'{_MAX_S:g} s')
     return round(seconds * NS_PER_S)
-
-
-class PlaybackProgress(NamedTuple):
-    """Progress of playback; times in seconds from the beginning of the recording."""
-
-    position_s: float
-    duration_s: float
-    rate: float
-    achieved_rate: float
-    paused: bool
-    loop: Optional[Tuple[float, float]] = None  # begin, end [s]
-    dropped: int = 0  # messages
-    mark: str = ''  # label of the last one

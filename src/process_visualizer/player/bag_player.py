@@ -25,7 +25,7 @@ from process_visualizer.msg import PlayerState, TopicCount
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
-from process_visualizer.playback.player_control import PlaybackProgress, PlayerControl
+from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.scene import sources
 from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
@@ -309,19 +309,10 @@ class BagPlayer:
             self._quitting = True
             self._changed.notify_all()
 
-    def progress(self) -> PlaybackProgress:
-        """Return the position of playback."""
+    def status(self) -> PlayerStatus:
+        """Return the position of playback, with what only the player knows."""
         status = self.control.status()
-        return PlaybackProgress(
-            status.position_s,
-            status.duration_s,
-            status.rate,
-            status.achieved_rate,
-            status.paused,
-            status.loop,
-            self.dropped,
-            self._mark(status.position_s),
-        )
+        return status._replace(dropped=self.dropped, mark=self._mark(status.position_s))
 
     def close(self) -> None:
         """End; published messages are still sent, if that does not take too long."""
@@ -341,7 +332,7 @@ class BagPlayer:
 
     def state_message(self) -> PlayerState:
         """Return the present state of the player."""
-        status, offset_ns = self.control.status(), self._wall_offset_ns()
+        status, offset_ns = self.status(), self._wall_offset_ns()
         self._published_states.add(ClockState(
             (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
             status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
@@ -353,9 +344,9 @@ class BagPlayer:
             position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
             paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
             loop_end=end_s, segment=status.segment, published=self._playback.published,
-            dropped=self.dropped, gaps=self.problems,
+            dropped=status.dropped, gaps=self.problems,
             files=list(map(printable, self._recording.paths)),
-            mark=self._mark(status.position_s),
+            mark=status.mark,
             topics=[TopicCount(*topic) for topic in self._publishers.published.items()],
             others=described(self._others),
             not_begun=[self._names[topic] for topic

@@ -2,9 +2,6 @@
 """The publishers of all chosen topics of a recording."""
 from __future__ import annotations
 
-import http.client
-import io
-import socket
 import sys
 import threading
 import warnings
@@ -21,20 +18,18 @@ from typing import (
     Tuple,
     Type,
 )
-from xmlrpc.client import Error, ServerProxy
 
-import rosgraph
 import rospy
-from rosgraph.network import (
-    ROSHandshakeException,
-    read_ros_handshake_header,
-    write_ros_handshake_header,
-)
 
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.message_layout import Data
 from process_visualizer.health.other_publishers import Others, other_publishers
-from process_visualizer.launching.ros_api import AskedMaster, LimitedTransport
+from process_visualizer.launching.ros_api import (
+    CONNECTION_ERRORS,
+    AskedMaster,
+    connected_by_handshake,
+    publisher_address,
+)
 from process_visualizer.nodes.common.node_handle import at_shutdown
 from process_visualizer.playback.scene import is_static
 from process_visualizer.player.timed_sender import TimedSender
@@ -269,18 +264,13 @@ class OtherNodes:
     def header(self, topic: str, node: str) -> Dict[str, str]:
         """Return the header that a publisher sends to a subscriber; empty if it does not answer."""
         try:
-            address = _master().lookupNode(node)
-            node_api: Any = ServerProxy(address, LimitedTransport(_TIMEOUT_S))
-            _, _, protocol = node_api.requestTopic(rospy.get_name(), topic, [['TCPROS']])
-            _, host, port = protocol
-            with socket.create_connection((host, port), _TIMEOUT_S) as peer:
-                write_ros_handshake_header(peer, {
-                    'topic': topic, 'type': _ANY, 'md5sum': _ANY, 'callerid': rospy.get_name(),
-                    'message_definition': ''})
-                header: Dict[str, str] = read_ros_handshake_header(peer, io.BytesIO(), 65536)
+            address = publisher_address(_master(), node, topic, _TIMEOUT_S)
+            connection, header = connected_by_handshake(address, {
+                'topic': topic, 'type': _ANY, 'md5sum': _ANY, 'callerid': rospy.get_name(),
+                'message_definition': ''}, _TIMEOUT_S)
+            connection.close()
             return header
-        except (OSError, ValueError, TypeError, Error, http.client.HTTPException,
-                rosgraph.MasterException, ROSHandshakeException) as error:
+        except CONNECTION_ERRORS as error:
             rospy.logdebug('%s does not say what it publishes on %s: %s', node, topic, error)
             return {}  # it has gone, or speaks otherwise: no reason not to play
 

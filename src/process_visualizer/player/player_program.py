@@ -190,7 +190,7 @@ def _run(player: BagPlayer, options: PlayerOptions) -> None:
     player.prepare(options.rate, options.start_s, options.loop)
     if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
         player.start(options.paused)
-        with PlayerTerminal(player.progress, player.control, player.quit, options.quiet):
+        with PlayerTerminal(player.status, player.control, player.quit, options.quiet):
             player.wait()
 
 

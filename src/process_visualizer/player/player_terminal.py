@@ -9,7 +9,7 @@ import unicodedata
 from types import TracebackType
 from typing import Callable, Dict, List, NamedTuple, Optional, TextIO, Type
 
-from process_visualizer.playback.player_control import PlaybackProgress, PlayerControl
+from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.timeline import CommandRefused, faster, format_time, slower
 from process_visualizer.player.keyboard import Keyboard, in_foreground
 from process_visualizer.player.player_options import KEY_HELP, Command, KeyAction, key_action
@@ -44,7 +44,7 @@ def symbols_for(encoding: Optional[str]) -> Symbols:
     return UNICODE
 
 
-def progress_line(progress: PlaybackProgress, width: int, symbols: Symbols = UNICODE) -> str:
+def progress_line(progress: PlayerStatus, width: int, symbols: Symbols = UNICODE) -> str:
     """Return one line of at most `width` columns; a narrow one has less information.
 
     The loop's ends are marked A and B in the bar.
@@ -59,19 +59,19 @@ def progress_line(progress: PlaybackProgress, width: int, symbols: Symbols = UNI
     return line[:max(width, 0)]
 
 
-def _state(progress: PlaybackProgress, symbols: Symbols) -> str:
+def _state(progress: PlayerStatus, symbols: Symbols) -> str:
     if progress.paused:
         return symbols.paused
     return symbols.forward if progress.rate > 0 else symbols.backward
 
 
-def _times(progress: PlaybackProgress) -> str:
+def _times(progress: PlayerStatus) -> str:
     """Position and end, in equally many columns so that nothing moves."""
     end = format_time(progress.duration_s)
     return f'{format_time(progress.position_s).rjust(len(end))} / {end}'
 
 
-def _rates(progress: PlaybackProgress, symbols: Symbols) -> str:
+def _rates(progress: PlayerStatus, symbols: Symbols) -> str:
     rate = f'{progress.rate:.3g}{symbols.times}'
     if progress.paused or abs(progress.achieved_rate) >= _VISIBLE_SHARE * abs(progress.rate):
         return rate
@@ -79,11 +79,11 @@ def _rates(progress: PlaybackProgress, symbols: Symbols) -> str:
     return f'{rate} ({reached:.3g}{symbols.times} reached)'
 
 
-def _dropped(progress: PlaybackProgress) -> str:
+def _dropped(progress: PlayerStatus) -> str:
     return f'{progress.dropped} dropped' if progress.dropped > 0 else ''
 
 
-def _mark(progress: PlaybackProgress, symbols: Symbols) -> str:
+def _mark(progress: PlayerStatus, symbols: Symbols) -> str:
     """The beginning of the label; characters that are not one column wide become "?"."""
     shown = ''.join(it if _is_shown(it, symbols) else '?'
                     for it in progress.mark[:_MAX_LABEL].replace('\n', ' '))
@@ -97,7 +97,7 @@ def _is_shown(character: str, symbols: Symbols) -> bool:
         and unicodedata.east_asian_width(character) not in 'WF'
 
 
-def _bar(progress: PlaybackProgress, cells: int) -> str:
+def _bar(progress: PlayerStatus, cells: int) -> str:
     filled = round(_share(progress.position_s, progress) * cells)
     bar: List[str] = ['#'] * filled + ['-'] * (cells - filled)
     for mark, time_s in zip('AB', progress.loop or ()):
@@ -105,7 +105,7 @@ def _bar(progress: PlaybackProgress, cells: int) -> str:
     return ''.join(bar)
 
 
-def _share(time_s: float, progress: PlaybackProgress) -> float:
+def _share(time_s: float, progress: PlayerStatus) -> float:
     if progress.duration_s <= 0:
         return 0.0
     return min(max(time_s / progress.duration_s, 0.0), 1.0)
@@ -177,7 +177,7 @@ class Screen:
 class PlayerTerminal:
     """A terminal in a ``with``: shows the position of playback, carries out the keys' commands."""
 
-    def __init__(self, status: Callable[[], PlaybackProgress], control: PlayerControl,
+    def __init__(self, status: Callable[[], PlayerStatus], control: PlayerControl,
                  quit_player: Callable[[], None], quiet: bool,
                  keyboard: Optional[Keyboard] = None, screen: Optional[Screen] = None) -> None:
         """``status`` returns the position of playback, ``quit_player`` ends the player."""

@@ -259,6 +259,17 @@ def _ignored(resource: str) -> str:
             f'installed packages only; {_OWN_CONFIGURATION}')
 
 
+def usable_description(device: Device) -> Optional[RobotDescription]:
+    """Return the description of a device's model; None for none, and for one with an error.
+
+    A recording can be looked at and judged without its models.
+    """
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
 def describe_devices(devices: Tuple[Device, ...], global_frame: str = ''
                      ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
     """The descriptions by device name, and the problems of the others; see describe_device."""

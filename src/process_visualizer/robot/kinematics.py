@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 from process_visualizer.robot.rotations import (
@@ -79,10 +79,7 @@ class Kinematics:
         Raises:
             ValueError: it is not XML, or a number in it is none.
         """
-        try:
-            root = ElementTree.fromstring(urdf)
-        except ElementTree.ParseError as error:
-            raise ValueError(f'not well-formed XML: {error}') from None
+        root = urdf_root(urdf)
         self.links = [link.get('name', '') for link in root.findall('link')]
         self.collision_only = {link.get('name', '') for link in root.findall('link')
                                if link.find('visual') is None
@@ -95,6 +92,11 @@ class Kinematics:
             if child is not None:
                 self._joints[child.get('link', '')] = _joint(element)
         self._placed = frozenset(self._joints)
+
+    @property
+    def parents(self) -> Dict[str, str]:
+        """The parent of each frame that a joint places."""
+        return {child: joint.parent for child, joint in self._joints.items()}
 
     def fix(self, parent: str, frame: str, placement: Placement) -> None:
         """Add or move a frame that is fixed to another one; links that the model places stay."""
@@ -112,13 +114,16 @@ class Kinematics:
         Returns:
             None where nothing connects them, or a joint between them has no position.
         """
+        chain = self._chain(frame, base)
+        if chain is None:
+            return None
         found = Placement()
-        for joint in self._chain(frame, base) or ():
+        for joint in chain:
             inner = joint.placement(positions)
             if inner is None:
                 return None
             found = inner.then(found)
-        return found if self._chain(frame, base) is not None else None
+        return found
 
     def moved(self, positions: Mapping[str, float]) -> Iterator[Tuple[str, str, Placement]]:
         """Yield parent, child and place of each link that a joint with a known position moves."""
@@ -195,33 +200,53 @@ class Kinematics:
         return joints
 
 
-def _joint(element: ElementTree.Element) -> Joint:
-    origin, axis, mimic = (element.find(tag) for tag in ('origin', 'axis', 'mimic'))
-    parent = element.find('parent')
-    return Joint(
-        parent='' if parent is None else parent.get('link', ''),
-        origin=Placement() if origin is None else _origin(origin),
-        kind=element.get('type', ''),
-        name=element.get('name', '') if mimic is None else mimic.get('joint', ''),
-        axis=(1.0, 0.0, 0.0) if axis is None else _unit(_triple(axis.get('xyz', '1 0 0'))),
-        multiplier=1.0 if mimic is None else float(mimic.get('multiplier', '1')),
-        offset=0.0 if mimic is None else float(mimic.get('offset', '0')))
+def urdf_root(text: str) -> ElementTree.Element:
+    """Return the root element of a URDF.
+
+    Raises:
+        ValueError: it is not XML.
+    """
+    try:
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(f'not well-formed XML: {error}') from None
 
 
-def _origin(element: ElementTree.Element) -> Placement:
-    roll, pitch, yaw = _triple(element.get('rpy', '0 0 0'))
-    return Placement(_triple(element.get('xyz', '0 0 0')), _four(quaternion_from_ypr(
-        (yaw, pitch, roll)).tolist()))
+def origin_of(element: ElementTree.Element) -> Placement:
+    """Return the pose of a joint or a shape of a URDF in its link.
+
+    Raises:
+        ValueError: it has an invalid number.
+    """
+    origin = element.find('origin')
+    if origin is None:
+        return Placement()
+    roll, pitch, yaw = triple(origin.get('rpy', '0 0 0'))
+    x, y, z, w = quaternion_from_ypr((yaw, pitch, roll)).tolist()
+    return Placement(triple(origin.get('xyz', '0 0 0')), (x, y, z, w))
 
 
-def _triple(text: str) -> Triple:
+def triple(text: str) -> Triple:
+    """Return the three numbers of an attribute of a URDF.
+
+    Raises:
+        ValueError: there are not three numbers.
+    """
     x, y, z = map(float, text.split())
     return x, y, z
 
 
-def _four(values: Sequence[float]) -> Tuple[float, float, float, float]:
-    x, y, z, w = values
-    return x, y, z, w
+def _joint(element: ElementTree.Element) -> Joint:
+    axis, mimic = element.find('axis'), element.find('mimic')
+    parent = element.find('parent')
+    return Joint(
+        parent='' if parent is None else parent.get('link', ''),
+        origin=origin_of(element),
+        kind=element.get('type', ''),
+        name=element.get('name', '') if mimic is None else mimic.get('joint', ''),
+        axis=(1.0, 0.0, 0.0) if axis is None else _unit(triple(axis.get('xyz', '1 0 0'))),
+        multiplier=1.0 if mimic is None else float(mimic.get('multiplier', '1')),
+        offset=0.0 if mimic is None else float(mimic.get('offset', '0')))
 
 
 def _unit(axis: Triple) -> Triple:

@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 import numpy as np
 import rospkg
 
-from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.kinematics import Kinematics, Placement, origin_of, urdf_root
 from process_visualizer.robot.model_resources import resource_path
-from process_visualizer.robot.rotations import matrix_from_quaternion, matrix_from_ypr
+from process_visualizer.robot.rotations import matrix_from_quaternion
 
 _STL_HEADER_BYTES = 84
 _STL_FACE_BYTES = 50
@@ -174,7 +174,7 @@ class ModelExtent:
         """
         self._packages = packages or rospkg.RosPack()
         self._body: Optional[np.ndarray] = None
-        self._root = ElementTree.fromstring(urdf)
+        self._root = urdf_root(urdf)
         self._kinematics = Kinematics(urdf)
         self._limits = {joint.get('name', ''): _limits(joint)
                         for joint in self._root.findall('joint')}
@@ -231,12 +231,7 @@ class ModelExtent:
         if ends is None:
             return np.empty((0, 3))
         corners = ends[0] + _CORNERS * (ends[1] - ends[0])
-        origin = shape.find('origin')
-        if origin is None:
-            return corners
-        roll, pitch, yaw = _numbers(origin.get('rpy', '0 0 0'))
-        turned = corners @ matrix_from_ypr((yaw, pitch, roll)).T
-        return np.asarray(turned + _numbers(origin.get('xyz', '0 0 0')))
+        return _moved(origin_of(shape), corners)
 
     def _ends(self, geometry: Optional[ElementTree.Element]) -> Optional[np.ndarray]:
         """The lowest and the highest corner (2, 3) of a geometry."""

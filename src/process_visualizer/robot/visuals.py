@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from process_visualizer.robot.kinematics import Placement
-from process_visualizer.robot.rotations import quaternion_from_ypr
+from process_visualizer.robot.kinematics import Placement, origin_of, triple, urdf_root
 
 # Visual shapes of a model's links.
 
@@ -48,10 +47,7 @@ def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
     Raises:
         ValueError: it is not XML, or a number in it is none.
     """
-    try:
-        root = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError as error:
-        raise ValueError(f'not well-formed XML: {error}') from None
+    root = urdf_root(urdf)
     materials = {it.get('name', ''): _rgba(it) for it in root.findall('material')}
     found: List[LinkVisual] = []
     for link in root.findall('link'):
@@ -68,7 +64,7 @@ def _shape(link: str, visual: ElementTree.Element,
     shape = geometry[0] if geometry is not None and len(geometry) else None
     if shape is None or shape.tag not in {kind.value for kind in ShapeKind}:
         return None
-    return LinkVisual(link, _place(visual.find('origin')), ShapeKind(shape.tag), _size(shape),
+    return LinkVisual(link, origin_of(visual), ShapeKind(shape.tag), _size(shape),
                       shape.get('filename', ''), _color(visual.find('material'), materials))
 
 
@@ -90,24 +86,11 @@ def _rgba(material: ElementTree.Element) -> Optional[Color]:
 
 def _size(shape: ElementTree.Element) -> Size:
     if shape.tag == 'mesh':
-        return _triple(shape.get('scale', '1 1 1'))
+        return triple(shape.get('scale', '1 1 1'))
     if shape.tag == 'box':
-        return _triple(shape.get('size', '0 0 0'))
+        return triple(shape.get('size', '0 0 0'))
     width = 2.0 * float(shape.get('radius', '0'))
     return width, width, width if shape.tag == 'sphere' else float(shape.get('length', '0'))
-
-
-def _place(origin: Optional[ElementTree.Element]) -> Placement:
-    if origin is None:
-        return Placement()
-    roll, pitch, yaw = _triple(origin.get('rpy', '0 0 0'))
-    x, y, z, w = (float(it) for it in quaternion_from_ypr((yaw, pitch, roll)))
-    return Placement(_triple(origin.get('xyz', '0 0 0')), (x, y, z, w))
-
-
-def _triple(text: str) -> Size:
-    x, y, z = map(float, text.split())
-    return x, y, z
 
 
 # The mesh in a file as triangles with normals and colours, as RViz reads it.

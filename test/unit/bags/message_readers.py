@@ -18,8 +18,7 @@ from process_visualizer.bagio.message_layout import StampLocator
 from process_visualizer.bagio.message_parts import can_be_emptied, emptied, parts_reader, split
 from process_visualizer.bagio.message_values import message_values
 from process_visualizer.bagio.number_places import FieldLocator, FloatArrayLocator, transforms_in
-from process_visualizer.nodes.robot.message_reader import float32_values
-from process_visualizer.nodes.robot.tool_input import transforms_in as tf_transforms
+from process_visualizer.nodes.robot.message_reader import float32_values, tf_transforms
 
 MESSAGES: List[Any] = [
     Float32MultiArray(data=[1.0, 2.0]), String('text'), PoseStamped(), Image(data=b'1234'),

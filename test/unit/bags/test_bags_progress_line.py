@@ -4,16 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.player_control import PlaybackProgress
+from process_visualizer.playback.player_control import PlayerStatus
 from process_visualizer.playback.timeline import format_time
 from process_visualizer.player.player_terminal import ASCII, UNICODE, progress_line, symbols_for
 
-PLAYING = PlaybackProgress(
+PLAYING = PlayerStatus(
     position_s=12.345, duration_s=62.0, rate=1.0, achieved_rate=1.0, paused=False
 )
 RATES = st.one_of(st.floats(0.01, 16.0), st.floats(-16.0, -0.01))
 TIMES = st.floats(0.0, 1e6)
-PROGRESSES = st.builds(PlaybackProgress, TIMES, TIMES, RATES, st.floats(-16.0, 16.0), st.booleans(),
+PROGRESSES = st.builds(PlayerStatus, TIMES, TIMES, RATES, st.floats(-16.0, 16.0), st.booleans(),
                        st.one_of(st.none(), st.tuples(TIMES, TIMES)), st.integers(0, 10 ** 12),
                        st.text())
 

@@ -242,4 +242,4 @@ def test_the_state_names_the_last_mark(play: Play, bag_of: Any) -> None:
     for position_s, mark in ((0.4, ''), (0.5, 'the seam tears'), (1.0, 'the seam tears')):
         player.seek(position_s)
         assert player.state.mark == mark
-        assert player.player.progress().mark == mark
+        assert player.player.status().mark == mark

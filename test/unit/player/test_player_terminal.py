@@ -62,7 +62,7 @@ class Typist:
         self.player, self.screen, self.quiet = player, FakeScreen(is_terminal), quiet
 
     def terminal(self, *keys: str) -> PlayerTerminal:
-        return PlayerTerminal(self.player.player.progress, self.player.player.control,
+        return PlayerTerminal(self.player.player.status, self.player.player.control,
                               self.player.player.quit, self.quiet, FakeKeyboard(*keys),
                               self.screen)
 
@@ -97,7 +97,7 @@ def test_keys_that_move(typist: Typist, key: str, position_s: float) -> None:
 
 
 def test_keys_that_change_how_it_plays(typist: Typist) -> None:
-    progress = typist.player.player.progress
+    progress = typist.player.player.status
     assert typist.press(' ') == ['playing 5.000 s\n']
     assert not progress().paused
     assert typist.press(' ') == ['paused 5.000 s\n']
@@ -117,7 +117,7 @@ def test_a_loop_from_here_to_there(typist: Typist) -> None:
     assert typist.press('a') == ['the loop will begin at 5.000 s: b sets its end\n']
     typist.press('right')
     assert typist.press('a', 'right', 'b')[-1] == 'loop from 6.000 to 7.000 s\n'
-    assert typist.player.player.progress().loop == (6.0, 7.0)
+    assert typist.player.player.status().loop == (6.0, 7.0)
 
 
 def test_what_is_refused_is_told(typist: Typist) -> None:

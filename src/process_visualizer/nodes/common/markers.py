@@ -18,7 +18,7 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import Color
-from process_visualizer.robot.arrows import arrow_length, format_age, format_value, line_of_block
+from process_visualizer.robot.arrows import format_age, format_value, line_of_block
 from process_visualizer.robot.rotations import Vector, quaternion_turning_x_onto
 
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
@@ -78,14 +78,19 @@ def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: flo
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
     """Return the arrow of a vector, grey if stale; below the threshold its deletion."""
+    return _arrow(namespace, sample, style.length_m(sample.vector), style.diameter_m,
+                  STALE_COLOR if stale else style.color)
+
+
+def _arrow(namespace: str, sample: VectorSample, length_m: float, diameter_m: float,
+           color: Color) -> Marker:
+    """Return an arrow along a vector; without a length its deletion."""
     marker = _mortal_marker(namespace, ARROW_ID, sample.frame)
-    magnitude = math.hypot(*sample.vector)
-    if magnitude <= max(style.threshold, 0.0):
+    if length_m > 0.0:
+        shape_as_arrow(marker, sample.foot, sample.vector, length_m, diameter_m)
+        marker.color = ColorRGBA(*color)
+    else:
         marker.action = Marker.DELETE
-        return marker
-    length_m = arrow_length(magnitude, style.scale_m, style.min_m, style.max_m)
-    shape_as_arrow(marker, sample.foot, sample.vector, length_m, style.diameter_m)
-    marker.color = ColorRGBA(*(STALE_COLOR if stale else style.color))
     return marker
 
 
@@ -181,8 +186,10 @@ class ShownValue(NamedTuple):
     """A value as an arrow and a text; namespace is that of its markers."""
 
     namespace: str
-    style: ArrowStyle
     sample: VectorSample
+    length_m: float  # of the arrow; 0: none
+    diameter_m: float
+    color: Color
     text: str
     place: ValuePlace
 
@@ -205,8 +212,9 @@ class ValueBoard:
             now_s: the present time of the clock that times the values; it may be paused.
             wall_s: the present time of a clock that is never paused, if that is another one.
         """
-        markers = [vector_arrow(value.namespace, value.style, value.sample,
-                                self._is_stale(value.sample, now_s)) for value in values]
+        markers = [_arrow(it.namespace, it.sample, it.length_m, it.diameter_m,
+                          STALE_COLOR if self._is_stale(it.sample, now_s) else it.color)
+                   for it in values]
         if self._texts.is_due(now_s if wall_s is None else wall_s):
             markers += [self._text(value, now_s) for value in values]
         return markers
@@ -216,7 +224,7 @@ class ValueBoard:
         stale = self._is_stale(value.sample, now_s)
         return text_marker(value.namespace, place.frame, place.position,
                            line_of_block(value.text, place.line, place.line_count),
-                           self._text_height_m, text_color(None if stale else value.style.color))
+                           self._text_height_m, text_color(None if stale else value.color))
 
     def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
         return sample.age_s(now_s) > self._stale_after_s

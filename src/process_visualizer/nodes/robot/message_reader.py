@@ -11,6 +11,7 @@ from typing import (
     Callable,
     Dict,
     Generic,
+    List,
     Mapping,
     NamedTuple,
     Optional,
@@ -22,18 +23,27 @@ from typing import (
 
 import genpy
 import rospy
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
+from tf2_msgs.msg import TFMessage
 
 from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.number_places import float_array
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.rotations import (
     NO_ROTATION,
     Quaternion,
     quaternion_from_rotation_vector,
 )
-from process_visualizer.ros_names import CONFLICT_KEY, FLOAT_ARRAY, POSE_STAMPED, WRENCH_STAMPED
+from process_visualizer.ros_names import (
+    CONFLICT_KEY,
+    FLOAT_ARRAY,
+    POSE_STAMPED,
+    STATIC_TF_TOPIC,
+    TF_MESSAGE,
+    WRENCH_STAMPED,
+)
 
 _BESIDE_S = 1.0
 """Within which two nodes publish the same quantity."""
@@ -233,6 +243,61 @@ def float32_values(message: bytes) -> Tuple[float, ...]:
     if padding > count:
         raise ValueError('data_offset of the layout lies behind the end of the data')
     return struct.unpack_from(f'<{count}f', message, begin)[padding:]
+
+
+def tf_transforms(message: bytes) -> List[TransformStamped]:
+    """Return the transforms of a serialized tf2_msgs/TFMessage."""
+    transforms: List[TransformStamped] = deserialize(TFMessage, message).transforms
+    return transforms
+
+
+def placement_of(transform: TransformStamped) -> Placement:
+    """Return the pose of a transform's frame in its parent."""
+    place, turn = transform.transform.translation, transform.transform.rotation
+    return Placement((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+
+
+class StaticFrames:
+    """The static transforms of the cell: one subscription for all parts of a node that use them.
+
+    It begins when the first part asks, as most robots need none; later ones get what is known.
+    """
+
+    def __init__(self, node: NodeHandle, complaints: Complaints) -> None:
+        """``node`` and ``complaints`` are those of the robot processor."""
+        self._node, self._complaints = node, complaints
+        self._lock = threading.RLock()
+        self._known: Dict[str, TransformStamped] = {}  # by child
+        self._callbacks: List[Callable[[List[TransformStamped]], None]] = []
+
+    def known(self) -> List[TransformStamped]:
+        """Return the transforms so far."""
+        return list(self._known.values())
+
+    def follow(self, callback: Callable[[List[TransformStamped]], None]) -> None:
+        """Call a function with the transforms so far, and with those that change from now on."""
+        with self._lock:
+            self._callbacks.append(callback)
+            if len(self._callbacks) == 1:
+                TopicReader(self._node, self._complaints, STATIC_TF_TOPIC, TF_MESSAGE,
+                            {TF_MESSAGE: tf_transforms}, self._take)
+            elif self._known:
+                callback(self.known())
+
+    def _take(self, transforms: List[TransformStamped]) -> None:
+        with self._lock:
+            changed = [it for it in transforms if it.child_frame_id not in self._known
+                       or not _is_equal(it, self._known[it.child_frame_id])]
+            self._known = {**self._known, **{it.child_frame_id: it for it in changed}}
+            if changed:
+                for callback in self._callbacks:
+                    callback(changed)
+
+
+def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
+    """Return whether two transforms to the same frame are equal, ignoring their stamps."""
+    return (one.header.frame_id == other.header.frame_id
+            and bool(one.transform == other.transform))
 
 
 # The quantities that a robot's driver sends, and the message types for them.

@@ -8,7 +8,7 @@ from typing import Any, Collection, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 import tf2_ros
-from tf2_msgs.msg import TFMessage
+from geometry_msgs.msg import TransformStamped
 from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.common.complaints import Complaints
@@ -23,14 +23,14 @@ from process_visualizer.nodes.common.markers import (
     vector_arrow,
 )
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.message_reader import deserialize
+from process_visualizer.nodes.robot.message_reader import StaticFrames, tf_transforms
 from process_visualizer.nodes.robot.tool_placing import ToolPlace
 from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import Color
 from process_visualizer.parameters.robot_parameters import RobotParameters
 from process_visualizer.robot.arrows import format_age, label_offset, line_of_block
 from process_visualizer.robot.rotations import Vector
-from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
+from process_visualizer.ros_names import TF_TOPIC
 
 
 class ShownMotion(NamedTuple):
@@ -154,8 +154,8 @@ class FrameWatch:
     not checked again.
     """
 
-    def __init__(self, node: NodeHandle, complaints: Complaints, base_frame: str,
-                 links: Collection[str]) -> None:
+    def __init__(self, node: NodeHandle, complaints: Complaints, static: StaticFrames,
+                 base_frame: str, links: Collection[str]) -> None:
         """``links`` are those of the robot's model."""
         self._node, self._complaints = node, complaints
         self._base_frame = base_frame
@@ -163,8 +163,8 @@ class FrameWatch:
         self._wanted: Dict[str, str] = {}  # the topic by the frame
         self._fixed_to: Dict[str, str] = {}
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
-        self._static: Any = None  # subscribers
-        self._moving: Any = None
+        self._static, self._is_following = static, False
+        self._moving: Any = None  # a subscriber
         self._next_s = 0.0
 
     def want(self, frame: str, topic: str) -> None:
@@ -173,8 +173,9 @@ class FrameWatch:
             return
         self._wanted[frame] = self._node.resolve(topic)
         self._next_s = self._node.monotonic_s() + PATIENCE_S
-        if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
+        if not self._is_following:
+            self._is_following = True
+            self._static.follow(self._on_static)
 
     def look(self) -> None:
         """Look now, and warn of frames that are not found after some time."""
@@ -183,6 +184,7 @@ class FrameWatch:
         for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
             self._take(frame)
         if self._wanted and self._moving is None:
+            # AnyMsg, as of TopicReader: a topic has one class in a process
             self._moving = self._node.subscribe(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
             self._next_s += LISTENING_S
         elif self._wanted:
@@ -195,7 +197,9 @@ class FrameWatch:
         for frame in list(self._wanted):
             problem = self._problem(frame)
             if problem:
-                self._warn(frame, problem)
+                self._complaints.state(
+                    frame, f'the data of {self._wanted[frame]} is not drawn, as tf does not '
+                    f'connect the frame {frame} with {self._base_frame}: {problem}')
             else:
                 self._take(frame)
 
@@ -219,15 +223,11 @@ class FrameWatch:
         connected, problem = self._buffer.can_transform_core(self._base_frame, frame, rospy.Time())
         return '' if connected else str(problem)
 
-    def _warn(self, frame: str, problem: str) -> None:
-        self._complaints.state(frame, f'the data of {self._wanted[frame]} is not drawn, as tf does '
-                               f'not connect the frame {frame} with {self._base_frame}: {problem}')
-
-    def _on_static(self, message: Any) -> None:
-        for transform in deserialize(TFMessage, message._buff).transforms:
+    def _on_static(self, transforms: List[TransformStamped]) -> None:
+        for transform in transforms:
             self._buffer.set_transform_static(transform, 'static')
             self._fixed_to[transform.child_frame_id] = transform.header.frame_id
 
     def _on_transforms(self, message: Any) -> None:
-        for transform in deserialize(TFMessage, message._buff).transforms:
+        for transform in tf_transforms(message._buff):
             self._buffer.set_transform(transform, 'dynamic')

@@ -5,29 +5,30 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from dataclasses import replace
-from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Set, Tuple
+from typing import Callable, Collection, Dict, List, Mapping, Optional, Set, Tuple
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
 from process_visualizer.nodes.common.complaints import Complaints, Patience
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.message_reader import (
     POSE_DECODERS,
     Decoder,
+    StaticFrames,
     ToolPose,
     TopicReader,
-    deserialize,
+    placement_of,
+    tf_transforms,
 )
 from process_visualizer.parameters.robot_parameters import RobotParameters
 from process_visualizer.robot.frames import meant_frame, prefix_advice
 from process_visualizer.robot.joints import JointHistory
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.rotations import Triple, Vector, rotated
-from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
+from process_visualizer.ros_names import TF_MESSAGE
 
 # The interface of decoders that find the poses of a tool in recorded messages.
 
@@ -145,7 +146,7 @@ class FrameDecoder(PoseDecoder):
 
     def pose(self, message: bytes) -> Optional[ToolPose]:
         """See PoseDecoder."""
-        transforms = transforms_in(message)
+        transforms = tf_transforms(message)
         self._recorded.update(it.child_frame_id.lstrip('/') for it in transforms)
         return self._poses.add(transforms)
 
@@ -162,15 +163,17 @@ class FrameReader:
     """Passes on each new pose of a frame in the base frame."""
 
     def __init__(self, node: NodeHandle, complaints: Complaints, topic: str, base_frame: str,
-                 frame: str, callback: Callable[[ToolPose], None], on_static: Callable[[], None],
-                 model: Kinematics, meant: Callable[[str], str]) -> None:
-        """Subscribe to the topic and the static transforms.
+                 frame: str, callback: Callable[[ToolPose], None], static: StaticFrames,
+                 on_static: Callable[[], None], model: Kinematics,
+                 meant: Callable[[str], str]) -> None:
+        """Subscribe to the topic, and follow the static transforms.
 
         Args:
             node, complaints: those of the robot processor.
             topic: the topic of the transforms, such as /tf.
             base_frame, frame: the pose is that of frame in base_frame.
             callback: called with each new pose; may raise ValueError with a problem.
+            static: the static transforms.
             on_static: called when the static transforms have changed.
             model: of the robot.
             meant: see FramePoses.
@@ -178,28 +181,22 @@ class FrameReader:
         self._node, self._model = node, model
         self._frames = base_frame, frame, model.links, meant
         self._poses = FramePoses(*self._frames)
-        self._callback, self._on_static_change = callback, on_static
-        self._static: Dict[str, TransformStamped] = {}  # by child
+        self._callback, self._static, self._on_static_change = callback, static, on_static
         self._last_arrival = rospy.Time()
         self._patience = Patience(PATIENCE_S)
-        for name, take in ((STATIC_TF_TOPIC, self._on_static), (topic, self._on_transforms)):
-            TopicReader(node, complaints, name, TF_MESSAGE, {TF_MESSAGE: transforms_in},
-                        take)
+        static.follow(self._on_static)
+        TopicReader(node, complaints, topic, TF_MESSAGE, {TF_MESSAGE: tf_transforms},
+                    self._on_transforms)
 
     def decoder(self) -> PoseDecoder:
         """Return a decoder of poses in messages of the topic, given in the order of sending."""
         poses = FramePoses(*self._frames)
-        poses.add_static(list(self._static.values()))
+        poses.add_static(self._static.known())
         return FrameDecoder(poses, self._model)
 
     def _on_static(self, transforms: List[TransformStamped]) -> None:
         self._poses.add_static(transforms)
-        new = {it.child_frame_id: it for it in transforms}
-        changed = [child for child, it in new.items() if child not in self._static
-                   or not _is_equal(it, self._static[child])]
-        self._static = {**self._static, **new}
-        if changed:
-            self._on_static_change()
+        self._on_static_change()
 
     def _on_transforms(self, transforms: List[TransformStamped]) -> None:
         arrival = self._node.now()
@@ -226,12 +223,6 @@ class FrameReader:
         return pose
 
 
-def transforms_in(message: bytes) -> List[TransformStamped]:
-    """Return the transforms of a serialised tf2_msgs/TFMessage."""
-    transforms: List[TransformStamped] = deserialize(TFMessage, message).transforms
-    return transforms
-
-
 def _transform(parent: str, child: str, place: Placement, stamp: rospy.Time) -> TransformStamped:
     found = TransformStamped(child_frame_id=child)
     found.header.frame_id, found.header.stamp = parent, stamp
@@ -240,17 +231,9 @@ def _transform(parent: str, child: str, place: Placement, stamp: rospy.Time) -> 
     return found
 
 
-def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
-    """Return whether two transforms to the same frame are equal, ignoring their stamps."""
-    return (one.header.frame_id == other.header.frame_id
-            and bool(one.transform == other.transform))
-
-
 def _pose(transform: TransformStamped, frame: str) -> ToolPose:
-    position, rotation = transform.transform.translation, transform.transform.rotation
-    return ToolPose((position.x, position.y, position.z),
-                    (rotation.x, rotation.y, rotation.z, rotation.w),
-                    stamp_s=transform.header.stamp.to_sec(), child_frame=frame)
+    return ToolPose(*placement_of(transform), stamp_s=transform.header.stamp.to_sec(),
+                    child_frame=frame)
 
 
 class BaseFrames:
@@ -261,22 +244,21 @@ class BaseFrames:
     accepted; if a joint is in between, its position at the time of the message is used.
     """
 
-    def __init__(self, node: NodeHandle, parameters: RobotParameters, model: Kinematics,
-                 on_change: Callable[[], None]) -> None:
+    def __init__(self, parameters: RobotParameters, model: Kinematics,
+                 static: StaticFrames, on_change: Callable[[], None]) -> None:
         """Convert poses and forces of one robot.
 
         Args:
-            node, parameters: those of the robot processor.
+            parameters: those of the robot processor.
             model: of the robot; static transforms are added to it when they are needed.
+            static: the static transforms.
             on_change: called when earlier poses now have another meaning.
         """
-        self._node, self._parameters = node, parameters
-        self._model = model
+        self._parameters, self._model = parameters, model
         self._on_change = on_change
         self._joints = JointHistory()
         self._lock = threading.Lock()
-        self._fixed: Dict[str, Tuple[str, Placement]] = {}
-        self._static: Any = None  # a subscriber
+        self._static, self._is_following = static, False
         self.follows_joints = False
 
     def name(self, frame: str) -> str:
@@ -324,7 +306,9 @@ class BaseFrames:
     def _place(self, frame: str, given: str, stamp_s: float, joints: JointHistory) -> Placement:
         base = self._parameters.base_frame
         if not self._model.connects(frame, base):
-            self._listen()
+            if not self._is_following:
+                self._is_following = True
+                self._static.follow(self._on_static)
             raise ValueError(f'its frame is {given}, which neither the model nor a static '
                              f'transform connects with the base frame {base}; name another frame '
                              'in it, or publish the transform')
@@ -336,23 +320,11 @@ class BaseFrames:
                                      f'between that and the base frame {base} are not known yet')
         return place
 
-    def _listen(self) -> None:
-        if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
-
-    def _on_static(self, message: Any) -> None:
-        if message._connection_header['type'] != TF_MESSAGE:
-            return
-        before = dict(self._fixed)
-        for found in deserialize(TFMessage, message._buff).transforms:
-            place, turn = found.transform.translation, found.transform.rotation
-            parent, child = (name.lstrip('/') for name in (found.header.frame_id,
-                                                           found.child_frame_id))
-            placement = Placement((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
-            self._fixed[child] = parent, placement
-            self._model.fix(parent, child, placement)
-        if self._fixed != before:
-            self._on_change()
+    def _on_static(self, transforms: List[TransformStamped]) -> None:
+        for it in transforms:
+            self._model.fix(it.header.frame_id.lstrip('/'), it.child_frame_id.lstrip('/'),
+                            placement_of(it))
+        self._on_change()
 
 
 def _triple(vector: Vector) -> Triple:
@@ -370,12 +342,14 @@ class ToolInput:
     """
 
     def __init__(self, node: NodeHandle, parameters: RobotParameters, complaints: Complaints,
-                 callback: Callable[[ToolPose], None], on_static: Callable[[], None],
-                 base_frames: BaseFrames, model: Kinematics) -> None:
+                 callback: Callable[[ToolPose], None], static: StaticFrames,
+                 on_static: Callable[[], None], base_frames: BaseFrames,
+                 model: Kinematics) -> None:
         """Subscribe, if there is a topic.
 
         Args:
-            node, parameters, complaints, base_frames, model: those of the robot processor.
+            node, parameters, complaints, static, base_frames, model: those of the robot
+                processor.
             callback: called with each pose; may raise like that of TopicReader.
             on_static: called when static transforms on which the poses depend have changed.
         """
@@ -385,7 +359,8 @@ class ToolInput:
         if self._topic.message_type == TF_MESSAGE:
             frame = self._topic.frame or parameters.tool_frame
             self._frames = FrameReader(node, complaints, self._topic.name, parameters.base_frame,
-                                       frame, callback, on_static, model, base_frames.name)
+                                       frame, callback, static, on_static, model,
+                                       base_frames.name)
         elif self._topic.name:
             TopicReader(node, complaints, self._topic.name, self._topic.message_type,
                         POSE_DECODERS, self._take, lambda pose: pose.position, _EQUAL_M)

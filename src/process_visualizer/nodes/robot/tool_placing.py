@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any, Deque, Dict, Mapping, NamedTuple, Optional, Sequence
+from typing import Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
-import rospy
-from tf2_msgs.msg import TFMessage
+from geometry_msgs.msg import TransformStamped
 
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.message_reader import ToolPose, deserialize
+from process_visualizer.nodes.robot.message_reader import StaticFrames, ToolPose, placement_of
 from process_visualizer.parameters.robot_parameters import RobotParameters
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.rotations import (
@@ -25,7 +24,6 @@ from process_visualizer.robot.rotations import (
     rotation_vector_between,
 )
 from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
-from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 # Learns a robot's tool from samples that are taken while the robot is at rest.
 
@@ -191,8 +189,8 @@ class ToolPlacer:
     """
 
     def __init__(self, node: NodeHandle, parameters: RobotParameters, kinematics: Kinematics,
-                 complaints: Complaints) -> None:
-        """``parameters`` has frames and limits; listens to static frames if it needs them."""
+                 complaints: Complaints, static: StaticFrames) -> None:
+        """``parameters`` has frames and limits; static frames are followed if they are needed."""
         self._node, self._complaints = node, complaints
         self._parameters = parameters
         self._kinematics = kinematics
@@ -203,7 +201,7 @@ class ToolPlacer:
         self._is_placed = True
         self._next_look_s = self._node.monotonic_s() + PATIENCE_S
         if kinematics.links and parameters.tool_frame not in kinematics.links:
-            self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
+            static.follow(self._on_static)
 
     def take_joints(self, positions: Mapping[str, float]) -> None:
         """Note positions [rad or m] of some joints."""
@@ -311,10 +309,7 @@ class ToolPlacer:
         return self._kinematics.placement(self._parameters.tool_frame,
                                           self._parameters.base_frame, self._positions)
 
-    def _on_static(self, message: Any) -> None:
-        if message._connection_header['type'] != TF_MESSAGE:
-            return
-        for found in deserialize(TFMessage, message._buff).transforms:
-            place, turn = found.transform.translation, found.transform.rotation
-            self._kinematics.fix(found.header.frame_id, found.child_frame_id, Placement(
-                (place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w)))
+    def _on_static(self, transforms: List[TransformStamped]) -> None:
+        for it in transforms:
+            self._kinematics.fix(it.header.frame_id.lstrip('/'), it.child_frame_id.lstrip('/'),
+                                 placement_of(it))
