@@ -81,8 +81,6 @@ class Schedule:
         return self._phase(14.6, 19.0)
 
 
-# Smooth courses from 0 to 1, each with its slope; twice continuously differentiable.
-
 class ProfileValue(NamedTuple):
     """A value over time and its rate of change per second."""
 

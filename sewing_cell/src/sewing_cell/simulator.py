@@ -31,8 +31,6 @@ from sewing_cell.scene import INTRUDERS
 from sewing_cell.schedule import Schedule
 from sewing_cell.steering import QUALITIES
 
-# The simulator's private ROS parameters, read and checked.
-
 _FASTEST_HZ = 1000.0
 
 GetParameter = Callable[[str, Any], Any]

@@ -147,8 +147,6 @@ def read_text(data: Data, position: int) -> Tuple[bytes, int]:
     return bytes(data[begin:end]), end
 
 
-# From a parsed message definition to the layout of the message's bytes.
-
 MAX_STAMPS = 10_000  # in a part of fixed size
 
 
@@ -254,8 +252,6 @@ def until_last_stamp(layout: Layout) -> Layout:
         parts.pop()
     return joined(parts[:-1] + [until_last_stamp(part) for part in parts[-1:]])
 
-
-# The stamps inside a recorded message: found by its definition, moved without deserialising it.
 
 NS_PER_S = 1_000_000_000
 _STAMP = Struct('<II')  # seconds, nanoseconds

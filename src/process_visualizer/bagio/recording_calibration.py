@@ -24,8 +24,6 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
 
-# Frames of the cell at the time of a recording, as the recorder has stored them.
-
 _MIN_NORM = 1e-3  # of a quaternion
 
 

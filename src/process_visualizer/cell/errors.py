@@ -90,8 +90,6 @@ class ProblemList:
             raise ConfigurationError(self.sorted())
 
 
-# Finds the name that somebody probably meant.
-
 _LIKENESS = 0.6
 
 

@@ -12,7 +12,6 @@ import rospkg
 
 from process_visualizer.cell.values import package as checked_package
 
-# The origin of a configuration, which decides what of it may be started (docs/security.md).
 
 class Origin(Enum):
     """The origin of a configuration, in words."""
@@ -55,8 +54,6 @@ def in_a_package(path: str) -> bool:
     packages = rospkg.RosPack()
     return any(is_below(path, packages.get_path(name)) for name in packages.list())
 
-
-# The packages whose nodes may run because a recording names them: the user's own list.
 
 def trust_file() -> str:
     """Return the path of the list, which has one name a line."""

@@ -24,7 +24,6 @@ from process_visualizer.srv import (
     StopRecording,
 )
 
-# Options of a recording, and the errors of the recorder.
 
 class RecorderError(Exception):
     """The recorder refused or could not do something; the text says why, and what to do."""

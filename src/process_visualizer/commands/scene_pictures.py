@@ -47,8 +47,6 @@ from process_visualizer.rviz.camera import camera_pose
 from process_visualizer.rviz.views import read_view
 from process_visualizer.rviz.window_geometry import Rectangle, scene_aspect
 
-# A screen that nobody sees, for windows of which pictures are taken.
-
 _END_TIMEOUT_S = 5.0
 
 
@@ -131,8 +129,6 @@ class VirtualScreen:
                 self._server.wait()
         self._server = None
 
-
-# Takes pictures of recordings in RViz, in a cell of its own that nobody sees.
 
 SIZE = (880, 700)
 """Of RViz's window [px]."""

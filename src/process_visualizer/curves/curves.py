@@ -115,8 +115,6 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
     return low, high
 
 
-# Alarms of a recording: when its variables were beyond their limits, from the curves.
-
 class RecordedAlarm(NamedTuple):
     """From when to when [s from the beginning] which device had which alarm."""
 

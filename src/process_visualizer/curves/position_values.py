@@ -19,7 +19,6 @@ from process_visualizer.curves.source_locators import measured_s, source_locator
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity, sending_period_s
 
-# The messages of a topic in a part of a recording, whatever is being played.
 
 class TopicMessages(NamedTuple):
     """Messages with the bag times [ns] at which they were recorded; complete up to ``end_ns``."""

@@ -32,8 +32,6 @@ from process_visualizer.robot.description import is_own_description
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import JOINT_STATE, STATIC_TF_TOPIC, TF_TYPES
 
-# Facts from some messages of each topic: frames, joints, numbers, transforms, descriptions.
-
 _STRING = 'std_msgs/String'
 _MAX_NUMBERS = 200
 _MIN_NORM = 1e-3  # of a quaternion

@@ -91,8 +91,6 @@ class Seen:
     is_moment: bool = False
 
 
-# The frames that were seen on tf, and where they are in each other.
-
 _DIGITS = 6  # of m and rad
 
 

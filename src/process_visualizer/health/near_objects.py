@@ -97,8 +97,6 @@ class ObjectWatch:
         return max([seen.level, *kept])
 
 
-# Times, or spans of a recording, at which unmodelled objects were near a robot.
-
 _JOIN_S = 0.2  # what is nearer to each other is one span
 
 

@@ -22,8 +22,6 @@ def _signal_words(number: int) -> str:
         return f'signal {number}'
 
 
-# The state of a launched node, and which changes are possible.
-
 class NodeState(Enum):
     """``STARTING`` until the node has registered with the master."""
 

@@ -31,8 +31,6 @@ class LimitedTransport(Transport):
         return connection
 
 
-# The ROS master, which may hang: no question waits for ever for its answer.
-
 ANSWER_TIMEOUT_S = 0.5
 """For those who ask again and again, and have more to do."""
 PATIENT_TIMEOUT_S = 3.0

@@ -85,8 +85,6 @@ def exit_code_in(line: str) -> Optional[int]:
     return int(match['code']) if match else None
 
 
-# The last lines of the output of a process.
-
 TAIL_LINES = 20
 _TAIL_BYTES = 1 << 14
 

@@ -35,8 +35,6 @@ from process_visualizer.remote.frames import (
 from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
 from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
 
-# The topics of a cell that viewers want: subscribed once, for as long as one of them does.
-
 _BUFFER_BYTES = 16 << 20
 
 

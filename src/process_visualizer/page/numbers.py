@@ -188,8 +188,6 @@ def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color
                  if it.device == device.name and it.label == quantity), (0.5, 0.5, 0.5))
 
 
-# The arrows of a page: those of the run, and those of its reference.
-
 def arrow_entries(
     cell: Cell,
     arrows: Sequence[ReferenceArrow],

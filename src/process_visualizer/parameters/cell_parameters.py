@@ -9,7 +9,6 @@ from process_visualizer.cell.elements import DEFAULT_FRAME
 from process_visualizer.parameters.reading import STALE_AFTER_S, ParameterError, Parameters, changed
 from process_visualizer.robot.frames import Frame
 
-# The private parameters of the node scene_watch.
 
 @dataclass(frozen=True)
 class WatchedDevice:
@@ -68,8 +67,6 @@ class SceneParameters:
                 'devices': [device.to_parameters() for device in self.devices],
                 **changed({'stale_after': self.stale_after_s}, {'stale_after': STALE_AFTER_S})}
 
-
-# The parameter ~frames of the node cell_frames.
 
 _ZERO = (0.0, 0.0, 0.0)
 

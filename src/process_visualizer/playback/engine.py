@@ -22,7 +22,6 @@ from process_visualizer.playback.steps import (
 from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline, TimelineState
 from process_visualizer.playback.uneven_parts import UnevenParts
 
-# The published scene: the state of playback, as a value.
 
 class ShownScene(NamedTuple):
     """The scene that so many messages of the recording make, which are visible, or replaced.

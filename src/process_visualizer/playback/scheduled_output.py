@@ -11,7 +11,6 @@ from process_visualizer.playback.playback_event import PlaybackEvent
 from process_visualizer.playback.stamp_mapping import StampMapping
 from process_visualizer.playback.timeline import NS_PER_S, Clock, TimelineState
 
-# Messages given to the output before they are due, so that they can be taken back.
 
 class Scheduled(NamedTuple):
     """An event that was given to the output before it is due."""

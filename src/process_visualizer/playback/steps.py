@@ -13,7 +13,6 @@ import numpy as np
 from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.playback.timeline import Clock, CommandRefused, TimelineState, within
 
-# Steps, and where one leads: how many messages are passed afterwards, and at what time.
 
 @dataclass(frozen=True)
 class Step:
@@ -82,8 +81,6 @@ def _positions(index: BagIndex, topic: str) -> Optional[np.ndarray]:
 def _target(index: BagIndex, count: int) -> StepTarget:
     return StepTarget(count, int(index.time_ns[count - 1]) if count else index.begin_ns)
 
-
-# Steps on their way from those who ask for them to the thread that publishes, and back.
 
 class StepRequests:
     """Steps that any threads ask for and one thread does, in their order."""

@@ -455,8 +455,6 @@ def checked_rate(rate: float) -> None:
                              f'from -{FASTEST_RATE:g} to -{SLOWEST_RATE:g} backwards, not {rate:g}')
 
 
-# The rates that "faster" and "slower" lead through.
-
 RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
 

@@ -45,8 +45,6 @@ from process_visualizer.player.player_services import (
 )
 from process_visualizer.player.simulated_clock import SimulatedClock
 
-# Follows the topic of a node, so that playback can wait for that node.
-
 _WARNING_PERIOD_S = 10.0
 _STAMP = struct.Struct('<4xII')  # behind the sequence number
 _BEGINS_WITH_HEADER = re.compile(r'(?:\s*(?:#[^\n]*)?\n)*\s*(?:std_msgs/|roslib/)?Header\s')
@@ -92,8 +90,6 @@ def begins_with_header(definition: str) -> bool:
     """Return whether the first field of a message definition is a header."""
     return _BEGINS_WITH_HEADER.match(definition) is not None
 
-
-# A summary of what was not played, for the terminal.
 
 _MAX_LINES = 20
 

@@ -12,7 +12,6 @@ from process_visualizer.cell.values import number
 from process_visualizer.playback.timeline import FASTEST_RATE, CommandRefused, checked_rate
 from process_visualizer.playback.topic_choice import checked_prefix, resolved_name
 
-# The keys for playing a recording in a terminal.
 
 class Command(Enum):
     """A command that a key gives to the player; the value is the name of its method."""

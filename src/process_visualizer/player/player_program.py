@@ -35,8 +35,6 @@ from process_visualizer.player.timed_sender import take_long_slices
 from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.shown_text import say
 
-# Makes an indexed copy of a bag in the terminal: asks, shows progress, can be cancelled.
-
 _PERIOD_S = 0.2
 
 

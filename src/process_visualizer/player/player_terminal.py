@@ -14,8 +14,6 @@ from process_visualizer.playback.timeline import CommandRefused, faster, format_
 from process_visualizer.player.keyboard import Keyboard, in_foreground
 from process_visualizer.player.player_options import KEY_HELP, Command, KeyAction, key_action
 
-# The line that a terminal shows while a recording is played.
-
 _BAR_CELLS = 40
 _MIN_BAR_CELLS = 8
 _MAX_LABEL = 24

@@ -12,7 +12,6 @@ from rosgraph_msgs.msg import Clock
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.timeline import NS_PER_S, Timeline, TimelineState
 
-# The time on /clock: the position, which goes back only where playback jumps or turns.
 
 def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
     """Return when the clock is told next, after a time [s] that was due and is told now.

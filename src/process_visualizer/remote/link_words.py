@@ -10,8 +10,6 @@ from urllib.parse import urlparse
 
 from process_visualizer.remote.offer import DEFAULT_PORTS, OfferedTopic
 
-# Addresses and ports as users write them, and where a program of this computer listens.
-
 MASTER_PORT = 11311
 LOCAL = '127.0.0.1'
 _EVERYWHERE = '0.0.0.0'

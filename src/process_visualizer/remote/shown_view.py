@@ -17,8 +17,6 @@ from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, Offere
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.rviz.views import onlooker_view
 
-# The view of a cell that runs elsewhere, of which only what it shows is taken over.
-
 LINK_TOPIC = '/view_link/marker_array'
 """Where the viewer says in its own scene that the cell cannot be reached."""
 _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection', 'Enabled': True,
@@ -150,8 +148,6 @@ def _mapping(element: Mapping[str, Any], key: str) -> View:
     value = element.get(key)
     return value if isinstance(value, dict) else {}
 
-
-# Models of a cell that runs elsewhere, and their meshes: of this computer, or of the cell.
 
 _MAX_MODEL_TEXT = 16 << 20
 

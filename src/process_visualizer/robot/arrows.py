@@ -9,8 +9,6 @@ import numpy as np
 
 from process_visualizer.robot.rotations import Triple, Vector
 
-# Geometry of arrows: their length, and the place and wording of their number.
-
 VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
 FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
 """The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""

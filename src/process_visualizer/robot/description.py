@@ -297,8 +297,6 @@ def _claim_links(device: Device, description: RobotDescription, owners: Dict[str
     owners.update(dict.fromkeys(description.links, device.name))
 
 
-# A mark that distinguishes a cell's own robot descriptions from those of drivers.
-
 _MARK = 'made by process_visualizer for its own nodes'
 
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Collection, Dict, Iterable, List, Mapping, Optional, Tuple
 
-# The fixed frames of a cell: a tree in which frames are moved.
-
 Triple = Tuple[float, float, float]
 MAX_M = 1e6
 """No frame of a cell is farther; numbers far beyond overflow where they are used."""
@@ -81,8 +79,6 @@ class FrameTree:
                              f'with the parent {frame.parent}')
         self._frames[frame.child] = frame
 
-
-# The frames of a robot: what a driver means by a name, and those that nobody names.
 
 def default_base_frame(robot: str) -> str:
     """Return the base frame of a robot that names none."""

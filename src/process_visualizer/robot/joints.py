@@ -101,8 +101,6 @@ def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
             for name, position in before.positions.items()}
 
 
-# Joints of a robot over a time that can be gone through in any order.
-
 class JointTrack(NamedTuple):
     """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN: there are none."""
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from process_visualizer.robot.kinematics import MOVABLE, Joint, Kinematics, Placement
 
-# Poses of a frame in another one, at many times at once.
 
 class Placements(NamedTuple):
     """Positions (n, 3) [m] and rotations (n, 4) x y z w of any length; n may be 1.
@@ -94,8 +93,6 @@ def _product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     v, w = first[:, 3:], second[:, 3:]
     return np.hstack((v * b + w * a + np.cross(a, b), v * w - (a * b).sum(axis=1, keepdims=True)))
 
-
-# The frames between a robot's base and its tool, whatever places each of them.
 
 class SentTransform(NamedTuple):
     """A transform that messages bring: seven numbers, the position and x y z w."""

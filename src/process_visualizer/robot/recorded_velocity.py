@@ -120,8 +120,6 @@ def _window_sums(columns: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.n
     return result
 
 
-# The speed of a tool over a whole recording, as the robot processor would show it.
-
 WINDOW_S = 0.2
 _MAX_BUNCHED = 50  # messages
 _SHORTEST = 0.99  # of the period, as in ToolVelocity
@@ -275,8 +273,6 @@ def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[floa
     ends = np.append(ends, len(segment) - 1) if len(segment) else ends
     return times_s[begins].tolist(), times_s[ends].tolist()
 
-
-# The poses of a part of a recording, and which part is needed next.
 
 MARGIN_S = 1.2
 """What lies further from a position has no part in its velocity: the greatest gap, and a window."""

@@ -188,8 +188,6 @@ def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
     return np.array([0.0, -z, y, w]) / length
 
 
-# The distance between two poses.
-
 class PoseDifference(NamedTuple):
     """The distance of two origins [m], and the angle [rad] by which one has to be turned."""
 

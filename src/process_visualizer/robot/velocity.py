@@ -16,8 +16,6 @@ from process_visualizer.robot.rotations import (
     rotation_vector_between,
 )
 
-# The velocity of a tool from poses that arrive at uneven times.
-
 GAP_S = 1.0  # greater ones between two poses end what a velocity is found from
 
 

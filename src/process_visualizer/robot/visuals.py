@@ -12,8 +12,6 @@ import numpy as np
 
 from process_visualizer.robot.kinematics import Placement, origin_of, triple, urdf_root
 
-# Visual shapes of a model's links.
-
 Size = Tuple[float, float, float]
 Color = Tuple[float, float, float, float]
 

@@ -38,8 +38,6 @@ def read_view(path: str) -> Dict[str, Any]:
     return content
 
 
-# The operator's own views of a choice of devices, by name.
-
 _ENDING = '.rviz'
 _CHOSEN_FILE = 'chosen.txt'
 

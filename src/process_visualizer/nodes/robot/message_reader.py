@@ -222,14 +222,11 @@ class TopicReader(Generic[Quantity]):
         self._complaints.add(self._topic, f'a message on {self._topic} {problem}', values=values)
 
 
-# Reads the numbers of a std_msgs/Float32MultiArray straight from its bytes.
-#
-# A driver sends a few numbers at 125 Hz and more; building the message with its layout costs
-# several times as much as finding where the numbers are. For that few, Python's own numbers are
-# faster than an array.
-
 def float32_values(message: bytes) -> Tuple[float, ...]:
     """Return the numbers of a serialized Float32MultiArray without the layout's padding.
+
+    A driver sends a few numbers at 125 Hz and more; building the message would take several times
+    as long.
 
     Raises:
         ValueError: the bytes are not those of such a message.

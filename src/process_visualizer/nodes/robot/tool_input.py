@@ -30,7 +30,6 @@ from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.rotations import Triple, Vector, rotated
 from process_visualizer.ros_names import TF_MESSAGE
 
-# The interface of decoders that find the poses of a tool in recorded messages.
 
 class FramesNotConnected(ValueError):
     """The frames between a pose and the base frame are not known: other nodes send them."""
@@ -57,8 +56,6 @@ class PoseDecoder(ABC):
             FramesNotConnected: as above.
         """
 
-
-# Reads the pose of a frame from the messages of a tf topic.
 
 PATIENCE_S = 5.0  # from the first transforms: other nodes start too, and send only then
 

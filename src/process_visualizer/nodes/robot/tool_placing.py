@@ -25,8 +25,6 @@ from process_visualizer.robot.rotations import (
 )
 from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
 
-# Learns a robot's tool from samples that are taken while the robot is at rest.
-
 PERIOD_S = 0.2  # between two looks, between which nothing may move
 _MAX_S = 1.0
 _STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; else a pose is not that of the joint states
@@ -104,8 +102,6 @@ def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
             bodies[link] = Body(body, carriers)
     return bodies
 
-
-# The place of a robot's arrows: in which frame, turned how, and beginning where.
 
 MOTION_S = 0.1
 """Poses and joint states of one moment may come so far apart; a moving tool is elsewhere then."""

@@ -42,7 +42,6 @@ from process_visualizer.ros_names import (
 )
 from process_visualizer.srv import ReadTopic
 
-# A robot's recorded joints, under the names in its model.
 
 class JointsAt(NamedTuple):
     """Positions [rad or m] of joints by name, and when they were measured."""
@@ -237,8 +236,6 @@ def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _
             poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
     return _Collected(poses, problem, period_s)
 
-
-# The tool's velocity at the position of playback, read from the recording ahead of time.
 
 MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
 _RETRY_S, _WARNING_S = 1.0, 10.0
