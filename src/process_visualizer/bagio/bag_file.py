@@ -122,7 +122,7 @@ def records_in(buffer: memoryview, offset: int = 0) -> Iterator[Record]:
 
 
 def number(fields: Fields, name: bytes, size: int = 4) -> int:
-    """Return an unsigned number of so many bytes.
+    """Return an unsigned number of a size [bytes].
 
     Raises:
         RecordError: the field is missing or of another length.
@@ -248,7 +248,7 @@ class BagFile:
             self._descriptor = -1
 
     def read(self, offset: int, size: int) -> bytearray:
-        """Return so many bytes from an offset.
+        """Return a number of bytes from an offset.
 
         Raises:
             RecordError: the file ends before, or cannot be read there.

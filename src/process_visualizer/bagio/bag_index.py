@@ -54,7 +54,7 @@ class Strays(NamedTuple):
 
 
 class BagIndex:
-    """All messages of a recording by their position, 0 for the earliest; not to be changed.
+    """The messages of a recording by their position, 0 for the earliest; not to be changed.
 
     Messages of the same time stand in the order in which they were recorded (file, chunk, byte).
     ``connections`` has what the column ``connection`` counts, ``chunks`` what ``chunk`` counts;
@@ -83,7 +83,7 @@ class BagIndex:
 
     @property
     def columns(self) -> Columns:
-        """All rows in the order of time."""
+        """The rows in the order of time."""
         return Columns(self.time_ns, self.connection, self.chunk, self.offset)
 
     @property
@@ -164,7 +164,7 @@ def is_rising(values: np.ndarray) -> bool:
 
 
 def connection_dtype(count: int) -> np.dtype:
-    """Return the smallest type that counts so many connections."""
+    """Return the smallest type that can number the connections."""
     return np.dtype(np.int16 if count <= np.iinfo(np.int16).max else np.int32)
 
 

@@ -30,8 +30,8 @@ _MAX_CHUNK_BYTES = 256 << 20
 """Of a compressed chunk, which is in memory as a whole: a thousand times what rosbag writes."""
 _STEP_BYTES = 1 << 20
 _MORE_BYTES = 64 << 20
-"""By which what is compressed may be longer, and a wrong length be told as such: a chunk is read
-into memory as a whole."""
+"""By which compressed data may be longer, so that a wrong length is reported as such: a chunk is
+read into memory as a whole."""
 _HEADS_KEPT = 4096
 _MAX_NOTES = 100
 

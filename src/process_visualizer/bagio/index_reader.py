@@ -105,7 +105,7 @@ def _corrected(index: BagIndex, positions: np.ndarray,
         try:
             time_ns[position] = own_time_ns(position)
         except BagDamaged:
-            continue  # whoever reads the message is told
+            continue  # reading the message reports it
     if np.array_equal(time_ns, index.time_ns):
         return index
     return BagIndex(index.connections, index.columns._replace(time_ns=time_ns), index.chunks,
@@ -175,7 +175,7 @@ class IndexEntries:
     """Turns index entries into columns, a batch of chunks at a time to need little memory."""
 
     def __init__(self, connection_count: int, capacity: int) -> None:
-        """Make room for so many entries; memory is only taken by those that come."""
+        """Make room for a number of entries; memory is only taken by those that come."""
         self._columns = Columns(np.empty(capacity, np.int64),
                                 np.empty(capacity, connection_dtype(connection_count)),
                                 np.empty(capacity, np.int32), np.empty(capacity, np.uint32))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""JSON that somebody else has written: what is wrong with it is always a ValueError."""
+"""JSON from other programs: whatever is wrong with it is reported as a ValueError."""
 from __future__ import annotations
 
 import json

@@ -188,7 +188,7 @@ _TEXT = '_full_text'
 
 
 def with_definition(connection: Connection) -> Connection:
-    """Return a connection with the installed definition, if its own is none and that one is it."""
+    """Return a connection with the installed definition if only that one fits its checksum."""
     if _checksum(connection.type, connection.message_definition) == connection.md5sum:
         return connection
     text = _installed(short_name(connection.type))
@@ -247,7 +247,7 @@ def _installed(type_name: str) -> Optional[str]:
 
 
 def _text_in(module: Path) -> Optional[str]:
-    """The definition in a module that genpy has made; None if it is none."""
+    """Return the definition in a module that genpy has made; None in any other file."""
     try:
         if not module.is_file() or module.stat().st_size > _MAX_BYTES:
             return None

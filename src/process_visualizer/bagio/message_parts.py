@@ -222,7 +222,7 @@ def emptied(connection: Connection, example: Data) -> bytes:
     """Return that message, with the frame and the format of an example message.
 
     Raises:
-        MessageDamaged: the bytes of the example are none of its type.
+        MessageDamaged: the bytes of the example do not fit its type.
     """
     if shows_markers(connection):
         return _marker_removal(connection, example)
@@ -252,7 +252,7 @@ def _frame(example: Data, marker_offset: int) -> bytes:
 
 
 def _cloud(example: Data) -> bytes:
-    """A cloud of no points, with the fields of the example: RViz wants to know them."""
+    """A cloud of no points, with the fields of the example, which RViz needs."""
     behind = read_text(example, _STAMPED.size)[1]
     fields = checked_end(example, behind, 2 * len(_EMPTY))
     count, end = read_length(example, fields)
@@ -274,7 +274,7 @@ _FETCHED = re.compile(rb'(?![Pp]ackage:|[Ff]ile:)[A-Za-z][A-Za-z0-9+.-]{1,15}://
 def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
     """Return the address of a mesh that RViz would fetch for a message of markers, or None.
 
-    It is a text of its own in the message: what is only mentioned in a label is none. RViz reads
+    It is a text of its own in the message: an address in a label does not count. RViz reads
     messages as markers by the checksum alone.
     """
     if not (connection.type.startswith(_MARKERS_PACKAGE)

@@ -164,7 +164,7 @@ class FieldLocator(Locator):
 
         Raises:
             DefinitionError: the definition cannot be understood.
-            ValueError: a path is none.
+            ValueError: a path is invalid.
         """
         self._type = short_name(type_name)
         self._definitions = parse_definitions(self._type, definition)

@@ -96,7 +96,7 @@ def _as_gaps(time_ns: np.ndarray, before: np.ndarray, missing: np.ndarray,
 
 
 def _steps(numbers: np.ndarray) -> np.ndarray:
-    """By how much the number of each message grew since the last one (0: unknown)."""
+    """Return by how much the number of each message grew since the last one (0: unknown)."""
     step = np.zeros(len(numbers), np.int64)
     known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
     step[1:] = np.where(known, np.maximum(np.diff(numbers), 0), 0)

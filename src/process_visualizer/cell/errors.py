@@ -77,7 +77,7 @@ class ProblemList:
         self._problems.extend(problems)
 
     def sorted(self) -> List[Problem]:
-        """All problems by file and line; files in the order in which they were read."""
+        """Return the problems by file and line; files in the order in which they were read."""
         found = (problem.location.file for problem in self._problems)
         files = list(dict.fromkeys([*self._files, *found]))
         return sorted(self._problems,

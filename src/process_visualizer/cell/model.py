@@ -192,7 +192,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class ColorScale:
-    """Colours by value: linear between the variable's own colour at begin and another at end."""
+    """Colors by value: linear between the variable's own color at begin and another at end."""
 
     begin: float
     end: float
@@ -201,7 +201,7 @@ class ColorScale:
 
 @dataclass(frozen=True)
 class WarningLimits:
-    """Values below low or above high have the warning colour; None: no such limit."""
+    """Values below low or above high have the warning color; None: no such limit."""
 
     low: Optional[float]
     high: Optional[float]

@@ -103,7 +103,7 @@ class PlayerClient:
         return self._call('stop')
 
     def repeat(self) -> str:
-        """Publish what is shown once more if it stands still, for a cell that has changed."""
+        """Publish the scene again while paused, for a cell that has changed."""
         return self._call('repeat')
 
     def seek(self, position_s: float) -> str:

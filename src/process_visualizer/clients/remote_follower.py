@@ -76,7 +76,7 @@ class RemoteFollower:
             self._on_message(message)
 
     def _connected(self, end_s: float) -> socket.socket:
-        """Nobody tells when a node that has just started begins to publish: ask until then."""
+        """Connect; a node that has just started is asked again until it publishes."""
         while True:
             try:
                 return self._connect()

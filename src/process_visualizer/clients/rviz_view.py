@@ -34,7 +34,7 @@ class RvizViewError(Exception):
 
 
 class RvizView:
-    """Lets a running RViz write or read its view. The methods block."""
+    """The view of a running RViz, which writes or reads it. The methods block."""
 
     def __init__(self, node: str = _NODE, timeout_s: float = 10.0) -> None:
         """``node`` is the name of RViz; ``timeout_s`` is for each answer."""

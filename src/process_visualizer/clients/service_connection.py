@@ -78,7 +78,7 @@ class ServiceConnection:
                 raise problem(f'{self._name} does not answer: {error}') from error
 
     def wait(self, timeout_s: float, interrupted: Optional[threading.Event] = None) -> bool:
-        """Wait until a node offers it; nobody tells, so ask ten times a second.
+        """Wait until a node offers it: ROS sends no notice of that, so ask ten times a second.
 
         False if none does in time, or the wait is interrupted.
         """

@@ -136,7 +136,7 @@ _SCENE = '846x606+17+63'
 """What of the window is the scene: without bars and the docks' edges."""
 _START_S, _DRAWN_S = 90.0, 30.0
 _ALIKE, _MAX_PICTURES = 3, 20
-"""So many pictures are the same in a scene at rest; so many are taken at most."""
+"""Equal pictures in a row that show a scene at rest, and the most that are taken."""
 _NEEDED = (FRAMES_PART, BAG_PART, RVIZ_PART)
 
 
@@ -149,7 +149,7 @@ def scene_camera(choice: Choice) -> Iterator[SceneCamera]:
     """Yield a camera; it goes with its cell.
 
     Args:
-        choice: devices and view, in playback mode; what is played is told to the camera.
+        choice: devices and view, in playback mode; the camera is given what is played.
 
     Raises:
         SceneError: there is no screen.

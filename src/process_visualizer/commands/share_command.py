@@ -162,7 +162,7 @@ def _span(run: Run, begin: Optional[str], end: Optional[str]) -> PageSpan:
     """Return what of a run is shown [s of its recording].
 
     Raises:
-        ValueError: a time is none, or is not in the run.
+        ValueError: a time is invalid, or is not in the run.
     """
     first_s, last_s = run.begin_s, run.begin_s + run.duration_s
     begin_s = first_s if begin is None else clock_seconds(begin)

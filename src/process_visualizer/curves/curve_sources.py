@@ -20,7 +20,7 @@ from process_visualizer.robot.tool_frame import pose_frames
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
     (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), COLORS['orange'], (0.3, 0.5, 0.9))
-"""For topics without a colour of their own; the thesis' for its upper edge, lower edge, feed."""
+"""For topics without a color of their own; the thesis' for its upper edge, lower edge, feed."""
 
 
 class Quantity(Enum):
@@ -70,7 +70,7 @@ class CurveSource(NamedTuple):
 def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
     """Return what is drawn of devices, in their order.
 
-    Of each robot the tool's speed and the force, in the colours of its arrows; every variable;
+    Of each robot the tool's speed and the force, in the colors of its arrows; every variable;
     and the recorded topics without a function that turn out to carry one plain number.
     """
     sources: List[CurveSource] = []
@@ -138,5 +138,5 @@ def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSour
 
 
 def plain_color(number: int) -> Color:
-    """Return the colour of the plain curve with this number."""
+    """Return the color of the plain curve with this number."""
     return _PLAIN_COLORS[number % len(_PLAIN_COLORS)]

@@ -46,7 +46,7 @@ def columns_for(duration_s: float) -> int:
 def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Optional[int] = None,
                 on_progress: Optional[Callable[[float], None]] = None,
                 is_cancelled: Callable[[], bool] = lambda: False) -> Tuple[Curve, ...]:
-    """Return the curves of devices; of what the recording does not have there is none.
+    """Return the curves of devices, without those whose data is not in the recording.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
     Of a topic with more than MAX_MESSAGES (an hour at 125 Hz has 450 000), or MAX_PER_COLUMN for
@@ -57,7 +57,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
         paths: the bags of one recording.
         devices: see curve_sources.
         columns: how many columns each curve has; without it see columns_for.
-        on_progress: is told the part that is done, 0 to 1.
+        on_progress: is called with the part that is done, 0 to 1.
         is_cancelled: is asked often.
 
     Raises:
@@ -76,7 +76,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
 
 
 def colored(series: Sequence[Series]) -> List[Series]:
-    """Return the series, with a colour each for those that have none of their own."""
+    """Return the series, with a color each for those that have none of their own."""
     plain = [it.source.topic for it in series if it.source.plain]
     return [it._replace(source=it.source._replace(color=plain_color(plain.index(it.source.topic))))
             if it.source.plain else it for it in series]
@@ -101,7 +101,7 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
     Args:
         times_s: (n,), of any order; what lies outside counts to the nearer end.
         values: (n,).
-        duration_s: is divided into so many columns of the same length.
+        duration_s: is divided into this number of columns of equal length.
     """
     low, high = np.full(columns, np.nan), np.full(columns, np.nan)
     if len(times_s):
@@ -116,7 +116,7 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
 
 
 class RecordedAlarm(NamedTuple):
-    """From when to when [s from the beginning] which device had which alarm."""
+    """An alarm of a device, from its begin to its end [s from the beginning]."""
 
     device: str
     text: str

@@ -66,7 +66,7 @@ class RollingColumns:
                 np.fmax.reduce(high.reshape(count, joined), axis=1))
 
     def _make_room(self, column: int) -> None:
-        """Move on so far that there is a place for a column."""
+        """Move on until there is room for a column."""
         over = column - self._begin - len(self._low) + 1
         if over <= 0:
             return
@@ -309,7 +309,7 @@ class LiveCurves:
                           self._begin_ns / 1e9)
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
-        """Return what has been seen, in the order of the devices; plain ones with a colour each."""
+        """Return what has been seen, in the order of the devices; plain ones with a color each."""
         found, plain = [], 0
         for source in self._sources:
             if source in self._columns:

@@ -43,7 +43,7 @@ def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: i
         try:
             message = recording.message(position)
         except BagDamaged:
-            continue  # playback tells of it
+            continue  # playback reports it
         time_ns = int(recording.index.time_ns[position])
         size += len(message)
         if messages and size > largest_bytes and time_ns > times_ns[-1]:

@@ -58,7 +58,7 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
         recording: to read.
         series: of this recording.
         most: messages of a topic that are read, evenly spread; default: all.
-        on_progress: is told the part that is done, 0 to 1.
+        on_progress: is called with the part that is done, 0 to 1.
         is_cancelled: is asked often.
         by_stamp: whether numbers belong to the time of their message's stamp, where it has one
             that can be right, instead of that at which it was recorded.
@@ -106,7 +106,7 @@ def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], mo
 
 
 def _spread(positions: np.ndarray, most: Optional[int]) -> np.ndarray:
-    """At most so many of the positions, evenly spread."""
+    """Return a limited number of the positions, evenly spread."""
     if most is None or len(positions) <= most:
         return positions
     return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]

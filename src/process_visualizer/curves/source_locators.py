@@ -112,7 +112,7 @@ def _values(name: str, value: Any) -> _Named:
 # Tool poses in a recording's tf, with the frames that the cell itself adds.
 
 _BLOCKS, _BLOCK = 5, 100
-"""In so many parts of a recording, so many messages of each publisher are looked at."""
+"""Number of parts of a recording, and of messages of each publisher that are read in each."""
 
 
 class Messages(Protocol):

@@ -28,7 +28,7 @@ class ValueScale(NamedTuple):
 
     @property
     def span(self) -> float:
-        """From the bottom to the top."""
+        """The difference of top and bottom."""
         return self.high - self.low
 
 

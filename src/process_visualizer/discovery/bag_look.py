@@ -180,7 +180,7 @@ def _take(values: Values, names: str) -> Any:
 
 
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
-"""Of each publisher about so many messages are read, evenly spread over the recording."""
+"""Number of messages that are read of each publisher, evenly spread over the recording."""
 _STATIC = (STATIC_TF_TOPIC, CALIBRATION)
 _MAX_STATIC = 500
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
@@ -230,6 +230,6 @@ def _positions(positions: np.ndarray, total: int, connection: Connection) -> Lis
 
 
 def _spread(positions: np.ndarray, total: int, count: int) -> List[int]:
-    """The messages next after so many moments, the same for all topics."""
+    """Return the messages next after a number of moments, the same for all topics."""
     places = np.searchsorted(positions, np.linspace(0, total - 1, count))
     return [int(it) for it in positions[np.unique(np.minimum(places, len(positions) - 1))]]

@@ -212,7 +212,7 @@ def _add_cloud(device: DraftDevice, cloud: SeenTopic, is_computed: bool) -> None
 
 def _add_cloud_node(device: DraftDevice, group: CameraGroup, depth: SeenTopic,
                     cloud: Optional[SeenTopic]) -> None:
-    """Compute the cloud from the images: in playback, or always if nobody does it."""
+    """Compute the cloud from the images: in playback, or always if no node does it."""
     output = f'/{device.name}/cloud' if cloud is None else cloud.name
     if cloud is None:
         device.add('topic', {'ns': device.name, 'name': 'cloud', 'type': 'pointcloud',
@@ -280,7 +280,7 @@ class Candidate(NamedTuple):
 
 
 def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> List[Candidate]:
-    """Return the candidates of a topic; colours count on from ``begin``.
+    """Return the candidates of a topic; colors count on from ``begin``.
 
     ``is_moment`` as in ``Seen``.
     """
@@ -353,7 +353,7 @@ def _one_digit(value: float) -> float:
 # Machines and sensors: what publishes neither joints nor images, as devices.
 
 ROOT_DEVICE = 'sensors'
-"""What the device is called that gets the topics without a namespace."""
+"""Name of the device that gets the topics without a namespace."""
 _VARIABLES = 'numbers that may be process variables: remove those that are none'
 _CONSTANT = 'did not change while it was looked at'
 _DRAWN = ('LaserScan', 'Path', 'Odometry', 'PointCloud', 'Polygon', 'PoseArray', 'GridCells',
@@ -423,7 +423,7 @@ class Machines:
                 if frame == device.name or frame.startswith(beginnings)]
 
     def _can_be_base(self, frame: str) -> bool:
-        """Return whether nobody has a frame, and nothing but the global frame carries it."""
+        """Return whether no device has a frame, and only the global frame may carry it."""
         return (is_frame(frame) and self._names.is_free(frame)
                 and self._forest.parent(frame) in (None, self._places.frame))
 

@@ -72,7 +72,7 @@ class DraftDevice:
 
 @dataclass
 class Draft:
-    """All devices, the global frame, and what the user should know."""
+    """A draft: devices, the global frame, and remarks for the user."""
 
     where: str
     frame: str = DEFAULT_FRAME
@@ -215,13 +215,13 @@ class CellNames:
             taken.add(found)
 
     def frame(self, wanted: str) -> str:
-        """Return a frame's name, the wanted one if nobody has it."""
+        """Return a frame's name, the wanted one if it is free."""
         found = free_name(wanted, self._frames)
         self._frames.add(found)
         return found
 
     def is_free(self, frame: str) -> bool:
-        """Return whether nobody has this frame."""
+        """Return whether no device has this frame."""
         return frame not in self._frames
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From what was seen to a configuration; asks nobody and reads no file."""
+"""Makes a draft of a configuration from what was seen, without asking or reading anything."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
@@ -93,7 +93,7 @@ class _Making:
             self._texts[f'{device.name}.urdf'] = model.description.text
 
     def _add_still_models(self, groups: Sequence[RobotGroup]) -> None:
-        """Add the models whose joints nobody publishes."""
+        """Add the models whose joints no node publishes."""
         for model in self._models:
             if any(group.model is model for group in groups):
                 continue

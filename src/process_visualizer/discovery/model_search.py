@@ -223,7 +223,7 @@ def _rms(vectors: np.ndarray) -> float:
 
 _FIT_M = 0.01  # an arm that is not calibrated
 _NOISE_M = 0.002
-_CLEAR = 3.0  # the next model leaves so many times as much
+_CLEAR = 3.0  # least factor by which the residual of the next model is larger
 
 
 class ModelChoice(NamedTuple):
@@ -329,7 +329,7 @@ _Arguments = Tuple[Tuple[str, str], ...]
 
 
 class ModelSearch:
-    """Finds models; what cannot be used is told by ``remarks``."""
+    """Finds models; ``remarks`` name what cannot be used."""
 
     def __init__(
         self, files: Optional[ModelFiles] = None, motions: Sequence[FrameMotion] = ()
@@ -417,7 +417,7 @@ class ModelSearch:
     @staticmethod
     def _for_joints(topic: SeenTopic, evidence: ModelEvidence,
                     fitting: Sequence[FoundModel]) -> Optional[FoundModel]:
-        """The model with the most joints of a topic, which nobody has described: not its hand.
+        """The model with the most joints of a topic, which no description has: not its hand.
 
         Of those the one with the fewest others.
         """

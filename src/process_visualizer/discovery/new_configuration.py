@@ -110,7 +110,7 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
     of packages that the user trusts; comments say what stood there.
 
     Raises:
-        ConfigurationError: it is none on this machine.
+        ConfigurationError: it is not valid on this machine.
         ValueError: its files or models cannot be used.
         OSError: it cannot be written.
     """
@@ -178,7 +178,7 @@ def _escaped(value: str) -> str:
 
 
 def _with_seen_poses(cell: Cell, seen: Seen) -> List[str]:
-    """Write base frames that were calibrated meanwhile into the file; what cannot be is told."""
+    """Write base frames that were calibrated meanwhile into the file; report the others."""
     forest, editor = FrameForest(seen.transforms), PoseEditor(cell)
     remarks = []
     for device in cell.devices:

@@ -47,7 +47,7 @@ def _names() -> Iterable[str]:
 
 
 class BasePlaces:
-    """Places of base frames in the global frame; those that nothing tells stand in a row."""
+    """Places of base frames in the global frame; unknown ones stand in a row."""
 
     def __init__(self, forest: FrameForest, frame: str) -> None:
         self.frame = frame

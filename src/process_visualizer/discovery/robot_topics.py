@@ -87,7 +87,7 @@ class RobotGroup:
 
     @property
     def words(self) -> FrozenSet[str]:
-        """Return what tells it from others."""
+        """Return what distinguishes it from others."""
         name = self.model.name if self.model is not None else ''
         return words(self.namespace) | words(name) | words(self.joint_topic.name.rpartition('/')[0])
 
@@ -98,7 +98,7 @@ class RobotGroup:
 
     @property
     def topics(self) -> List[SeenTopic]:
-        """All of its topics."""
+        """The topics of the robot."""
         found = (self.joint_topic, *self.other_joint_topics, self.pose_topic, self.wrench_topic)
         return [it for it in found if it is not None]
 
@@ -235,7 +235,7 @@ def _assign(groups: Sequence[RobotGroup], topics: Sequence[SeenTopic], is_kind: 
 
 
 def _owner(topic: SeenTopic, groups: Sequence[RobotGroup]) -> Optional[RobotGroup]:
-    """The robot that a topic suits best; nobody where two suit alike, or none does."""
+    """The robot that a topic suits best; none where two suit alike, or none does."""
     if len(groups) == 1:
         return groups[0]
     scores = [_score(group, topic, groups) for group in groups]
@@ -369,7 +369,7 @@ class ToolTransforms:
                              'by its name: it did not move while it was looked at')
 
     def _doubt(self, found: List[_Candidate], number: int) -> str:
-        """Return why the first is only a guess; '' if it is none."""
+        """Return why the first is only a guess; '' if it is certain."""
         best = found[0]
         if best.rank is None:
             return f'is this frame its tool? It moves in tf, behind {best.link}'

@@ -78,7 +78,7 @@ class SeenDescription(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """All that was seen; ``where`` says in words what was looked at.
+    """The observations; ``where`` says in words what was looked at.
 
     ``is_moment`` says that it was but a moment, after which numbers may go anywhere.
     """
@@ -105,7 +105,7 @@ class FrameForest:
 
     @property
     def frames(self) -> Set[str]:
-        """All names."""
+        """The names of the frames."""
         return {name for it in self._up.values() for name in (it.parent, it.child)}
 
     def path(self, frame: str) -> List[str]:

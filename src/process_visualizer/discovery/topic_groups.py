@@ -45,20 +45,20 @@ class CameraGroup:
 
     @property
     def cloud(self) -> Optional[SeenTopic]:
-        """The cloud to be shown: one with colours where there are several."""
+        """The cloud to be shown: one with colors where there are several."""
         clouds = [it for it in self.topics if it.type == CLOUD]
         return max(clouds, key=_cloud_rank) if clouds else None
 
     @property
     def depth_image(self) -> Optional[SeenTopic]:
-        """The depth image, one that is registered to the colours where there is one."""
+        """The depth image, one that is registered to the colors where there is one."""
         images = [it for it in self.topics if it.type == IMAGE and _DEPTH.search(it.name)
                   and self.info_of(it) is not None]
         return max(images, key=lambda it: (is_registered(it), -len(it.name))) if images else None
 
     @property
     def color_image(self) -> Optional[SeenTopic]:
-        """The image with the colours."""
+        """The image with the colors."""
         images = [it for it in self.topics if it.type == IMAGE and not _DEPTH.search(it.name)
                   and self.info_of(it) is not None and re.search('rgb|colou?r', it.name)]
         return min(images, key=lambda it: len(it.name)) if images else None
@@ -81,7 +81,7 @@ class CameraGroup:
 
 
 def is_registered(image: SeenTopic) -> bool:
-    """Return whether a depth image is seen from the colour camera."""
+    """Return whether a depth image is seen from the color camera."""
     return any(word in image.name for word in _REGISTERED)
 
 

@@ -36,7 +36,7 @@ class CellFrames:
 
     @property
     def names(self) -> Set[str]:
-        """All frames that are known, wherever they are."""
+        """The names of the known frames."""
         return {self._frame, *self._fixed, *self._owners}
 
     def place(self, frame: str) -> Optional[Placement]:

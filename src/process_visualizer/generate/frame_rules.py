@@ -141,7 +141,7 @@ def _advice(frame: str, known: Set[str], joints: Mapping[str, str]) -> str:
 
 
 def _meant(frame: str, known: Set[str]) -> 'str | None':
-    """The same name behind another prefix, or else the name most like it."""
+    """Return the same name with another prefix, or else the name most like it."""
     word = frame.split('/')[-1]
     behind = sorted(name for name in known if name.endswith(('/' + word, '_' + word)))
     return behind[0] if behind else nearest(frame, known)

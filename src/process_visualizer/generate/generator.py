@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a choice to the plan of all files."""
+"""Generation: turns a choice of devices into the plan of all files."""
 from __future__ import annotations
 
 import hashlib
@@ -136,7 +136,7 @@ def generate(choice: Choice) -> Plan:
 
 
 def generate_parts(choice: Choice) -> Plan:
-    """The same, and a launch file for each part, so that each can be started by itself."""
+    """Return a plan with a launch file for each part, so that each can be started by itself."""
     generation = _Generation(choice)
     plan = generation.plan()
     add_parts(plan, generation.builder.parts(), choice, generation.launch_files,
@@ -163,7 +163,7 @@ class _Generation:
         self.view = _view(choice, self._descriptions)
 
     def plan(self) -> Plan:
-        """All files but those of parts."""
+        """Return the plan of all files but those of parts."""
         choice = self._choice
         files = {LAUNCH_FILE: self.builder.text(), RVIZ_FILE: self.view.text()}
         if has_recorder(choice):

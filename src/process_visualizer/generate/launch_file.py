@@ -83,7 +83,7 @@ class LaunchFileBuilder:
         return write_document(root)
 
     def parts(self) -> Dict[str, LaunchTag]:
-        """The same as a file for each part, in a folder below that of the other files."""
+        """Return a file for each part, in a folder below that of the other files."""
         self._folder = '$(dirname)/..'
         parts = {FRAMES_PART: self._part(self._frames)}
         for device in self._choice.devices:

@@ -75,7 +75,7 @@ class RVizConfig:
         self._displays.append(_GHOST_DISPLAY)
 
     def add_replay_band(self) -> None:
-        """Add what tells the picture from that of the running cell."""
+        """Add what distinguishes the picture from that of the running cell."""
         self._displays.append(_REPLAY_DISPLAY)
 
     @property

@@ -31,7 +31,7 @@ class Condition(NamedTuple):
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
     begins there. ``is_clause`` if the source is the subject of the text; ``end`` is said of it when
     it has ended. A latched one stays an
-    alarm when it is over, until somebody acknowledges it.
+    alarm when it is over, until it is acknowledged.
     """
 
     source: str
@@ -105,7 +105,7 @@ class AlarmBoard(NamedTuple):
         return self._of(present.values())._with(event for event in events if event.text)
 
     def acknowledged(self, condition: Condition, who: str, now_s: float) -> AlarmBoard:
-        """Return the board when somebody has seen an alarm, which may go as soon as it is over."""
+        """Return the board with an alarm acknowledged, which may go as soon as it is over."""
         key = _key(condition)
         found = [it for it in self.alarms if _key(it.condition) == key and not it.is_acknowledged]
         if not found:

@@ -62,7 +62,7 @@ def part_titles(mode: Mode) -> Dict[str, str]:
 
 
 def _end_of_player(node: NodeReport) -> str:
-    """That it has stopped, and why, if that is the last that it said."""
+    """Return that the player has stopped, and why, if that is its last message."""
     said = [line for line in node.log_tail if line.startswith(f'{BAG_PLAYER}: ')]
     reason = said[-1][len(BAG_PLAYER) + 2:] if said else ''
     if node.state is not NodeState.EXITED:
@@ -184,7 +184,7 @@ def part_of_node(name: str, choice: Choice) -> str:
 
 def object_conditions(device: str, near: Iterable[NearObject],
                       played: Optional[ObjectSpans] = None) -> List[Condition]:
-    """Return which objects that nobody modelled a sensor sees near a robot.
+    """Return which unmodeled objects a sensor sees near a robot.
 
     Args:
         device: the sensor's name.
@@ -206,7 +206,7 @@ def object_conditions(device: str, near: Iterable[NearObject],
 
 
 def blind_condition(device: str, since_s: float) -> Condition:
-    """Return that nobody knows what a sensor [device] would see: a clear cell must not look so."""
+    """Return that a sensor [device] cannot see: a clear cell must not look the same."""
     return Condition(device, 'objects', 'no objects can be found: none of its clouds is evaluated',
                      Level.WARNING, since_s=since_s)
 

@@ -7,7 +7,7 @@ import re
 _THIN = '\u2009'
 """A thin space: between thousands, and between a figure and its unit."""
 _MAX_DAYS = 4
-_OFTEN_HZ = 2.0  # a latched topic that sends less often tells what has changed
+_OFTEN_HZ = 2.0  # a latched topic that sends less often reports changes
 _UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
 
 

@@ -26,7 +26,7 @@ def others_before(choice: Choice) -> Others:
     """Return the nodes that would be mixed with a choice that is about to be launched.
 
     In playback these are all publishers of the devices' topics; in real-time mode only players, as
-    anybody may start drivers. Without a master there are none.
+    drivers may be started at any time. Without a master there are none.
     """
     topics = _topics(choice.devices)
     try:

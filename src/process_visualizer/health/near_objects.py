@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects that nobody modelled and that are too near to a robot, as a sensor reports them."""
+"""Unmodeled objects that are too near to a robot, as a sensor reports them."""
 from __future__ import annotations
 
 import math
@@ -8,7 +8,7 @@ from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
 from process_visualizer.health.device_state import Level
 
 HOLD_S = 0.5
-"""An object is near for so long after it was so last: what is hidden at times does not flicker."""
+"""Hold time before *near* is cleared: an object that is hidden at times does not flicker."""
 MARGIN_M = 0.03
 """So much farther than its limit an object is near no more: noise at the limit changes nothing."""
 _ALARMS = Level.WARNING, Level.BAD
@@ -101,7 +101,7 @@ _JOIN_S = 0.2  # what is nearer to each other is one span
 
 
 class NearSpan(NamedTuple):
-    """From when to when [s] a sensor saw something near, and the nearest of it in words."""
+    """A time span [s] in which a sensor saw something near, and the nearest object in words."""
 
     device: str
     level: Level
@@ -139,7 +139,7 @@ class ObjectSpans:
 
     @property
     def spans(self) -> Tuple[NearSpan, ...]:
-        """All of them in the order of time; those of a sensor and a level do not overlap."""
+        """The spans in the order of time; those of one sensor and level do not overlap."""
         return tuple(sorted(self._spans, key=lambda it: (it.begin_s, it.level)))
 
     def begun_s(self, device: str, number: int) -> Optional[float]:

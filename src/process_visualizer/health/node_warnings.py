@@ -132,6 +132,6 @@ def counted(warnings: Collection[NodeWarning]) -> str:
 def _number(values: Mapping[str, str], name: str) -> float:
     try:
         number = float(values.get(name, '0'))
-    except ValueError:  # somebody else's
+    except ValueError:  # of another program
         return 0.0
     return number if math.isfinite(number) else 0.0

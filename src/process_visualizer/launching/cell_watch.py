@@ -96,7 +96,7 @@ class NodePulse:
         return self._seen
 
     def postpone(self, late_s: float) -> None:
-        """Count the time in which nobody could listen for no silence of the node."""
+        """Do not count the time in which this program could not listen as silence of the node."""
         self._deadline_s += late_s
         if self._told_from_s is not None:
             self._told_from_s += late_s
@@ -185,7 +185,7 @@ class NodePulse:
 
 
 class Pulses:
-    """All nodes that are watched; run it in a separate thread."""
+    """The nodes that are watched; run it in a separate thread."""
 
     def __init__(self, lookup: Lookup, connect: Connect = connecting) -> None:
         """Watch no node at first.
@@ -212,7 +212,7 @@ class Pulses:
             now_s: the present time of a clock that does not jump.
             longest_s: how long to wait.
         """
-        self._receive(0.0)  # what has come while nobody listened
+        self._receive(0.0)  # what has come in the meantime
         late_s = 0.0 if self._listened_s is None else now_s - self._listened_s
         self._listened_s = now_s
         for node in self.nodes.values():
@@ -249,7 +249,7 @@ class CellLook(NamedTuple):
 
 
 class CellWatch:
-    """Asks in a thread of its own, from ``begin`` to ``close``; tells what has changed."""
+    """Asks in a thread of its own, from ``begin`` to ``close``; reports what has changed."""
 
     def __init__(self, running: Callable[[], Collection[str]],
                  on_change: Callable[[CellLook], None], master: Optional[Master] = None,
@@ -279,7 +279,7 @@ class CellWatch:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop asking, and tell nothing any more; a question under way may still be answered."""
+        """Stop asking and reporting; a question under way may still be answered."""
         self._closed.set()
 
     def step(self, now_s: float, longest_s: float) -> None:

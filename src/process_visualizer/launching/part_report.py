@@ -121,7 +121,7 @@ class PartReport:
                      or node.state is NodeState.EXITED and node.exit_code != 0)
 
     def starting(self, nodes: Iterable[str]) -> 'PartReport':
-        """It is started, with nodes of these names."""
+        """Return the report of a part that is started, with nodes of these names."""
         begun = replace(self._become(PartState.STARTING), reason='', log_tail=())
         return replace(begun, nodes=tuple(NodeReport(name) for name in nodes))
 
@@ -150,11 +150,11 @@ class PartReport:
                        reason=_reason(self, exit_code, log_tail, required))
 
     def failed(self, reason: str) -> 'PartReport':
-        """It cannot be started."""
+        """Return the report of a part that cannot be started."""
         return replace(self._become(PartState.FAILED), reason=reason)
 
     def stopping(self) -> 'PartReport':
-        """It is being stopped; if it has already ended, its state stays."""
+        """Return the report of a part that is being stopped; one that has ended stays as it is."""
         return self if self.state is PartState.STOPPED else self._become(PartState.STOPPING)
 
     def stopped(self) -> 'PartReport':

@@ -88,7 +88,7 @@ class ReplayCell:
 
 
 def _free_port() -> int:
-    """A port that nobody uses now."""
+    """Return a port that is free now."""
     with contextlib.closing(socket.socket()) as probe:
         probe.bind(('localhost', 0))
         return int(probe.getsockname()[1])

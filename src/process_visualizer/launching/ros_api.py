@@ -158,7 +158,7 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
     """Return a connection to a node, and the header with which it has accepted ours (TCPROS).
 
     Raises:
-        OSError, ROSHandshakeException: there is nobody, or the header is refused.
+        OSError, ROSHandshakeException: nothing answers, or the header is refused.
     """
     connection = socket.create_connection(address, timeout_s)
     try:

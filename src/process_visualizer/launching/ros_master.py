@@ -70,7 +70,7 @@ class RosMaster:
         """Make sure that there is a master; True if it is one of our own.
 
         Raises:
-            RosMasterError: there is none, and none can be started.
+            RosMasterError: no master is running, and none can be started.
         """
         if not self._is_there():
             self.stop()  # what may be left of one that has died
@@ -89,7 +89,7 @@ class RosMaster:
         self._process = self._reader = None
 
     def _is_there(self) -> bool:
-        """False if nobody listens at the address and a master can be started there."""
+        """Return False if nothing listens at the address, and a master can be started there."""
         host = self._host()
         try:
             process_id_at(self._uri)

@@ -148,8 +148,8 @@ class RoslaunchProcess:
     def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
         """Stop roslaunch and everything it started; return the ids of remaining orphans.
 
-        What somebody has stopped with SIGSTOP goes on, so that a recorder finishes its bag.
-        ``tell`` hears every 5 s what has not ended yet.
+        What was stopped with SIGSTOP goes on, so that a recorder finishes its bag.
+        ``tell`` is called every 5 s with what has not ended yet.
         """
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
@@ -243,7 +243,7 @@ class RoslaunchForks:
     def load(self, launch_file: str, environment: Mapping[str, str]) -> None:
         """Let a roslaunch load a file, and wait until ``start`` is called with the same file.
 
-        Call ``discard`` after that. What cannot be loaded is told by the process that is started.
+        Call ``discard`` after that. The process that is started reports what cannot be loaded.
         """
         self.prepare()
         fork = self._fork()

@@ -97,7 +97,7 @@ def _launch(request: IO[str]) -> int:
         parent.prepare()
         start = request.readline()
         if not start:
-            _end(0)  # it was not wanted, and nobody hears what it would say
+            _end(0)  # it was not wanted, and its output goes nowhere
         _take_environment(json.loads(start))
         parent.start()
         parent.spin()

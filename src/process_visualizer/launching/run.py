@@ -49,7 +49,7 @@ class LaunchEvent:
 
 
 def plain(line: str) -> str:
-    """The line without colours, window titles and its end."""
+    """The line without colors, window titles and its end."""
     return _CONTROL.sub('', line).rstrip()
 
 
@@ -320,13 +320,13 @@ class LaunchRun:
 
     @property
     def killed_by(self) -> str:
-        """Return how roslaunch was killed by somebody else, in words; '' if it was not."""
+        """Return how roslaunch was killed from outside, in words; '' if it was not."""
         return self._killed_by
 
     def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
         """Stop everything; return the ids of processes that roslaunch left behind.
 
-        ``tell`` hears what is waited for, if that takes long.
+        ``tell`` is called with what is waited for, if that takes long.
         """
         self._is_stopping = True
         orphans = self._process.stop(tell)

@@ -68,7 +68,7 @@ def names_of(pids: List[int]) -> List[str]:
 
 
 def continue_processes(run_id: str) -> None:
-    """Let those processes of a run go on that somebody has stopped: they heed no other signal."""
+    """Continue the processes of a run that were stopped by SIGSTOP: they heed no other signal."""
     _signal_all(processes_of_run(run_id), signal.SIGCONT)
 
 

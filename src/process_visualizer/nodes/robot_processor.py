@@ -262,7 +262,7 @@ class RobotProcessor:
     def _draw(self, now_s: float, early_s: float = 0.0) -> None:
         """Publish the markers if it is time and there are subscribers.
 
-        No markers are published too: whoever waits for the robot knows that there is nothing more.
+        An empty list is published too: a receiver that waits for the robot knows that it is all.
         """
         if self._twist.is_awaited():
             return

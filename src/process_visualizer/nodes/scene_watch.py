@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in the scene which device is no longer up to date, as a process has ended or hangs.
+"""Shows in the scene which devices are out of date, as a process has ended or hangs.
 
 Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A
 robot that no longer moves and a cloud stay in the picture: only words can say that they are
@@ -93,7 +93,7 @@ class SceneWatch:
             self._publish(problems)
 
     def _silent_nodes(self) -> Dict[str, SilentNode]:
-        """Those that hang; what has ended is known to whoever has started it."""
+        """Return the nodes that hang; the program that started a node knows of its end."""
         devices = {device.name for device in self._devices} - {ITSELF}
         return {name: SilentNode(device if device in devices else '', meaning)
                 for device, meanings in self._meanings.items()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lets other computers see the running cell, and change nothing in it.
+"""The relay: other computers can see the running cell, and change nothing in it.
 
 Viewers connect to one port, and are sent what the cell's view shows, with models and meshes. They
 never connect to a driver, so none can hold one up; what a link does not carry is left out here.
@@ -145,7 +145,7 @@ class ViewRelay:
                 if topic is not None}
 
     def _look_for_topics(self) -> None:
-        """Offer what begins to be published, and another view, while somebody watches."""
+        """Offer new topics, and another view, while a viewer is connected."""
         view = ''
         while not self._ended.is_set():
             if not self._present():

@@ -89,7 +89,7 @@ class TopicFeed:
             subscriber.unregister()
 
     def _update(self) -> List[rospy.Subscriber]:
-        """Subscribe to what is new; return what nobody wants any more."""
+        """Subscribe to what is new; return what no viewer wants any more."""
         needed: Set[str] = {topic for topic, takers in self._wanted.items() if takers}
         left = [self._subscribers.pop(it) for it in set(self._subscribers) - needed]
         for topic in set(self._wanted) - needed:

@@ -132,7 +132,7 @@ def _origin(parts: PageParts, packages: rospkg.RosPack) -> str:
 
 
 def _json(data: Dict[str, Any]) -> str:
-    """JSON in which nothing ends the element that it is in; NaN is none there."""
+    """Return JSON that cannot end the element that it is in; NaN is refused."""
     text = json.dumps(data, separators=(',', ':'), allow_nan=False)
     return text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
 

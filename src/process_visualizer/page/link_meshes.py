@@ -23,7 +23,7 @@ _FINEST, _COARSEST = 256, 8
 """Cells along the longest edge of a mesh in which corners become one."""
 _ROUND = 24
 _PLAIN = (0.72, 0.12, 0.10, 1.0)
-"""As RViz shows what has no colour."""
+"""As RViz shows what has no color."""
 
 
 class LinkMesh(NamedTuple):
@@ -34,7 +34,7 @@ class LinkMesh(NamedTuple):
 
 
 class LinkMeshes:
-    """Reads the meshes of models; what cannot be read is left out and told."""
+    """Reads the meshes of models; what cannot be read is left out and reported."""
 
     def __init__(self) -> None:
         """Begin without meshes."""
@@ -67,7 +67,7 @@ class LinkMeshes:
 
 
 def thinned(meshes: Sequence[ColoredMesh], most: int = MAX_TRIANGLES) -> List[ColoredMesh]:
-    """Return meshes that have so many triangles together at most, the larger ones thinned."""
+    """Return meshes with a limited number of triangles in all, the larger ones thinned."""
     counts = np.array([len(it.triangles) for it in meshes])
     if counts.sum() <= most:
         return list(meshes)
@@ -99,7 +99,7 @@ def _clustered(mesh: ColoredMesh, most: int) -> ColoredMesh:
 
 
 def _on_grid(mesh: ColoredMesh, cells: int) -> ColoredMesh:
-    """Corners of one cell that look the same way and have one colour become one."""
+    """Corners of one cell that look the same way and have one color become one."""
     lowest = mesh.positions.min(axis=0)
     edge = float((mesh.positions.max(axis=0) - lowest).max()) / cells or 1.0
     cell = np.floor((mesh.positions - lowest) / edge).astype(np.int64)
@@ -133,7 +133,7 @@ def _means(same: np.ndarray, count: np.ndarray, values: np.ndarray) -> np.ndarra
 
 
 def _placed(mesh: ColoredMesh, visual: LinkVisual) -> ColoredMesh:
-    """The mesh in its link, with the colour of the model where it has none."""
+    """The mesh in its link, with the color of the model where it has none."""
     turn, size = matrix_from_quaternion(visual.place.quaternion), np.array(visual.size)
     positions = (mesh.positions * size) @ turn.T + np.array(visual.place.position)
     normals = mesh.normals / np.where(size == 0.0, 1.0, size)

@@ -167,7 +167,7 @@ def _colors(device: Device, source: CurveSource, values: np.ndarray,
 
 
 def variable_colors(variable: Variable) -> VariableColors:
-    """Return the colours of a variable by its value."""
+    """Return the colors of a variable by its value."""
     scale, limits = variable.color_scale, variable.limits
     plain = VariableColors(opaque(variable.color), None if scale is None else (
         scale.begin, scale.end, opaque(scale.end_color)))
@@ -179,7 +179,7 @@ def variable_colors(variable: Variable) -> VariableColors:
 
 
 def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color:
-    """Return the colour of an arrow, DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
+    """Return the color of an arrow, DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
     quantity = name[len(device.name) + 1:]
     if quantity in ('velocity', 'force'):
         red, green, blue, _ = configured_arrow(device, quantity).color

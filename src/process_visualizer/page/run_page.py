@@ -105,7 +105,7 @@ class PageCell:
     """The models of a cell, which all runs of a page share."""
 
     def __init__(self, cell: Cell, packed: Packed) -> None:
-        """Load models and meshes; what cannot be loaded is told in ``notes``."""
+        """Load models and meshes; what cannot be loaded is named in ``notes``."""
         self.cell, self._packed = cell, packed
         self.notes: List[str] = []
         self.models: Dict[str, RobotDescription] = {}

@@ -43,7 +43,7 @@ class WatchedDevice:
 
 @dataclass(frozen=True)
 class SceneParameters:
-    """All watched devices."""
+    """The parameters of scene_watch: the watched devices."""
 
     frame: str
     devices: Tuple[WatchedDevice, ...]

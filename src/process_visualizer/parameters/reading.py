@@ -93,7 +93,7 @@ class Parameters:
         return float(value[0]), float(value[1]), float(value[2])
 
     def color(self, name: str, default: Color) -> Color:
-        """Return a colour given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
+        """Return a color given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
         value = self._values.get(name, list(default))
         try:
             numbers = [float(part) for part in (value.split() if isinstance(value, str) else value)]
@@ -117,12 +117,12 @@ def is_number(value: Any) -> bool:
 
 
 def written_color(color: Color) -> List[float]:
-    """Return a colour as a parameter: without alpha where it is opaque."""
+    """Return a color as a parameter: without alpha where it is opaque."""
     return list(color[:3] if color[3] == 1.0 else color)
 
 
 def opaque(color: Sequence[float]) -> Color:
-    """Return red, green and blue (3,) as a colour that hides what is behind it."""
+    """Return red, green and blue (3,) as a color that hides what is behind it."""
     red, green, blue = color
     return red, green, blue, 1.0
 

@@ -36,10 +36,10 @@ COLOR, WARNING_COLOR = opaque(_default('color')), opaque(_default('warning_color
 
 @dataclass(frozen=True)
 class VariableColors:
-    """The colour of a variable by its value: a warning limit goes before the scale."""
+    """The color of a variable by its value: a warning limit goes before the scale."""
 
     color: Color
-    scale: Optional[Tuple[float, float, Color]] = None  # begin, end, colour at the end
+    scale: Optional[Tuple[float, float, Color]] = None  # begin, end, color at the end
     low: float = -math.inf
     high: float = math.inf
     warning_color: Color = WARNING_COLOR
@@ -50,7 +50,7 @@ class VariableColors:
         return Limits(self.low, self.high)
 
     def of(self, value: float) -> Color:
-        """Return the colour of a value."""
+        """Return the color of a value."""
         if not self.low <= value <= self.high:
             return self.warning_color
         if self.scale is None:
@@ -63,7 +63,7 @@ class VariableColors:
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariableColors':
-        """Return the checked colours of a variable.
+        """Return the checked colors of a variable.
 
         Raises:
             ParameterError: a value is wrong.

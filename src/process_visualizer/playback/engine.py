@@ -24,7 +24,7 @@ from process_visualizer.playback.uneven_parts import UnevenParts
 
 
 class ShownScene(NamedTuple):
-    """The scene that so many messages of the recording make, which are visible, or replaced.
+    """The scene after a number of messages of the recording, which are visible, or replaced.
 
     ``scene`` is that of the timeline (TimelineState.scene) to which it belongs. ``paused_ns`` is
     the position [bag ns] for which it was published; None where it moves.
@@ -51,7 +51,7 @@ class ShownScene(NamedTuple):
         return self._replace(passed=position + (step == BACKWARD))
 
     def standing(self, passed: int, bag_ns: int) -> ShownScene:
-        """Return the one of so many messages at a position [bag ns] where play stands still."""
+        """Return the scene after a number of messages, at a position [bag ns] where play rests."""
         return self._replace(passed=passed, paused_ns=bag_ns)
 
     def visible(self, index: BagIndex, state: TimelineState, bag_ns: int) -> int:
@@ -277,7 +277,7 @@ class Playback:
             self._show_from(passed, state)
 
     def _show_from(self, passed: int, state: TimelineState) -> None:
-        """Publish one by one what makes the scene of so many messages the one to be shown."""
+        """Publish, one by one, what leads from the scene after ``passed`` to the present."""
         for position in range(passed, self._shown.passed):
             self._output.show(self._events.forward(position), state)
         for position in reversed(range(self._shown.passed, passed)):

@@ -39,7 +39,7 @@ class LoadedMessage(NamedTuple):
 class MessageLoader:
     """Loads messages by their position in the index. May be used by several threads.
 
-    What cannot be read, or does not fit its definition, is left out and told once by
+    What cannot be read, or does not fit its definition, is left out and reported once by
     ``problems``. Messages whose definition cannot be understood keep their stamps.
     """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From wall time to the time of the recording, as the player's states tell it."""
+"""The clock of playback: converts wall time to recording time by the player's states."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple

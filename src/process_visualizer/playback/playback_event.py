@@ -145,7 +145,7 @@ class EventMaker:
             yield position
 
     def _static_messages(self, topic: str, count: int) -> List[LoadedMessage]:
-        """All static transforms of a topic as one message; nothing where there are none."""
+        """Return the static transforms of a topic as one message; nothing without any."""
         static = self._static[topic]
         return static.messages(count) or self._withdrawals([static.connection])
 

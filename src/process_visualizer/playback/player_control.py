@@ -93,7 +93,7 @@ class PlayerControl:
         return self._timeline.seek(self._bag_ns('the position', position_s)) or self._arrived('at')
 
     def repeat(self) -> str:
-        """Publish what is shown once more if it stands still: what it is seen by has changed."""
+        """Publish the scene again while paused, for receivers whose view of it has changed."""
         if not self._timeline.state.paused:
             return self._where('playing on')
         self._playback.show_again()

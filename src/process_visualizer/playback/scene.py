@@ -447,14 +447,14 @@ class SensorTimes:
 
 
 def _between(positions: np.ndarray, begin: int, end: int) -> List[int]:
-    """Those of some rising positions from one on that are before another one."""
+    """Return the positions, of some that rise, from one on and before another one."""
     # numbers of another type would make numpy convert all positions first
     first, behind = positions.searchsorted(np.array([begin, end], positions.dtype))
     return [int(position) for position in positions[first:behind]]
 
 
 def _before(positions: np.ndarray, position: int) -> int:
-    """The last of some rising positions before one; the first of them where there is none."""
+    """Return the last position, of some that rise, before one; the first if none is."""
     return int(positions[max(int(positions.searchsorted(positions.dtype.type(position))) - 1, 0)])
 
 

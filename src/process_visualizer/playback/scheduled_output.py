@@ -48,7 +48,7 @@ class SendSchedule:
             self._bytes -= self._events.popleft().event.size
 
     def taken_back(self, given: int) -> Iterator[Scheduled]:
-        """Take back what was given after so many messages, the last first."""
+        """Take back what was given after a number of messages, the last first."""
         while self._events and self._events[-1].given >= given:
             scheduled = self._events.pop()
             self._bytes -= scheduled.event.size
@@ -157,7 +157,7 @@ class ScheduledOutput:
             self._publish(message, stamper, due_ns)
 
     def restore(self, event: PlaybackEvent, state: TimelineState) -> None:
-        """Send a scene now, with stamps of now."""
+        """Send a scene at once, with the present time as stamps."""
         for message in event.messages:
             self._publish(message, lambda stamp_ns: self._present(state, stamp_ns), AT_ONCE)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stamps of the recording to stamps of today, so that nothing downstream sees that data is old."""
+"""Maps the stamps of a recording to current stamps, so that no receiver sees old data."""
 from __future__ import annotations
 
 from bisect import bisect_left
@@ -78,7 +78,7 @@ class StampMapping:
         return self._known[stamp_ns]
 
     def forget(self) -> None:
-        """Stamp anew what is published again, as somebody has not seen it yet."""
+        """Stamp anew what is published again, for receivers that have not seen it yet."""
         self._known.clear()
 
     def forget_since(self, remembered: int) -> None:

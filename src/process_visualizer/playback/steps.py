@@ -16,7 +16,7 @@ from process_visualizer.playback.timeline import Clock, CommandRefused, Timeline
 
 @dataclass(frozen=True)
 class Step:
-    """By how many messages, of which topic ('': all), or (count 0) by what time [ns]."""
+    """A step by messages, of one topic or ('') of all, or (count 0) by a time [ns]."""
 
     count: int
     topic: str

@@ -102,7 +102,7 @@ class TimelineState:
     end_ns: int
     rate: float = 1.0
     paused: bool = True
-    held: bool = False  # paused, but only until somebody who listens has come so far
+    held: bool = False  # paused, but only until a listener has caught up
     loop: Optional[Tuple[int, int]] = None  # [bag ns]
     segment: int = 0  # grows where the position jumps: no velocity is computed across
     scene: int = 0  # grows where messages that were published already may be published again
@@ -367,7 +367,7 @@ class Timeline:
                 self._rebase(paused=False)
 
     def pass_limit(self, version: int) -> None:
-        """At the limit, jump back to the other end of the loop, or pause if there is none.
+        """Jump from the limit back to the other end of the loop; pause without a loop.
 
         Nothing happens elsewhere, or if a command came in between (see wait_until_due).
         """

@@ -22,7 +22,7 @@ class UnevenParts:
             timeline: of the recording that is played.
             skip_empty_ns: without a message for longer, play goes on with the next one.
             pause_topics: before each message of these (global names) play pauses.
-            max_delay_ns: play waits for whoever has come less far than that (see ``heard``).
+            max_delay_ns: play waits for a listener that is farther behind (see ``heard``).
         """
         self._timeline = timeline
         self._skip_empty_ns = skip_empty_ns
@@ -45,7 +45,7 @@ class UnevenParts:
         return self._pauses
 
     def heard(self, bag_ns: int) -> None:
-        """Take note that somebody for whom play waits has come to a bag time [ns]."""
+        """Note that a listener for which play waits has reached a bag time [ns]."""
         self._heard_ns = bag_ns
         self._release()
 
@@ -95,7 +95,7 @@ class UnevenParts:
         return self._max_delay_ns is not None and bag_ns - self._heard_ns > self._max_delay_ns
 
     def _hold(self, index: BagIndex, position: int, state: TimelineState) -> None:
-        """Hold where nothing is missing yet, unless it has come so far meanwhile."""
+        """Hold where nothing is missing yet, unless the listener has caught up meanwhile."""
         before_ns = _before(index, position, state)
         if (self._timeline.wait_until_due(before_ns, state.version)
                 and self._is_behind(before_ns, state)):

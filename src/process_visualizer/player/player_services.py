@@ -139,7 +139,7 @@ class StatePublisher:
 
 
 MAX_BYTES = 1 << 20
-_MAX_S = 1e9  # from the beginning of a recording; times further away are none
+_MAX_S = 1e9  # from the beginning of a recording; times farther away are invalid
 
 
 class TopicReadingService:

@@ -14,7 +14,7 @@ from process_visualizer.playback.timeline import NS_PER_S, Timeline, TimelineSta
 
 
 def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
-    """Return when the clock is told next, after a time [s] that was due and is told now.
+    """Return when /clock is published next, after a time [s] that was due and is published now.
 
     By what is due and not by what has passed, so that a late wake-up costs no time; what is late by
     whole periods is left out.
@@ -30,7 +30,7 @@ class SimulatedTime:
         self._last_ns = 0
 
     def at(self, state: TimelineState, bag_ns: int) -> Tuple[int, bool]:
-        """Return the bag time [ns] to be told at a position, and whether it goes back."""
+        """Return the bag time [ns] to be published at a position, and whether it goes back."""
         last_ns = self._last_ns
         if state.scene == self._scene:
             bag_ns = max(bag_ns, last_ns) if state.forward else min(bag_ns, last_ns)
@@ -42,7 +42,7 @@ SETTLING_S = 0.3
 
 
 class SimulatedClock:
-    """A separate thread, so that the clock runs under load, and stands still when paused.
+    """A separate thread, so that the clock runs under load, and stops when paused.
 
     When time jumps back, RViz and tf2 discard their data, some time after they receive the jump;
     messages sent before that are lost. ``on_settled`` is called when that is over.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The frames of a connection between the relay of a cell and a viewer, as bytes.
 
-After a greeting of fixed bytes, which tells a wrong port at once, each side sends frames: a kind, a
-channel, a length, and that many bytes. Large messages are sent in parts, so that small ones do not
-wait for them. What the other side claims is checked before anything is allocated.
+After a greeting of fixed bytes, which exposes a wrong port at once, each side sends frames: a
+kind, a channel, a length, and that many bytes. Large messages are sent in parts, so that small
+ones do not wait for them. What the other side claims is checked before anything is allocated.
 """
 from __future__ import annotations
 

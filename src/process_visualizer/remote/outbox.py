@@ -35,7 +35,7 @@ class Outbox:
     """
 
     def __init__(self) -> None:
-        """It is empty."""
+        """Begin empty."""
         self._urgent: Deque[bytes] = deque()
         self._small: Deque[_Waiting] = deque()
         self._small_bytes = 0
@@ -224,10 +224,10 @@ _PIXEL_BYTES = {'mono8': 1, '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'rgb
 
 
 def thinned(kind: str, data: bytes, most_bytes: float) -> bytes:
-    """Return a message with about so many bytes at most, if it is a cloud or an image.
+    """Return a cloud or an image with about ``most_bytes`` at most; other messages unchanged.
 
-    Of a cloud every so many points are kept, after those that are nowhere; of an image every so
-    many rows and columns. What cannot be understood is returned as it is.
+    Points that are nowhere are dropped first, then every n-th one is kept, as are every n-th row
+    and column of an image. What cannot be understood is returned as it is.
     """
     if len(data) <= most_bytes:
         return data

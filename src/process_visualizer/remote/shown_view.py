@@ -200,7 +200,7 @@ def shown_models(models: Mapping[str, str], meshes: Mapping[str, OfferedMesh], f
     folder; no name of them is taken over.
 
     Raises:
-        ValueError: a model is none.
+        ValueError: a model is not valid.
     """
     packages = rospkg.RosPack()
     texts: Dict[str, str] = {}

@@ -11,7 +11,7 @@ from process_visualizer.robot.rotations import Triple, Vector
 
 VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
 FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
-"""The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""
+"""The thesis' colors, red green blue from 0 to 1, where a configuration has no others."""
 
 
 _MAX_READ = 1e9
@@ -31,7 +31,7 @@ def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> 
 def format_value(label: str, value: float, unit: str, decimals: int) -> str:
     """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign.
 
-    Of one with more digits than anybody reads only the first ones are written.
+    Of a number with very many digits only the first ones are written.
     """
     number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
     text = f'{number:.{decimals}f}' if abs(number) < _MAX_READ else f'{number:.3g}'
@@ -47,7 +47,7 @@ def line_of_block(text: str, line: int, line_count: int) -> str:
     """Return a block of line_count lines that is blank but for the text in one of them.
 
     RViz turns a text to the viewer and centres it on its position. Blocks of as many lines at
-    one position show one under the other from every side, each with its own colour.
+    one position show one under the other from every side, each with its own color.
     """
     lines = [' '] * line_count
     lines[line] = text
@@ -204,10 +204,10 @@ GHOST_COLOR: _Color = (0.35, 0.65, 1.0, 0.35)
 GHOST_ARROW_COLOR: _Color = (0.35, 0.65, 1.0, 1.0)
 GHOST_ARROW_DIAMETER_M = 0.007
 BESIDE_M = 0.022
-"""So far beside its foot: in one line with the thicker arrow of this run, it would be hidden."""
+"""Distance beside its foot: in line with the thicker arrow of this run, it would be hidden."""
 DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
 EXAGGERATION = 20.0
-"""An arrow is so many times as long as the deviation: a millimetre could not be seen in a cell."""
+"""Length of an arrow per deviation: a millimetre could not be seen in a cell."""
 MIN_DEVIATION_M = 0.0002
 MAX_DEVIATION_M = 0.4
 DEVIATION_DIAMETER_M = 0.02

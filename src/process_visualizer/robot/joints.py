@@ -102,7 +102,7 @@ def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
 
 
 class JointTrack(NamedTuple):
-    """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN: there are none."""
+    """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN where unknown."""
 
     joints: Tuple[str, ...]
     times_s: np.ndarray

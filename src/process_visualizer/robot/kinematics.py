@@ -77,7 +77,7 @@ class Kinematics:
         """Read a URDF.
 
         Raises:
-            ValueError: it is not XML, or a number in it is none.
+            ValueError: it is not XML, or has an invalid number.
         """
         root = urdf_root(urdf)
         self.links = [link.get('name', '') for link in root.findall('link')]

@@ -49,7 +49,7 @@ class Limits:
 
 
 class LimitAlarm(NamedTuple):
-    """From when to when [s], and the value that was farthest beyond a limit."""
+    """An alarm: begin and end [s], and the value that was farthest beyond a limit."""
 
     begin_s: float
     end_s: float

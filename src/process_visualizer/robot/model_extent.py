@@ -92,7 +92,7 @@ def _collada(path: str) -> np.ndarray:
 
 
 def _vertices(geometry: ElementTree.Element) -> np.ndarray:
-    """The positions (n, 3) of a geometry; normals and colours are other sources."""
+    """The positions (n, 3) of a geometry; normals and colors are other sources."""
     sources = {f'#{source.get("id")}': source for source in geometry.iter('source')}
     rows = [np.empty((0, 3))]
     for place in geometry.iterfind('mesh/vertices/input[@semantic="POSITION"]'):

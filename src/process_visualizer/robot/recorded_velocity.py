@@ -312,7 +312,7 @@ class RecordedPose(NamedTuple):
 
 
 class RecordedPoses(NamedTuple):
-    """All poses of a part of a recording, in the order of recording."""
+    """The poses of a part of a recording, in the order of recording."""
 
     part: PosePart
     poses: List[RecordedPose]

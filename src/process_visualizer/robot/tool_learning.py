@@ -29,7 +29,7 @@ _MAX_SAMPLES = 40
 _APART = 0.2  # rad or m: by so much a joint differs in another sample
 _FIT_M = 0.006  # what is left by noise, and by the model of an arm that is not calibrated
 _NOISE_M = 0.002
-_CLEAR = 5.0  # another hypothesis leaves so many times as much
+_CLEAR = 5.0  # least factor by which the residual of another hypothesis is larger
 _FIT_RAD, _CLEAR_RAD = 0.1, 0.3
 _TURNED_RAD = 1.0  # by so much a point moves that is not on the axis between two links
 _DECIMALS_M, _DECIMALS_RAD = 4, 3
@@ -64,7 +64,7 @@ class _Sample(NamedTuple):
 
 
 class _Fixed(NamedTuple):
-    """The reported poses seen from a frame: they stand still if the tool is fixed to it."""
+    """The reported poses in a frame: constant if the tool is fixed to it."""
 
     offsets: np.ndarray  # (n, 3) [m]
     center: np.ndarray  # (3,) [m]

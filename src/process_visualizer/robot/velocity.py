@@ -166,7 +166,7 @@ class SendingPeriod:
 
     @property
     def period_s(self) -> float:
-        """The period [s]; 0 while there is none that can be relied on."""
+        """The period [s]; 0 while no reliable one is known."""
         return self._period_s
 
     def reset(self) -> None:
@@ -289,7 +289,7 @@ class ToolVelocity:
 
 
 def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float) -> float:
-    """Return the time [s] of a pose that is before those of its followers by so many periods."""
+    """Return the time [s] of a pose from those of its followers, a number of periods later."""
     step_s = _SHORTEST * period_s
     latest_s, before_s = sample.time_s, 0.0
     for follower in followers:
@@ -316,7 +316,7 @@ class MeasuringTime:
         return self._standing
 
     def wall_s(self, stamp_s: float, arrival_s: float) -> float:
-        """Return the wall time [s] of a message; a stamp of 0 is none."""
+        """Return the wall time [s] of a message; a stamp of 0 means that it has none."""
         if not stamp_s or abs(arrival_s - stamp_s) > USABLE_WITHIN_S:
             self._standing = False
             return arrival_s

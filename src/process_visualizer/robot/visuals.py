@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The visual shapes of a model's links, and their meshes as triangles with colours."""
+"""The visual shapes of a model's links, and their meshes as triangles with colors."""
 from __future__ import annotations
 
 import ctypes
@@ -43,7 +43,7 @@ def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
     """Return the visual shapes of a URDF, in its order; unknown ones are left out.
 
     Raises:
-        ValueError: it is not XML, or a number in it is none.
+        ValueError: it is not XML, or has an invalid number.
     """
     root = urdf_root(urdf)
     materials = {it.get('name', ''): _rgba(it) for it in root.findall('material')}
@@ -68,7 +68,7 @@ def _shape(link: str, visual: ElementTree.Element,
 
 def _color(material: Optional[ElementTree.Element],
            materials: Dict[str, Optional[Color]]) -> Optional[Color]:
-    """The colour of a visual: a material without one is named elsewhere in the model."""
+    """The color of a visual: a material without one is named elsewhere in the model."""
     if material is None:
         return None
     return _rgba(material) or materials.get(material.get('name', ''))
@@ -91,7 +91,7 @@ def _size(shape: ElementTree.Element) -> Size:
     return width, width, width if shape.tag == 'sphere' else float(shape.get('length', '0'))
 
 
-# The mesh in a file as triangles with normals and colours, as RViz reads it.
+# The mesh in a file as triangles with normals and colors, as RViz reads it.
 
 LIBRARY = 'libprocess_visualizer_mesh.so'
 MAX_FILE_BYTES = 400_000_000

@@ -61,7 +61,7 @@ class LimitError(Exception):
 
 
 def limit_this_process(folder: str) -> None:
-    """From now on, let this process only read a folder and packages, and calculate.
+    """Limit this process from now on: it may read a folder and packages, and calculate.
 
     Environment variables that ROS does not need are gone.
     """

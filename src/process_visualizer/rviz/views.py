@@ -120,7 +120,7 @@ class SavedViews:
                                  f'{_reason(error)}') from None
 
     def chosen(self) -> Optional[str]:
-        """The chosen name, or None if there is none, or the view no longer exists."""
+        """The chosen name; None if no view is chosen, or it no longer exists."""
         try:
             name = (self.folder / _CHOSEN_FILE).read_bytes().decode('utf-8', 'surrogatepass')
         except (OSError, UnicodeDecodeError):
@@ -157,7 +157,7 @@ _GENERATED_KEYS = ('Class', 'Name', 'Displays')
 def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewConfig:
     """The saved view with the displays, topics and global frame of the generated one.
 
-    The operator's settings in RViz are kept: camera, colours, what is switched off, added
+    The operator's settings in RViz are kept: camera, colors, what is switched off, added
     displays, panels. The configuration decides which displays its devices have, and what they
     show. Both are contents of ``.rviz`` files.
     """

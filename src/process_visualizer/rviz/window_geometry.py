@@ -38,7 +38,7 @@ def scene_aspect(width: int, height: int) -> float:
 
 
 def moved_aside(geometry: Any) -> Dict[str, Any]:
-    """The same section for a second window, which leaves the first one to be seen, and its bars."""
+    """Return the section for a second window that leaves the first one and its bars visible."""
     found = dict(geometry) if isinstance(geometry, dict) else {}
     for key, change in (('X', _ASIDE_PX), ('Y', _ASIDE_PX), ('Width', -_ASIDE_PX),
                         ('Height', -_ASIDE_PX)):

@@ -88,7 +88,7 @@ def _asked(uri: str) -> _Said:
     """Ask a master for the relay.
 
     Raises:
-        OSError: it does not answer, or is none.
+        OSError: it does not answer, or is no relay.
     """
     try:
         with ServerProxy(uri, transport=LimitedTransport(_ANSWER_S)) as master:
@@ -103,7 +103,7 @@ def _asked(uri: str) -> _Said:
 
 
 def _greets(host: str, port: int) -> Optional[OSError]:
-    """None if a relay answers there, else what is wrong."""
+    """Return what is wrong; None if a relay answers there."""
     try:
         with socket.create_connection((host, port), _ANSWER_S) as connection:
             connection.sendall(GREETING)

@@ -75,7 +75,7 @@ class RelaySource(NamedTuple):
 
 
 class Listener(Protocol):
-    """Is told what comes, in the thread of the connection."""
+    """Receives what comes, in the thread of the connection."""
 
     def on_offer(self, offer: Offer) -> None:
         """Take what the cell offers; a connection begins with it."""
@@ -97,7 +97,7 @@ class RelayConnection:
     """Connects in a thread of its own, until it is closed."""
 
     def __init__(self, host: str, port: int, listener: Listener) -> None:
-        """Take where the relay is, and who is told."""
+        """Take the relay's address, and the receiver of what comes."""
         self._host, self._port, self._listener = host, port, listener
         self._closed = threading.Event()
         self._lock = threading.Lock()
@@ -196,7 +196,7 @@ class RelayConnection:
         self._send(self.wanted_frame())
 
     def take_file(self, message: Message) -> None:
-        """Give a file to whoever has asked for it."""
+        """Give a file to the function that was given with the request."""
         with self._lock:
             take = self._files.pop(message.channel, None)
         if take is not None and len(message.data) <= MAX_MESH_BYTES:

@@ -56,7 +56,7 @@ class OwnScene:
     """Publishes messages as bytes, after a look at them: RViz would take any length they claim."""
 
     def __init__(self, on_subscribe: Callable[[], None]) -> None:
-        """``on_subscribe`` is called when somebody here begins to listen to a topic."""
+        """``on_subscribe`` is called when a topic gets its first subscriber here."""
         self._sender = TimedSender()
         self._on_subscribe = on_subscribe
         self._lock = threading.Lock()
@@ -80,7 +80,7 @@ class OwnScene:
         self._on_subscribe()
 
     def wanted(self) -> Set[str]:
-        """Return the topics to which somebody here listens."""
+        """Return the topics with subscribers here."""
         with self._lock:
             return {name for name, it in self._topics.items() if it.publisher.subscriber_count}
 

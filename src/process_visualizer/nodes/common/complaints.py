@@ -231,7 +231,7 @@ class SilentNode(NamedTuple):
 
 
 class SilentNodes:
-    """The nodes that were silent when it was told last."""
+    """Reports which nodes do not answer."""
 
     def __init__(self, node: NodeHandle) -> None:
         """``node`` is the one that asks."""
@@ -251,7 +251,7 @@ class SilentNodes:
 
 
 class Patience:
-    """Tells whether something has been missing for a time, without a break."""
+    """Decides whether something has been missing for a time, without a break."""
 
     def __init__(self, period_s: float) -> None:
         """Take for how long [s] it may be missing."""
@@ -259,6 +259,6 @@ class Patience:
         self._since_s = math.inf
 
     def is_over(self, is_missing: bool, now_s: float) -> bool:
-        """Take whether it is missing at a time [s]; return whether that is to be told."""
+        """Take whether it is missing at a time [s]; return whether that is to be reported."""
         self._since_s = min(self._since_s, now_s) if is_missing else math.inf
         return now_s >= self._since_s + self._period_s

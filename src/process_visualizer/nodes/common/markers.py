@@ -44,7 +44,7 @@ class VectorSample:
 
 
 class RefreshRate:
-    """Lets something happen once in a period."""
+    """Limits how often something happens: once in a period."""
 
     def __init__(self, period_s: float) -> None:
         """The period is in s."""
@@ -149,7 +149,7 @@ def mesh_marker(namespace: str, frame: str, resource: str) -> Marker:
 
 
 def text_color(color: Optional[Color]) -> Color:
-    """Return a light variant of an arrow's colour, readable on a dark background."""
+    """Return a light variant of an arrow's color, readable on a dark background."""
     red, green, blue, _ = STALE_COLOR if color is None else color
     light = [0.65 + 0.35 * part for part in (red, green, blue)]
     return light[0], light[1], light[2], 1.0

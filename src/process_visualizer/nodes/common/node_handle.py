@@ -159,11 +159,11 @@ class NodeHandle:
         return rospy.Time.now()
 
     def is_wall_clock(self) -> bool:
-        """Return whether ROS time is the time of day: nobody simulates it."""
+        """Return whether ROS time is the time of day, not a simulated one."""
         return bool(rospy.rostime.is_wallclock())
 
     def wall_s(self) -> float:
-        """Return the time of day [s since 1970], which somebody may set."""
+        """Return the time of day [s since 1970], which may be set."""
         return time.time()
 
     def monotonic_s(self) -> float:
@@ -193,7 +193,7 @@ class NodeHandle:
     def follow_param(self, name: str) -> Callable[[], Any]:
         """Return a function that returns a parameter's present value; None if it is not set.
 
-        It costs no call of the master, which tells of each change. rospy.get_param_cached alone
+        It costs no call of the master, which reports each change. rospy.get_param_cached alone
         calls it again at every access to one that is not set. So it is called once, and its cache
         is read.
         """

@@ -87,7 +87,7 @@ class EventWatch:
 
 _MAX_ROWS = 20_000
 _OLD_S = 0.2
-"""Joints that are older do not come any longer: the robots stand still as far as is known."""
+"""Age of joints from which on they are taken as no longer sent, and the robots as at rest."""
 
 
 class LiveFollower:
@@ -99,7 +99,7 @@ class LiveFollower:
         """Take the robots of the reference, and the joints of the live ones by device.
 
         Raises:
-            ValueError: no robot has a tool that can be followed, or an event is none.
+            ValueError: no robot has a tool that can be followed, or an event is invalid.
         """
         self._node, self._robots, self._joints = node, robots, joints
         self._seen: 'queue.SimpleQueue[Tuple[str, float]]' = queue.SimpleQueue()

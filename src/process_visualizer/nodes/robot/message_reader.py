@@ -49,10 +49,10 @@ _BESIDE_S = 1.0
 """Within which two nodes publish the same quantity."""
 _MIN_IN_A_ROW = 5
 _LATE_STEPS = 20.0
-"""A node that passes on another's values may be so many of its steps late."""
+"""Number of its steps by which a node that passes on another's values may be late."""
 
 
-class _Told(NamedTuple):
+class _Report(NamedTuple):
     values: Sequence[float]
     time_s: float
     step: float  # since the one before
@@ -68,7 +68,7 @@ class SourceConflict:
     def __init__(self, equal: float) -> None:
         """``equal``: values that are no farther apart, in their unit, are the same."""
         self._equal = equal
-        self._told: Dict[str, _Told] = {}
+        self._told: Dict[str, _Report] = {}
         self._in_a_row = 0
 
     def add(self, source: str, values: Sequence[float], now_s: float) -> str:
@@ -81,7 +81,7 @@ class SourceConflict:
         """
         before = self._told.get(source)
         step = 0.0 if before is None else math.dist(before.values, values)
-        told = _Told(tuple(values), now_s, step)
+        told = _Report(tuple(values), now_s, step)
         self._told = {name: it for name, it in self._told.items()
                       if now_s - it.time_s < _BESIDE_S and len(it.values) == len(values)}
         self._told[source] = told
@@ -395,7 +395,7 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
 
 
 def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> Sequence[float]:
-    """Return values that a robot can have; raise ValueError for others, which nobody should see."""
+    """Return values that a robot can have; raise ValueError for others, which are not shown."""
     if max(map(abs, values), default=0.0) > largest:
         raise ValueError(f'a {what} of {max(values, key=abs):.3g} {unit} is out of any physical '
                          f'range (up to {largest:g} {unit})')

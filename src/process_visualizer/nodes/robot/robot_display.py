@@ -106,7 +106,7 @@ class RobotDisplay:
 
     def _text_lines(self, shown: List[_Shown], data_s: float, joints_age_s: Optional[float]
                     ) -> List[Tuple[str, str, Optional[Color]]]:
-        """Return namespace, text and arrow's colour (None: grey) of each line; '' is a gap."""
+        """Return namespace, text and arrow's color (None: grey) of each line; '' is a gap."""
         lines: Dict[str, Tuple[str, Optional[Color]]] = {}
         for entry in shown:
             age_s = entry.sample.age_s(data_s)

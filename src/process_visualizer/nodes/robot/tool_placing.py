@@ -104,7 +104,7 @@ def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
 
 
 MOTION_S = 0.1
-"""Poses and joint states of one moment may come so far apart; a moving tool is elsewhere then."""
+"""Greatest delay between poses and joint states of one moment, in which a tool may move."""
 _SAMPLES = 15
 _NOTHING: Triple = (0.0, 0.0, 0.0)
 

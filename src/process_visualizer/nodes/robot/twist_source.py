@@ -470,7 +470,7 @@ class TwistSource:
         return self._recorded is not None and self._recorded.is_awaited()
 
     def twist(self) -> Optional[Twist]:
-        """Return the present velocities; None if there are none."""
+        """Return the present velocities; None if they are unknown."""
         if self._recorded is not None and self._recorded.is_in_charge():
             moment = self._recorded.moment()
             return None if moment is None else _twist(
