@@ -244,7 +244,7 @@ class _Rows:
     """Places of the wanted records: chunk, first byte and end in it, in the order of the files."""
 
     def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
-        order = np.argsort(_places(index), kind='stable')
+        order = np.argsort((index.chunk.astype(np.int64) << 32) | index.offset, kind='stable')
         follower = np.full(len(index), np.iinfo(np.int64).max)
         same_chunk = index.chunk[order[1:]] == index.chunk[order[:-1]]
         follower[order[:-1][same_chunk]] = index.offset[order[1:][same_chunk]]
@@ -263,10 +263,6 @@ class _Rows:
                  | (self.begin[1:] > self.end[:-1] + _CLOSE_BYTES))
         bounds = [0, *(np.flatnonzero(apart) + 1).tolist(), len(self.positions)]
         yield from zip(bounds, bounds[1:])
-
-
-def _places(index: BagIndex) -> np.ndarray:
-    return (index.chunk.astype(np.int64) << 32) | index.offset
 
 
 class _Spans:

@@ -119,7 +119,7 @@ def saved_poses(bag: str) -> Dict[str, Pose]:
         return {}
     try:
         with open(path, encoding='utf-8') as file:
-            return {name: _pose_of_entry(entry)
+            return {name: Pose(_vector(entry['xyz']), _vector(entry['ypr']))
                     for name, entry in _object(parsed_json(file.read())).items()}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BagError(path, f'cannot be read as poses ({error}); repair or remove it') from error
@@ -172,10 +172,6 @@ def _object(value: Any) -> Dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError('it does not begin with "{"')
     return value
-
-
-def _pose_of_entry(entry: Any) -> Pose:
-    return Pose(_vector(entry['xyz']), _vector(entry['ypr']))
 
 
 def _vector(values: Any) -> Vector3:

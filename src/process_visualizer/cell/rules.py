@@ -506,16 +506,12 @@ def _check_own_data(devices: Sequence[Device], problems: ProblemList) -> None:
     owners: Dict[str, Device] = {}
     for device in devices:
         for topic in device.topics:
-            owner = owners.setdefault(topic.name, device) if _is_data(topic) else device
+            owner = owners.setdefault(topic.name, device) if topic.function in _DATA else device
             if owner is not device:
                 problems.add(topic.location, 'topic',
                              f'"{topic.name}" belongs to the depth sensor "{owner.name}" already '
                              f'({owner.location}); start each driver in a namespace of its own, '
                              'and name the topic there')
-
-
-def _is_data(topic: Topic) -> bool:
-    return topic.function in _DATA
 
 
 def _check_fusion(device: Device, fusion: Fusion, devices: Sequence[Device],

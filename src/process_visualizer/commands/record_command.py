@@ -85,7 +85,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
     Raises:
         ValueError: they contradict each other, or there is nothing to record.
     """
-    configs = [word for word in values.words if _is_configuration(word)]
+    configs = [word for word in values.words if word.endswith('.xml') or os.path.isfile(word)]
     topics = tuple(word for word in values.words if word not in configs)
     _check(values, configs, topics)
     is_split = values.split
@@ -141,10 +141,6 @@ def _add_end(group: 'argparse._ArgumentGroup') -> None:
                        help='the same as --split --size MB')
     group.add_argument('--split-s', type=_duration_s, default=0.0, metavar='S',
                        help='the same as --split --duration S')
-
-
-def _is_configuration(word: str) -> bool:
-    return word.endswith('.xml') or os.path.isfile(word)
 
 
 def _check(values: argparse.Namespace, configs: List[str], topics: Tuple[str, ...]) -> None:

@@ -70,7 +70,7 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
     columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
                      for part in it.locators.parts) for it in series]
     _collect(recording, [part for parts in columns for part in parts], most,
-             on_progress or _ignore, is_cancelled)
+             on_progress or (lambda _: None), is_cancelled)
     return [_samples(recording, it, parts, by_stamp) for it, parts in zip(series, columns)]
 
 
@@ -81,10 +81,6 @@ def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
     if samples.source.quantity is Quantity.NUMBER:
         return samples.times_s, samples.values[:, 0]
     return samples.times_s, np.sqrt((samples.values * samples.values).sum(axis=1))
-
-
-def _ignore(_fraction: float) -> None:
-    pass
 
 
 def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], most: Optional[int],

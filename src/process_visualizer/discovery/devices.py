@@ -58,7 +58,8 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
     if group.pose_topic is not None:
         add_topic(device, group.pose_topic, 'tool_center_frame')
     elif tool is not None:
-        _add_tool(device, tool)
+        device.add('topic', {'name': TF_TOPIC.lstrip('/'), 'type': 'tool_center_frame',
+                             'msg': TF_MESSAGE, 'frame': tool.frame}, tool.comment, tool.is_sure)
     if group.wrench_topic is not None:
         add_topic(device, group.wrench_topic, 'force_sensor')
         _add_force(device, group, group.wrench_topic, prefix, names, forest)
@@ -98,11 +99,6 @@ def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment
     if function:
         attributes.update(type=function, msg=topic.type)
     device.add('topic', {**attributes, **more}, comment)
-
-
-def _add_tool(device: DraftDevice, tool: ToolTransform) -> None:
-    device.add('topic', {'name': TF_TOPIC.lstrip('/'), 'type': 'tool_center_frame',
-                         'msg': TF_MESSAGE, 'frame': tool.frame}, tool.comment, tool.is_sure)
 
 
 def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,
@@ -219,8 +215,9 @@ def _add_cloud_node(device: DraftDevice, group: CameraGroup, depth: SeenTopic,
                              'record': 'False'}, 'computed from the images by the node below')
     mode = {} if cloud is None else {'ifstate': 'playback'}
     nodelet, remaps = _nodelet(group, depth)
+    points = 'depth_registered/points' if nodelet.endswith('rgb') else 'points'
     children = tuple(DraftElement('remap', {'from': name, 'to': to})
-                     for name, to in [*remaps, (_output(nodelet), output)])
+                     for name, to in [*remaps, (points, output)])
     device.add('node', {**mode, 'pkg': 'nodelet', 'type': 'nodelet', 'name': 'cloud_of_images',
                         'args': f'standalone depth_image_proc/{nodelet}'}, children=children)
 
@@ -235,10 +232,6 @@ def _nodelet(group: CameraGroup, depth: SeenTopic) -> Tuple[str, List[Tuple[str,
                                       ('depth_registered/image_rect', depth.name)]
     return 'point_cloud_xyz', [('image_rect', depth.name),
                                ('camera_info', info.name if info is not None else '')]
-
-
-def _output(nodelet: str) -> str:
-    return 'depth_registered/points' if nodelet.endswith('rgb') else 'points'
 
 
 # Numbers of topics that may be process variables, and how to draw them.

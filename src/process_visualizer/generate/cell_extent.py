@@ -8,12 +8,12 @@ from typing import Dict, Mapping, Optional, Set, Tuple
 import numpy as np
 import rospkg
 
-from process_visualizer.cell.model import Cell, Device, DeviceType, Pose, RegionOfInterest
+from process_visualizer.cell.model import Cell, Device, DeviceType, Pose
 from process_visualizer.generate.processor_nodes import fixed_frames
 from process_visualizer.robot.description import RobotDescription
 from process_visualizer.robot.kinematics import Placement
-from process_visualizer.robot.model_extent import ModelExtent
-from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
+from process_visualizer.robot.model_extent import ModelExtent, moved
+from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.robot.tool_frame import tool_frame
 
 
@@ -102,7 +102,8 @@ class _Extents:
         """Return what belongs to the device's data."""
         parts = [self._around(variable.frame, _ARROW_M * _CUBE) for variable in device.variables]
         if device.roi is not None:
-            parts.append(self._around(device.roi.frame, _region(device.roi)))
+            corners = np.array(device.roi.center) + 0.5 * _CUBE * np.array(device.roi.size)
+            parts.append(self._around(device.roi.frame, corners))
         if device.type is not DeviceType.DEPTH_SENSOR and not _is_scenery(device):
             parts.append(self._machine(device))
         return np.concatenate([np.empty((0, 3)), *parts])
@@ -135,7 +136,7 @@ class _Extents:
 
     def _around(self, frame: str, points: np.ndarray) -> np.ndarray:
         place = self._frames.place(frame)
-        return np.empty((0, 3)) if place is None else _moved(place, points)
+        return np.empty((0, 3)) if place is None else moved(place, points)
 
 
 def _is_scenery(device: Device) -> bool:
@@ -151,11 +152,3 @@ def _with_scenery(found: Dict[str, np.ndarray],
     top[:2] = np.inf
     return {name: np.concatenate([points, np.minimum(scenery[name], top)])
             for name, points in found.items()}
-
-
-def _region(roi: RegionOfInterest) -> np.ndarray:
-    return np.array(roi.center) + 0.5 * _CUBE * np.array(roi.size)
-
-
-def _moved(place: Placement, points: np.ndarray) -> np.ndarray:
-    return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)

@@ -11,7 +11,6 @@ from process_visualizer.cell.model import (
     Device,
     DeviceType,
     Display,
-    Property,
     TopicFunction,
 )
 from process_visualizer.generate.processor_nodes import fixed_frames
@@ -111,13 +110,10 @@ def _uses(device: Device) -> Iterator[_Use]:
 def _display_uses(display: Display) -> Iterator[_Use]:
     for item in display.properties:
         if item.name in _FRAME_PROPERTIES and item.value not in (None, '', _FIXED_FRAME):
-            yield _property_use(item, display)
+            yield _Use((item.value or '').lstrip('/'), item.location or display.location,
+                       'property')
     for child in display.children:
         yield from _display_uses(child)
-
-
-def _property_use(item: Property, display: Display) -> _Use:
-    return _Use((item.value or '').lstrip('/'), item.location or display.location, 'property')
 
 
 def _joints(descriptions: Iterable[RobotDescription]) -> Dict[str, str]:

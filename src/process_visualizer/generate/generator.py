@@ -14,7 +14,7 @@ import rospkg
 
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
-from process_visualizer.cell.model import Cell, Device
+from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
@@ -64,7 +64,8 @@ def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found:
     devices = {device.name: device for device in choice.devices}
     for name, root in roots.items():
         device = devices.get(name)
-        contents = [] if device is None else _contents(choice, device, found)
+        files = [] if device is None else choice.launch_files(device)
+        contents = [found.contents[file] for file in files if file in found.contents]
         launch_file = part_file(name) if root.children else None
         if launch_file is not None:
             plan.files[launch_file] = write_document(root)
@@ -79,10 +80,6 @@ def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found:
 def part_file(name: str) -> str:
     """The name of a part's launch file among the generated files."""
     return f'parts/{name.replace("/", "_")}.launch'
-
-
-def _contents(choice: Choice, device: Device, found: LaunchFiles) -> List[LaunchContent]:
-    return [found.contents[file] for file in choice.launch_files(device) if file in found.contents]
 
 
 def _nodes(root: LaunchTag, contents: Sequence[LaunchContent]) -> Dict[str, str]:

@@ -234,19 +234,16 @@ def object_finder_nodes(choice: Choice, device: Device,
     """
     if device.objects is None:
         return []
+    # By default the cloud is what the device shows, before it is stamped anew.
+    cloud = device.objects.topic or device.cloud_topic or f'/{device.name}/roi_points'
     outputs = {name: f'/{device.name}/{topic}' for name, topic in _OUTPUTS.items()}
     return [ProcessorNode(
         'nodelet', 'nodelet', OBJECT_FINDER,
         {'frame': choice.cell.frame, **_models(choice, descriptions),
          **_parameters(device.objects)},
         args=nodelet_arguments('ObjectFinder', manager),
-        remaps={'~input': _cloud(device, device.objects), **outputs},
+        remaps={'~input': cloud, **outputs},
         respawn=manager is not None and manager.is_shared)]
-
-
-def _cloud(device: Device, objects: SoughtObjects) -> str:
-    """The cloud that is looked at: by default what the device shows, before it is stamped anew."""
-    return objects.topic or device.cloud_topic or f'/{device.name}/roi_points'
 
 
 def _models(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> Dict[str, List[str]]:

@@ -51,7 +51,9 @@ class LaunchedPart:
             self._change(lambda report: report.launched())
             return
         try:
-            self._run = self._launch(Path(folder, part.launch_file))
+            path = Path(folder, part.launch_file)
+            self._run = LaunchRun(str(path), self._take_node, self._tail.add, self._take_end,
+                                  f'{path.stem}.log', self._start, self._master_uri)
         except OSError as error:
             reason = str(error)
             self._change(lambda report: report.failed(reason))
@@ -63,10 +65,6 @@ class LaunchedPart:
             self._run.stop()
             self._run = None
         self._change(lambda report: report.stopped())
-
-    def _launch(self, path: Path) -> LaunchRun:
-        return LaunchRun(str(path), self._take_node, self._tail.add, self._take_end,
-                   f'{path.stem}.log', self._start, self._master_uri)
 
     def _take_node(self, node: NodeReport) -> None:
         nodes = [node]

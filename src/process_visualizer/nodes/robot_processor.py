@@ -105,7 +105,10 @@ class RobotProcessor:
             node.subscribe('joint_states', JointState, self._on_joints, queue_size=_GROUPS)
         self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose, static,
                                 self._on_static, self._base_frames, model)
-        self._subscribe_force(parameters.force_sensor)
+        force = parameters.force_sensor
+        if force.name:
+            TopicReader(node, self._complaints, force.name, force.message_type, WRENCH_DECODERS,
+                        self._on_wrench, lambda wrench: wrench.force, _EQUAL_N)
         if self._recorded is not None:
             self._recorded.start()
         self._timer = node.every(TICK_S, self._on_timer)
@@ -120,11 +123,6 @@ class RobotProcessor:
             recorded_joints(self._node, self._parameters, model), preroll_s)
         return RecordedMotion(self._node, reader, self._playback.clock,
                               self._parameters.velocity_window_s, self._on_playback)
-
-    def _subscribe_force(self, topic: TopicParameters) -> None:
-        if topic.name:
-            TopicReader(self._node, self._complaints, topic.name, topic.message_type,
-                        WRENCH_DECODERS, self._on_wrench, lambda wrench: wrench.force, _EQUAL_N)
 
     def _on_joints(self, state: JointState) -> None:
         """Draw with the joint states that move the drawn robot: arrows turn with it.
@@ -212,7 +210,9 @@ class RobotProcessor:
             self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
-        frame, now_s = self._force_frame(wrench), self._node.ros_s()
+        now_s = self._node.ros_s()
+        given = wrench.frame or self._parameters.force_sensor.parent_frame
+        frame = self._base_frames.name(given) if given else self._parameters.force_frame
         drawn_frame, force = self._base_frames.drawn_force(frame, wrench.force)
         with self._lock:
             self._force = VectorSample(force, drawn_frame,
@@ -221,11 +221,6 @@ class RobotProcessor:
             self._draw_data(now_s)
         if self._tool_force.get_num_connections() > 0:
             self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
-
-    def _force_frame(self, wrench: Wrench) -> str:
-        parameters = self._parameters
-        given = wrench.frame or parameters.force_sensor.parent_frame
-        return self._base_frames.name(given) if given else parameters.force_frame
 
     def _publish_force(self, stamp: rospy.Time, frame: str, wrench: Wrench) -> None:
         message = WrenchStamped()

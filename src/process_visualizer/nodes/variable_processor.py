@@ -113,17 +113,14 @@ class ShownVariable:
             self._time_s = raw.time_s
             self._complaints.note_good(self._name)
         except ValueError as error:
-            self._warn(str(error))
+            self._complaints.add(self._name, f'field {self._parameters.field} of '
+                                 f'{self._parameters.topic} is not shown: {error}')
 
     def _number(self, raw: RawMessage) -> Number:
         number = self._parameters.field.number(self._source.decode(raw))
         if not math.isfinite(number):
             raise ValueError(f'its value is {number}; the last good one stays')
         return number
-
-    def _warn(self, problem: str) -> None:
-        self._complaints.add(self._name, f'field {self._parameters.field} of '
-                             f'{self._parameters.topic} is not shown: {problem}')
 
 
 class VariableProcessor:

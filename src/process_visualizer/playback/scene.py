@@ -94,7 +94,7 @@ class Scene:
 
         It is what the source's message had taken the place of, and what was the newest.
         """
-        topic = self._topic_of(position)
+        topic = self._index.connections[int(self._index.connection[position])].topic
         replaced, newest = self.replaced(position), self.positions_of(topic, position)[-1:]
         if replaced is None:
             return [] if self._has_transforms(topic) else newest
@@ -139,9 +139,6 @@ class Scene:
         topic = self._topics.setdefault(connection.topic, [])
         if source not in topic:
             topic.append(source)
-
-    def _topic_of(self, position: int) -> str:
-        return self._index.connections[int(self._index.connection[position])].topic
 
     def _has_transforms(self, topic: str) -> bool:
         return self._index.connections[self._topics[topic][0]].type in TF_TYPES

@@ -57,7 +57,8 @@ def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
     before = reached
     if positions is not None:
         before = int(positions[reached - 1]) + 1 if count > 0 else int(positions[reached])
-    target, stepped = _target(index, before), abs(reached - done)
+    target = StepTarget(before, int(index.time_ns[before - 1]) if before else index.begin_ns)
+    stepped = abs(reached - done)
     if stepped == abs(count):
         return target
     return replace(target, changed=f'only {stepped} of {abs(count)} messages are left{of_topic}')
@@ -76,10 +77,6 @@ def _positions(index: BagIndex, topic: str) -> Optional[np.ndarray]:
     if not connections:
         raise CommandRefused(f'the topic {topic} is not in the recording, or not chosen')
     return index.positions_of(connections)
-
-
-def _target(index: BagIndex, count: int) -> StepTarget:
-    return StepTarget(count, int(index.time_ns[count - 1]) if count else index.begin_ns)
 
 
 class StepRequests:

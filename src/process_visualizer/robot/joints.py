@@ -46,8 +46,9 @@ class JointMatching:
         names = names or self.joints
         if len(names) != len(positions):
             raise ValueError(f'{len(names)} joints and the positions {list(positions)}')
-        return dict(self._measured(name, position) for name, position in zip(names, positions)
-                    if name in self._meant and math.isfinite(position))
+        return {joint: position + self.offset(joint)
+                for name, position in zip(names, positions) if math.isfinite(position)
+                for joint in [self._meant.get(name)] if joint is not None}
 
     def names(self, joint: str) -> Tuple[str, ...]:
         """Return what a driver may call one of the robot's joints; nothing for another one."""
@@ -56,10 +57,6 @@ class JointMatching:
     def offset(self, joint: str) -> float:
         """Return what is added to the measured positions of a joint [rad or m]."""
         return self._offsets.get(joint, 0.0)
-
-    def _measured(self, name: str, position: float) -> Tuple[str, float]:
-        joint = self._meant[name]
-        return joint, position + self.offset(joint)
 
 
 _STATES = 128

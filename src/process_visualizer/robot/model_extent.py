@@ -178,7 +178,8 @@ class ModelExtent:
         self._kinematics = Kinematics(urdf)
         self._limits = {joint.get('name', ''): _limits(joint)
                         for joint in self._root.findall('joint')}
-        self.positions = {name: _default(low, high) for name, (low, high) in self._limits.items()}
+        self.positions = {name: 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
+                          for name, (low, high) in self._limits.items()}
         children = {child.get('link') for child in self._root.findall('joint/child')}
         self.root_link = next((link for link in self._kinematics.links if link not in children), '')
 
@@ -198,7 +199,7 @@ class ModelExtent:
             place = self.place(link.get('name', ''))
             shapes = link.findall('visual') or link.findall('collision')
             if place is not None:
-                corners += [_moved(place, self._shape_corners(shape)) for shape in shapes]
+                corners += [moved(place, self._shape_corners(shape)) for shape in shapes]
         return np.concatenate(corners)
 
     def reach(self, tool: str) -> np.ndarray:
@@ -208,7 +209,8 @@ class ModelExtent:
         """
         chance = random.Random(1)  # the same picture each time
         found: List[Tuple[float, float, float]] = []
-        for _ in range(_SAMPLES if self._has_joints() else 0):
+        is_moved = any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
+        for _ in range(_SAMPLES if is_moved else 0):
             positions = {name: chance.uniform(low, high)
                          for name, (low, high) in self._limits.items()}
             place = self._kinematics.placement(tool, self.root_link, positions)
@@ -216,9 +218,6 @@ class ModelExtent:
                 found.append(place.position)
         points = np.array(found, dtype=float).reshape(-1, 3)
         return points[points[:, 2] >= 0.0] if self._stands_on_base() else points
-
-    def _has_joints(self) -> bool:
-        return any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
 
     def _stands_on_base(self) -> bool:
         body = self.body()
@@ -231,7 +230,7 @@ class ModelExtent:
         if ends is None:
             return np.empty((0, 3))
         corners = ends[0] + _CORNERS * (ends[1] - ends[0])
-        return _moved(origin_of(shape), corners)
+        return moved(origin_of(shape), corners)
 
     def _ends(self, geometry: Optional[ElementTree.Element]) -> Optional[np.ndarray]:
         """The lowest and the highest corner (2, 3) of a geometry."""
@@ -260,11 +259,8 @@ def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
     return low, high
 
 
-def _default(low: float, high: float) -> float:
-    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
-
-
-def _moved(place: Placement, points: np.ndarray) -> np.ndarray:
+def moved(place: Placement, points: np.ndarray) -> np.ndarray:
+    """Return points (n, 3) [m] of a frame, seen from where that is placed."""
     return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)
 
 

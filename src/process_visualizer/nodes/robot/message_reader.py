@@ -187,18 +187,16 @@ class TopicReader(Generic[Quantity]):
             try:
                 quantity = self._decode(message)
                 self._callback(quantity)
-                self._watch_time()
+                time_problem = self._time_watch.problem(self._node.ros_s(),
+                                                        self._node.monotonic_s())
+                if time_problem:
+                    raise DoubtfulMessage(time_problem)
                 self._watch_publishers(quantity, message._connection_header.get('callerid', ''))
                 self._complaints.note_good(self._topic)
             except ValueError as error:
                 self._warn(f'is left out: {error}')
             except DoubtfulMessage as doubt:
                 self._warn(f'is shown, but {doubt}', doubt.values)
-
-    def _watch_time(self) -> None:
-        problem = self._time_watch.problem(self._node.ros_s(), self._node.monotonic_s())
-        if problem:
-            raise DoubtfulMessage(problem)
 
     def _watch_publishers(self, quantity: Quantity, publisher: str) -> None:
         if self._numbers is not None:
