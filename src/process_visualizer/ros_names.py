@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The names in ROS on which several rooms have to agree; what one room alone needs stands there."""
+"""Names in ROS that several folders share; a name that one folder alone needs stands there."""
 
 PACKAGE = 'process_visualizer'
 """Of the window's own node, too."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the Kinects see beside the covers: static objects, the robots, and something unforeseen."""
+"""The Kinects' scene beside the covers: static objects, robots, and something unforeseen."""
 from __future__ import annotations
 
 from functools import lru_cache

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The text of a message definition, as a bag's connection carries it, parsed as data."""
+"""Message definitions: the text parsed as data, its checksum, and those that are installed."""
 from __future__ import annotations
 
 import ast

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places of a message's parts in its bytes: the wire format of ROS, without its values.
+"""The wire format of ROS: lengths and texts, and the stamps in a message, found and moved.
 
-A layout walks over the bytes of a message, noting where the
-stamps are. Whatever is of a known size is skipped at once, however long.
+A layout walks over the bytes of a message and notes where the stamps are. Parts of a known size
+are skipped at once, however long; nothing is deserialized.
 """
 from __future__ import annotations
 

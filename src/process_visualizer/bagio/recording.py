@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One or several bags as one recording."""
+"""One or several bags as one recording, whose messages are read singly or in batches."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""XmlParser: from a configuration file to the model of the cell."""
+"""The parser: reads a configuration file into the model of the cell."""
 from __future__ import annotations
 
 import os

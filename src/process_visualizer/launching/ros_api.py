@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to a ROS master or node, which may hang: none waits for ever for its answer."""
+"""Questions to a ROS master, and connections to nodes: both may hang, and none waits for ever."""
 from __future__ import annotations
 
 import io

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The robot processor: from a robot's measurements to arrows and numbers."""
+"""The robot processor: turns a robot's measurements into arrows and numbers."""
 from __future__ import annotations
 
 import math

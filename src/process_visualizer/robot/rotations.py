@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rotations of vectors in three dimensions.
+"""Rotations in three dimensions, and the difference of two poses.
 
 A rotation is a matrix (3, 3) that turns column vectors, a unit quaternion (4,) in ROS's order
 x y z w, yaw pitch roll (3,) in radians, or a rotation vector (3,) in radians (axis times angle).

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command xacro for launch files, if ROS has none (see compatibility/xacro)."""
+"""The installed xacro, which finds packages of ROS 1; also the command (compatibility/xacro).
+
+Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
+same files but asks the package index of ROS 2; here it gets an index with those of ROS 1.
+"""
 from __future__ import annotations
 
 import os
 import sys
 from importlib import metadata
 from typing import Any
-
-# Imports the installed xacro, so that it finds packages of ROS 1.
-#
-# Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
-# same files but asks the package index of ROS 2; here it gets an index with those of ROS 1.
 
 _INDEX = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'ros1_packages')
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Views of RViz: the operator's own by name, merged, checked, and for who only looks on."""
+"""Views of RViz: the operator's own by name, merged, checked, and reduced for viewers."""
 from __future__ import annotations
 
 import copy

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's picture in another run, and how far its tool is from where it is in this one."""
+"""A robot as it was in another run, and the deviation of its tool from this one."""
 from __future__ import annotations
 
 import math

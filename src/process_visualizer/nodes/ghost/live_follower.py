@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows the live robots: which moment of the reference belongs to now, and what they differ."""
+"""Follows the live robots: finds the moment of the reference that belongs to the present."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads a quantity from a topic with any supported message type."""
+"""Reads poses, wrenches and static transforms from topics, whatever type their drivers send."""
 from __future__ import annotations
 
 import math

@@ -380,6 +380,30 @@ class ToolInput:
         self._callback(self._base_frames.in_base(pose))
 
 
+def pose_by_model(model: Kinematics, tool: str, base: str, new: Mapping[str, float],
+                  positions: Mapping[str, float], stamp_s: float) -> Optional[ToolPose]:
+    """Return the pose of the tool by the model; None if the new joints do not move it.
+
+    Joints that do not move the tool are those of a gripper, for example.
+
+    Args:
+        model: of the robot.
+        tool, base: the frame of the tool, and that in which its pose is.
+        new: positions [rad or m] that have just come.
+        positions: these and those of the other joints.
+        stamp_s: when the new ones were measured.
+
+    Raises:
+        FramesNotConnected: positions of joints between the frames are missing.
+    """
+    if new.keys().isdisjoint(model.joints_between(tool, base)):
+        return None
+    place = model.placement(tool, base, positions)
+    if place is None:
+        raise FramesNotConnected(f'the place of the tool frame {tool} in {base} is not known')
+    return ToolPose(place.position, place.quaternion, stamp_s=stamp_s, child_frame=tool)
+
+
 class _ModelDecoder(PoseDecoder):
     """Finds the tool by the model, from joints alone."""
 
@@ -394,15 +418,10 @@ class _ModelDecoder(PoseDecoder):
 
     def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
                     ) -> Optional[ToolPose]:
-        """See PoseDecoder; joints that do not move the tool, as a gripper's, give no pose."""
+        """See PoseDecoder, and pose_by_model."""
         self._positions.update(positions)
-        if positions.keys().isdisjoint(self._model.joints_between(self._tool, self._base)):
-            return None
-        place = self._model.placement(self._tool, self._base, self._positions)
-        if place is None:
-            raise FramesNotConnected(f'the place of the tool frame {self._tool} in {self._base} '
-                                     'is not known')
-        return ToolPose(place.position, place.quaternion, stamp_s=stamp.to_sec())
+        return pose_by_model(self._model, self._tool, self._base, positions, self._positions,
+                             stamp.to_sec())
 
 
 class _MessageDecoder(PoseDecoder):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from contextlib import suppress
 from typing import Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from geometry_msgs.msg import TransformStamped
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.message_reader import StaticFrames, ToolPose, placement_of
+from process_visualizer.nodes.robot.tool_input import FramesNotConnected, pose_by_model
 from process_visualizer.parameters.robot_parameters import RobotParameters
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.rotations import (
@@ -210,12 +212,10 @@ class ToolPlacer:
             positions: those that have just come; the others are where they were.
             stamp_s: when they were measured.
         """
-        frame, base = self._parameters.tool_frame, self._parameters.base_frame
-        if positions.keys().isdisjoint(self._kinematics.joints_between(frame, base)):
-            return None
-        place = self._model_placement()
-        return None if place is None else ToolPose(place.position, place.quaternion,
-                                                   stamp_s=stamp_s, child_frame=frame)
+        with suppress(FramesNotConnected):
+            return pose_by_model(self._kinematics, self._parameters.tool_frame,
+                                 self._parameters.base_frame, positions, self._positions, stamp_s)
+        return None
 
     def place(self, pose: ToolPose, is_fresh: bool) -> ToolPlace:
         """Return where to draw the arrows of a tool.
