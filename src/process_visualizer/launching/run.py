@@ -9,7 +9,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple
+from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple, Union
 
 from process_visualizer.launching.part_report import NodeReport, NodeState, exit_words
 from process_visualizer.launching.ros_api import is_registered
@@ -112,7 +112,7 @@ class LogTail:
         return (*earlier[-half:], *self.lines()[-half:]) if earlier else self.lines()
 
 
-def last_lines(path: str) -> Tuple[str, ...]:
+def last_lines(path: Union[str, Path]) -> Tuple[str, ...]:
     """The last lines of a file; none if it cannot be read."""
     try:
         with Path(path).open('rb') as file:
