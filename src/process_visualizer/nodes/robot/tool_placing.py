@@ -145,6 +145,7 @@ class ToolDifference:
     def __init__(self) -> None:
         """Begin without samples."""
         self._samples: Deque[Sequence[float]] = deque(maxlen=_SAMPLES)
+        self.is_new = False  # there are samples since that was set to False
 
     def add(self, model: Placement, position: Vector, quaternion: Optional[Quaternion]) -> None:
         """Compare one reported position (3,) [m], and orientation if there is one."""
@@ -153,6 +154,7 @@ class ToolDifference:
         angle = math.nan if quaternion is None else math.hypot(
             *rotation_vector_between(model.quaternion, quaternion))
         self._samples.append((*offset, angle))
+        self.is_new = True
 
     def is_settled(self) -> bool:
         """Return whether there are enough samples to speak of it."""
@@ -173,6 +175,8 @@ def base_place(base_frame: str, position: Vector) -> ToolPlace:
 
 PATIENCE_S = 5.0  # before missing data is reported: the other nodes start too
 LOOK_PERIOD_S = 1.0
+LASTING_LOOKS = 10
+"""On a busy computer poses and joints come apart by more, but not in so many looks in a row."""
 LOG_PERIOD_S = 30.0
 ABOUT = 'tool frame'
 
@@ -197,6 +201,7 @@ class ToolPlacer:
         self._speed_m_per_s = self._turning_rad_per_s = 0.0
         self._study = ToolStudy(kinematics, parameters.base_frame, parameters.tool_frame)
         self._is_placed = True
+        self._looks_apart = 0
         self._next_look_s = self._node.monotonic_s() + PATIENCE_S
         if kinematics.links and parameters.tool_frame not in kinematics.links:
             static.follow(self._on_static)
@@ -280,6 +285,17 @@ class ToolPlacer:
         limit_rad = self._parameters.tool_limit_rad + MOTION_S * self._turning_rad_per_s
         return difference.angle > limit_rad  # never for NaN
 
+    def _count_apart(self, difference: Difference) -> None:
+        """Count looks in a row that found a difference; motion that hides it does not end them."""
+        if not self._difference.is_new:
+            return
+        self._difference.is_new = False
+        if not self._is_near(difference) or self._is_turned(difference):
+            self._looks_apart += 1
+        elif difference.distance_m() <= self._parameters.tool_limit_m \
+                and not difference.angle > self._parameters.tool_limit_rad:
+            self._looks_apart = 0
+
     def _problem(self) -> str:
         parameters = self._parameters
         if not self._is_placed:
@@ -290,8 +306,9 @@ class ToolPlacer:
                     'the positions of joints '
                     'before it are not known; arrows begin at the reported position')
         difference = self._difference.median()
-        if not self._difference.is_settled() \
-                or (self._is_near(difference) and not self._is_turned(difference)):
+        if self._difference.is_settled():
+            self._count_apart(difference)
+        if self._looks_apart < LASTING_LOOKS:
             return ''
         turn = '' if math.isnan(difference.angle) else f' and {math.degrees(difference.angle):.0f}°'
         foot = 'of the tool frame' if parameters.foot_at_tool_frame \
