@@ -87,9 +87,9 @@ class AlarmBoard(NamedTuple):
         for condition in conditions:
             key = _key(condition)
             known = before.get(key)
-            since_s = known.since_s if known is not None else \
-                now_s if condition.since_s is None else condition.since_s
             is_again = known is not None and known.ended_s is not None
+            since_s = known.since_s if known is not None and not is_again else \
+                now_s if condition.since_s is None else condition.since_s
             if key not in present and (known is None or is_again
                                        or condition.level > known.condition.level):
                 events.append(Event(since_s if known is None else now_s, _begun(condition)))

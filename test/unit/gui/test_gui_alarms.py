@@ -11,7 +11,8 @@ import pytest
 import rosbag
 from genpy import Time
 from held_tasks import HeldTasks
-from PyQt5.QtCore import QObject, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
+from PyQt5.QtGui import QHoverEvent
 from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QPushButton
 from session_stand import choose, play
 from std_msgs.msg import Float64
@@ -129,19 +130,74 @@ def test_a_variable_that_was_beyond_its_limit_is_acknowledged(stand: Stand, qtbo
     stand.now_s += 60.0
     stand.model.look()
     (chip,) = stand.chips()
-    assert re.fullmatch(r'\d\d:\d\d:\d\d to \d\d:\d\d:\d\d  arm: edge is above 335, up to 424',
+    assert re.fullmatch(r'\d\d:\d\d:\d\d–\d\d:\d\d:\d\d  arm: edge is above 335, up to 424',
                         chip.text.text())
     buttons = {it.text(): it for it in chip.findChildren(QPushButton)}
-    assert list(buttons) == ['Replay', 'Acknowledge']
+    assert list(buttons) == ['Replay', 'Ack']
     qtbot.mouseClick(buttons['Replay'], Qt.LeftButton)
     assert stand.wanted[0][1].since_s == NOON_S + 98.0
-    qtbot.mouseClick(buttons['Acknowledge'], Qt.LeftButton)
+    qtbot.mouseClick(buttons['Ack'], Qt.LeftButton)
     stand.model.acknowledge(stand.wanted[1][1])
     assert (stand.says_no_alarms(), stand.texts()) == (True, [])
     assert [event.text for event in stand.model.events] == [
         'arm: edge is above 335, up to 424',
         'arm: edge is above 335, up to 424: over after 3.0 s',
         'arm: edge is above 335, up to 424: acknowledged by anna']
+
+
+def test_nothing_is_replayed_while_no_cell_runs(stand: Stand) -> None:
+    stand.beyond(True)
+    replay = stand.chips()[0].findChild(QPushButton, 'alarm_replay')
+    assert replay.isEnabled()
+    stand.beyond(False)
+    stand.launch.phase = LaunchPhase.IDLE
+    stand.launch.changed.emit()
+    assert not stand.chips()[0].findChild(QPushButton, 'alarm_replay').isEnabled()
+
+
+def test_an_alarm_that_begins_again_is_as_old_as_that(stand: Stand) -> None:
+    for began_s in (98.0, 159.0):
+        stand.beyond(True)
+        assert stand.model.alarms[0].since_s == NOON_S + began_s
+        stand.beyond(False)
+        stand.now_s += 61.0
+
+
+def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> None:
+    stand.beyond(True)
+    stand.report('arm', NodeState.EXITED, -9)
+    first, second = stand.texts()[:2]
+    QApplication.sendEvent(stand.strip, QHoverEvent(QEvent.HoverMove, QPoint(5, 5), QPoint(4, 5)))
+    chips = stand.chips()
+    stand.report('arm', NodeState.RUNNING)  # an alarm is over, and another one comes
+    stand.report(RVIZ_PART, NodeState.EXITED, 1)
+    assert stand.texts()[:2] == [first, second]
+    assert stand.chips()[:len(chips)] == chips
+    gone = next(it for it in chips if 'SIGKILL' in it.text.text())
+    assert not any(it.isEnabled() for it in gone.findChildren(QPushButton))
+    QApplication.sendEvent(stand.strip, QHoverEvent(QEvent.HoverLeave, QPoint(-1, 5), QPoint(5, 5)))
+    assert len(stand.chips()) == len(stand.model.alarms) == 2
+
+
+def test_no_button_moves_when_there_are_more_alarms_than_fit(stand: Stand, qtbot: Any) -> None:
+    stand.strip.resize(400, stand.strip.height())
+    stand.beyond(True)
+    QApplication.processEvents()
+
+    def right() -> int:
+        button = stand.chips()[0].findChild(QPushButton, 'alarm_acknowledge')
+        return int(button.mapTo(stand.strip, QPoint()).x())
+    before = right()
+    stand.report('arm', NodeState.EXITED, 1)
+    stand.report(RVIZ_PART, NodeState.EXITED, 1)
+    QApplication.processEvents()
+    assert right() == before
+
+
+def test_there_is_one_window_with_events(stand: Stand) -> None:
+    for _ in range(2):
+        EventsView.open(stand.model, stand.strip)
+    assert len(stand.strip.findChildren(EventsView)) == 1
 
 
 def test_a_chip_stays_while_its_text_changes(stand: Stand) -> None:

@@ -206,7 +206,7 @@ class LauncherApp(QMainWindow):
         self._after_quit = AfterQuit(self, launcher)
         self.setWindowTitle('Process Visualizer')
         self.file = QLabel()
-        self.alarms = alarm_strip(launcher, self._show_log)
+        self.alarms = alarm_strip(launcher, self._show_log, self.tell)
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Optional, Tuple
+from typing import Callable, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QShowEvent
 from PyQt5.QtWidgets import (
     QFrame,
@@ -13,7 +13,6 @@ from PyQt5.QtWidgets import (
     QLabel,
     QPlainTextEdit,
     QPushButton,
-    QScrollArea,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -22,6 +21,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
+from process_visualizer.gui.toolkit.scrolling import StillScroll
 from process_visualizer.gui.toolkit.theme import colour, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
 from process_visualizer.health.alarm_board import Action, Alarm, Condition, events_text
@@ -43,6 +43,16 @@ class EventsView(TextDialog):
         model.happened.connect(self.refresh)
         model.changed.connect(self.refresh)
         self.refresh()
+
+    @classmethod
+    def open(cls, model: AlarmsModel, window: QWidget) -> None:
+        """Show the window; there is only one."""
+        view = next((it for it in window.findChildren(cls) if it.isVisible()), None)
+        if view is None:
+            view = cls(model, window)
+            view.show()
+        view.raise_()
+        view.activateWindow()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Begin at the newest: only now the text has its lines."""
@@ -70,12 +80,18 @@ def recorded_text(alarms: RecordedAlarms) -> str:
 
 ROWS = 2
 _ROW_PX, _GAP_PX = 24, 2
-_SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart'}
+_SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart',
+          Action.ACKNOWLEDGE: 'Ack'}
 """Short labels, which leave room for the text; tooltip and accessible name have the whole."""
+_AIM_MS = 2000
 
 
 class AlarmStrip(QWidget):
-    """Shows the alarms of a model, the worst first; more than fit are scrolled to."""
+    """Shows the alarms of a model, the worst first; more than fit are scrolled to.
+
+    While the mouse moves over them they keep their places: nobody shall acknowledge or restart
+    what has just come under the mouse.
+    """
 
     action_wanted = pyqtSignal(object, object)
     """An Action about a Condition."""
@@ -92,7 +108,12 @@ class AlarmStrip(QWidget):
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(_GAP_PX)
         self._column.setAlignment(Qt.AlignTop)
-        self._area = QScrollArea()
+        self._area = StillScroll()
+        self._aimed = QTimer(self)
+        self._aimed.setInterval(_AIM_MS)
+        self._aimed.setSingleShot(True)
+        self._aimed.timeout.connect(self._show)
+        self.setAttribute(Qt.WA_Hover)
         self._lay_out()
         model.changed.connect(self._show)
         self._show()
@@ -103,6 +124,7 @@ class AlarmStrip(QWidget):
         self._area.setFrameShape(QFrame.NoFrame)
         self._area.setWidgetResizable(True)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self._area.setVerticalScrollBarPolicy(Qt.ScrollBarAlwaysOn)  # else it would move buttons
         self._area.setWidget(self._chips)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -110,39 +132,67 @@ class AlarmStrip(QWidget):
         layout.addWidget(self.summary, 1, Qt.AlignTop)
         layout.addWidget(self._area, 1)
         layout.addWidget(tool_button('show_events', 'list', 'Events: what happened, with times',
-                                     lambda: EventsView(self._model, self.window()).show()),
+                                     lambda: EventsView.open(self._model, self.window())),
                          0, Qt.AlignTop)
         self.setFixedHeight(ROWS * _ROW_PX + (ROWS - 1) * _GAP_PX)
+
+    def event(self, event: QEvent) -> bool:
+        """See Qt; notice the mouse over the alarms."""
+        if event.type() in (QEvent.HoverEnter, QEvent.HoverMove):
+            self._aimed.start()
+        elif event.type() == QEvent.HoverLeave:
+            self._aimed.stop()
+            self._show()
+        return super().event(event)
 
     def _show(self) -> None:
         """Show the alarms; a chip stays while its alarm lasts, so that it can be clicked."""
         alarms = self._model.alarms
-        if [_lasting(it) for it in alarms] == [_lasting(it) for it in self._shown]:
-            for row, alarm in enumerate(alarms):
-                self._chip(row).show_text(alarm)
-        else:
-            self._fill(alarms)
+        present = {_key(it) for it in alarms}
+        if self._aimed.isActive():
+            alarms = _in_place(self._shown, alarms)
+        for row, alarm in enumerate(alarms):
+            if row >= len(self._shown) or _key(self._shown[row]) != _key(alarm) \
+                    or _lasting(self._shown[row]) != _lasting(alarm):
+                self._put(row, alarm)
+            self._chip(row).show_alarm(alarm, _key(alarm) in present, self._model.can_replay)
+        while self._column.count() > len(alarms):
+            self._drop(len(alarms))
         self._shown = alarms
         self.summary.setText(self._model.summary)
         self.summary.setVisible(not alarms)
         self._area.setVisible(bool(alarms))
 
-    def _fill(self, alarms: Tuple[Alarm, ...]) -> None:
-        while self._column.count():
-            chip = self._chip(0)
-            self._column.removeWidget(chip)
-            chip.hide()
-            chip.deleteLater()
-        for alarm in alarms:
-            chip = AlarmChip(alarm)
-            chip.action_wanted.connect(self.action_wanted)
-            self._column.addWidget(chip)
-            chip.show()
+    def _put(self, row: int, alarm: Alarm) -> None:
+        if row < self._column.count():
+            self._drop(row)
+        chip = AlarmChip(alarm)
+        chip.action_wanted.connect(self.action_wanted)
+        self._column.insertWidget(row, chip)
+        chip.show()
+
+    def _drop(self, row: int) -> None:
+        chip = self._chip(row)
+        chip.setEnabled(False)  # so that the strip does not scroll when the keyboard goes on
+        self._column.removeWidget(chip)
+        chip.hide()
+        chip.deleteLater()
 
     def _chip(self, row: int) -> AlarmChip:
         chip = self._column.itemAt(row).widget()
         assert isinstance(chip, AlarmChip)
         return chip
+
+
+def _in_place(shown: Sequence[Alarm], alarms: Sequence[Alarm]) -> Tuple[Alarm, ...]:
+    """Return the alarms where they are shown, those that are gone too; new ones last."""
+    new = {_key(it): it for it in alarms}
+    return (*(new.pop(_key(it), it) for it in shown), *new.values())
+
+
+def _key(alarm: Alarm) -> Tuple[str, str, Optional[float]]:
+    condition = alarm.condition
+    return condition.source, condition.about, condition.position_s
 
 
 class AlarmChip(QFrame):
@@ -164,13 +214,22 @@ class AlarmChip(QFrame):
         row.setContentsMargins(6, 1, 2, 1)
         row.setSpacing(2)
         row.addWidget(self.text, 1)
-        for action in _actions(alarm):
-            row.addWidget(self._button(action, alarm.condition))
-        self.show_text(alarm)
+        self._buttons = {it: self._button(it, alarm.condition) for it in alarm.condition.actions}
+        for button in self._buttons.values():
+            row.addWidget(button)
 
-    def show_text(self, alarm: Alarm) -> None:
-        """Show what is known of the alarm now."""
+    def show_alarm(self, alarm: Alarm, is_there: bool, can_replay: bool) -> None:
+        """Show what is known of the alarm now, and enable what can be done about it.
+
+        Args:
+            alarm: as it is now, or was.
+            is_there: it is not gone.
+            can_replay: what the cell did can be shown once more.
+        """
         self.text.setText(chip_text(alarm))
+        can_not = {Action.ACKNOWLEDGE: alarm.is_acknowledged, Action.REPLAY: not can_replay}
+        for action, button in self._buttons.items():
+            button.setEnabled(is_there and not can_not.get(action, False))
 
     def _button(self, action: Action, condition: Condition) -> QPushButton:
         button = QPushButton(_SHORT.get(action, action.value))
@@ -198,7 +257,7 @@ def chip_text(alarm: Alarm) -> str:
     else:
         since = _of_day(alarm.since_s)
         if alarm.ended_s is not None:
-            since += f' to {_of_day(alarm.ended_s)}'
+            since += f'–{_of_day(alarm.ended_s)}'
     return f'{since}  {condition.said}'
 
 
@@ -206,29 +265,31 @@ def _of_day(time_s: float) -> str:
     return time.strftime('%H:%M:%S', time.localtime(time_s))
 
 
-def _actions(alarm: Alarm) -> Tuple[Action, ...]:
-    """Return what can be done; nobody acknowledges twice."""
-    return tuple(it for it in alarm.condition.actions
-                 if it is not Action.ACKNOWLEDGE or not alarm.is_acknowledged)
-
-
 def _lasting(alarm: Alarm) -> Alarm:
-    """An alarm without what changes while it lasts."""
-    return alarm._replace(condition=alarm.condition._replace(text=''))
+    """An alarm without what a chip can change."""
+    return alarm._replace(condition=alarm.condition._replace(text=''), ended_s=None,
+                          is_acknowledged=False)
 
 
 ShowLog = Callable[[str, str], None]
+Tell = Callable[[str], None]
 
 
-def alarm_strip(launcher: Launcher, show_log: ShowLog) -> AlarmStrip:
-    """Return the strip; ``show_log`` shows the log of a node (its name) of a part."""
+def alarm_strip(launcher: Launcher, show_log: ShowLog, tell: Tell) -> AlarmStrip:
+    """Return the strip.
+
+    Args:
+        launcher: what the alarms are about.
+        show_log: shows the log of a node (its name) of a part.
+        tell: shows a sentence for a while.
+    """
     strip = AlarmStrip(launcher.alarms)
     strip.action_wanted.connect(
-        lambda action, condition: _carry_out(launcher, show_log, action, condition))
+        lambda action, condition: _carry_out(launcher, show_log, tell, action, condition))
     return strip
 
 
-def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
+def _carry_out(launcher: Launcher, show_log: ShowLog, tell: Tell, action: Action,
                condition: Condition) -> None:
     if action is Action.SHOW_LOG:
         show_log(condition.part, condition.node)
@@ -241,5 +302,9 @@ def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
     elif action is Action.REPLAY:
         launcher.live.hold(True)  # until the replay is left
         launcher.show_replay(condition.since_s or 0.0)
+        recent_s = launcher.recording.state.snapshot.recent_s
+        if time.time() - (condition.since_s or 0.0) > recent_s:
+            tell(f'the alarm began before the last {recent_s:.0f} s, which the recorder remembers; '
+                 'the replay begins with these')
     else:
         launcher.launch.restart(condition.part)

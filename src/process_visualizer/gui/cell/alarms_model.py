@@ -57,6 +57,7 @@ class AlarmsModel(QObject):
         self._position_s = 0.0
         self._look = CellLook()
         states.changed.connect(self.look)
+        self._could_replay = False
         launch.changed.connect(self._follow_mode)
 
     @property
@@ -73,6 +74,13 @@ class AlarmsModel(QObject):
     def recorded(self) -> RecordedAlarms:
         """The alarms of the recording that is open, in the order of time."""
         return sorted((*self._recorded, *self._played), key=lambda it: it[2])
+
+    @property
+    def can_replay(self) -> bool:
+        """Return whether the cell runs, so that what it did can be shown once more."""
+        running = self._launch.running
+        return (running is not None and running.mode is Mode.REALTIME
+                and self._launch.phase is LaunchPhase.RUNNING)
 
     @property
     def summary(self) -> str:
@@ -137,7 +145,8 @@ class AlarmsModel(QObject):
         self._take(self._board.seen(self._conditions(), self._wall_s()))
 
     def _follow_mode(self) -> None:
-        if self._recorded:
+        if self._recorded or self.can_replay != self._could_replay:
+            self._could_replay = self.can_replay
             self.changed.emit()
 
     def _take(self, board: AlarmBoard) -> None:
