@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Mapping
 
@@ -193,3 +194,17 @@ def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:
     last = restarted(later, bag)
     open_cell(last.session, last.cell)
     assert last.tasks.held == []
+
+
+def test_runs_of_another_configuration_are_kept_until_it_is_back(qtbot: Any, bag: str) -> None:
+    """Nobody asked for them, so nothing is told."""
+    later = restarted(compared(bag), bag)
+    run = replace(later.cell.run, begin='never') if later.cell.run else None
+    never = replace(later.cell.events[0], name='never', topic='/none')
+    open_cell(later.session, replace(later.cell, run=run, events=(*later.cell.events, never)))
+    later.tasks.end_all()
+    assert later.told == [] and later.model.runs == ()
+    again = restarted(later, bag)
+    open_cell(again.session, again.cell)
+    again.tasks.end_all()
+    assert again.model.good == {0, 1}

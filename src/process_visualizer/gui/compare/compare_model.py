@@ -20,7 +20,7 @@ from process_visualizer.runs.comparison.timeline_bands import (
     timeline_bands,
     timeline_moments,
 )
-from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle
 from process_visualizer.runs.run import Key, Run
 
 # The part of a comparison that is kept over a restart: enough to make it again.
@@ -111,6 +111,7 @@ class CompareModel(QObject):
         self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
         self._work: Optional[TaskProgress] = None
         self._activity = ''
+        self._is_asked = True  # by the operator, for what is going on
         self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
         self._last: Tuple[str, ...] = ()  # recording of the last session
         self._waiting: Optional[KeptComparison] = None  # for the configuration
@@ -218,7 +219,8 @@ class CompareModel(QObject):
         if recording or added:
             again, self._again = self._again, None
             self._begin('Reading the recordings…', found,
-                        lambda runs: self._take_runs(runs, again or KeptComparison()))
+                        lambda runs: self._take_runs(runs, again or KeptComparison()),
+                        is_asked=again is None)
 
     def set_good(self, number: int, is_good: bool) -> None:
         """Call a run good, or not."""
@@ -275,8 +277,9 @@ class CompareModel(QObject):
         self.changed.emit()
 
     def _begin(self, activity: str, work: Callable[[TaskProgress], Any],
-               take: Callable[[Any], None]) -> None:
+               take: Callable[[Any], None], is_asked: bool = True) -> None:
         self._stop()
+        self._is_asked = is_asked
         self._activity, self._work = activity, TaskProgress(self)
         progress = self._work
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
@@ -329,6 +332,10 @@ class CompareModel(QObject):
         if progress is not self._work or isinstance(error, ReadingCancelled):
             return
         self._work, self._activity = None, ''
+        if not self._is_asked and isinstance(error, NoCycle):
+            self._added = ()  # of another configuration: with that one it is shown again
+            self.changed.emit()
+            return
         self._added = self._added[:-1]  # the last one may be what cannot be read
         self._kept.pop(self._recording, None)
         self._last = ()
