@@ -270,8 +270,9 @@ class Quitting:
         self.quits += 1
 
     def wait(self, seconds: float) -> None:
-        self.now_s += seconds
-        self.command.grace.look()
+        for _ in range(round(seconds * 10)):
+            self.now_s += 0.1
+            self.command.grace.look()
 
     def question(self) -> str:
         found = self._window.findChild(QMessageBox, 'question')
@@ -319,6 +320,16 @@ def test_quitting_asks_where_something_would_be_lost(
         'Not saved, but kept in this window: the crop box of kinect. Quit all nodes?')
     answer(window, qtbot, is_yes=True)
     assert quitting.quits == 1
+
+
+def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: Quitting) -> None:
+    """The operator's click waits behind what holds the window up."""
+    quitting.command.quit()
+    quitting.now_s += GRACE_S + 1.0
+    quitting.command.grace.look()
+    quitting.command.quit()  # takes it back
+    quitting.wait(GRACE_S + 1.0)
+    assert quitting.quits == 0
 
 
 def test_the_button_says_that_quitting_can_be_undone(window: LauncherApp) -> None:

@@ -126,7 +126,8 @@ class TaskProgress(QObject):
         return self._cancelled.is_set()
 
 
-_LOOK_MS = 200
+_LOOK_MS, _LATE_S = 200, 1.0
+"""A window that was held up for longer showed nothing, and took no clicks: that does not count."""
 
 
 class DelayedAct(QObject):
@@ -140,6 +141,7 @@ class DelayedAct(QObject):
         super().__init__(parent)
         self._delay_s, self._act, self._clock_s = delay_s, act, clock_s
         self._due_s: Optional[float] = None
+        self._looked_s = 0.0
         self._left_s = 0
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
@@ -157,7 +159,8 @@ class DelayedAct(QObject):
 
     def begin(self) -> None:
         """Act after the delay."""
-        self._due_s = self._clock_s() + self._delay_s
+        self._looked_s = self._clock_s()
+        self._due_s = self._looked_s + self._delay_s
         self._timer.start()
         self.look()
 
@@ -171,7 +174,10 @@ class DelayedAct(QObject):
         """Act if it is time."""
         if self._due_s is None:
             return
-        left_s = self._due_s - self._clock_s()
+        now_s = self._clock_s()
+        self._due_s += max(now_s - self._looked_s - _LATE_S, 0.0)
+        self._looked_s = now_s
+        left_s = self._due_s - now_s
         if left_s > 0.0:
             self._show(math.ceil(left_s))
         else:
