@@ -273,7 +273,8 @@ class LaunchFileBuilder:
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
             'pkg': PACKAGE, 'type': RVIZ, 'name': RVIZ, 'output': 'log',
-            'args': f'-d "{self._folder}/{RVIZ_FILE}"', 'required': required})
+            'args': f'-d "{self._folder}/{RVIZ_FILE}" -s ""',  # no splash over other windows
+            'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
 
 

@@ -294,7 +294,7 @@ def test_recorded_topics_are_named_once() -> None:
 def test_rviz(start: RvizStart, required: bool, build: Build, tmp_path: Path) -> None:
     node = one_node(build(device(''), rviz=start), '/rviz')
     assert node.required is required
-    assert shlex.split(node.args) == ['-d', str(tmp_path / 'cell.rviz')]
+    assert shlex.split(node.args) == ['-d', str(tmp_path / 'cell.rviz'), '-s', '']
     assert [tuple(pair) for pair in node.env_args] == [('DISABLE_ROS1_EOL_WARNINGS', '1')]
 
 
@@ -308,7 +308,7 @@ def test_rviz_in_a_folder_with_spaces(parse: Callable[[str], Cell], tmp_path: Pa
     cell = parse(device(''))
     text = LaunchFileBuilder(Choice(cell, Mode.REALTIME, cell.devices), {}, {}).text()
     assert shlex.split(one_node(load_text(text, folder), '/rviz').args) == [
-        '-d', str(folder / 'cell.rviz')]
+        '-d', str(folder / 'cell.rviz'), '-s', '']
 
 
 def test_name_of_a_model() -> None:
