@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, List, Sequence, Tuple
 
+import numpy as np
 import pytest
 from cycle_bags import write_bag
 from held_tasks import HeldTasks
@@ -27,6 +28,7 @@ from process_visualizer.curves.live_curves import RecentPart
 from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.timeline_lanes import lane_of, lane_texts
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.live.replay_model import ReplayPhase
@@ -277,3 +279,17 @@ def test_objects_near_robots_are_bars_below_the_slider(stand: Stand) -> None:
                for at_s in (-3.5, -2.5, -1.7, -1.2)]
     assert colours[1:] == [theme().warning, theme().bad, theme().warning]
     assert colours[0] not in (theme().warning, theme().bad)
+
+
+def test_a_replay_moves_no_curve(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    QApplication.processEvents()
+    before = stand.timeline.mapTo(stand.panel, QPoint())
+    stand.panel.replay.show()
+    stand.panel.layout().activate()
+    assert stand.timeline.mapTo(stand.panel, QPoint()) == before
+
+
+def test_a_curve_without_values_in_sight_keeps_its_decimals() -> None:
+    nothing = lane_of('speed', 'm/s', (0.0, 1.0, 0.0), np.full(4, np.nan), np.full(4, np.nan), 1.0)
+    assert lane_texts(nothing, 0.02, 0.06, None).at_position == '0.0600 m/s'

@@ -267,5 +267,8 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     stand.now_s = 1002.5
     stand.tell(20.0)
     assert bar.state.text() == 'REPLAY  12.5 s ago'
+    stand.now_s = 1065.0
+    bar.show_state()
+    assert bar.state.text() == 'REPLAY  1 min 15.0 s ago'  # as its RViz says
     bar.back.click()
     assert bar.isHidden() and stand.replay.is_live

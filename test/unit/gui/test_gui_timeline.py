@@ -9,7 +9,12 @@ from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
-from process_visualizer.gui.lanes.timeline_header import HEADER_HEIGHT, TRACK_TOP, Alarms
+from process_visualizer.gui.lanes.timeline_header import (
+    HEADER_HEIGHT,
+    TRACK_TOP,
+    Alarms,
+    target_at,
+)
 from process_visualizer.gui.playback.minimap import BAR_HEIGHT
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.playback.timeline_view import moment_at, moment_tip
@@ -104,6 +109,11 @@ class TestLoop:
         bench.move(12.0, HANDLES_Y, Qt.LeftButton)
         bench.release(12.0, HANDLES_Y)
         assert bench.stand.commands() == [('set_loop', True, 5.0, 12.0)]
+
+    def test_dragging_the_letter_b(self, bench: Bench) -> None:
+        place = QPoint(round(bench.view.axis.x(10.0)) + 10, HANDLES_Y)
+        assert target_at(place, bench.view.axis, (), (5.0, 10.0)).kind == 'B'
+        assert target_at(place, bench.view.axis, (), (10.0, 15.0)).kind == 'time'
 
     def test_a_and_b_are_dragged_while_it_plays_on(self, bench: Bench) -> None:
         bench.stand.play(position_s=6.0, loop=(5.0, 10.0))

@@ -29,6 +29,7 @@ TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
 AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0
 HEADER_HEIGHT = 68.0
 FLAG_WIDTH = 9.0
+_TAB = 12.0  # px: the letters at A and B
 _REACH = 7.0  # px: how near the mouse has to be to a handle
 
 
@@ -54,7 +55,8 @@ def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
     """Return the target at a place; handles of the loop [s] before marks, marks before the time."""
     on_track = TRACK_TOP - 4 <= place.y() < AXIS_TOP
     if loop is not None and on_track:
-        near = [(abs(place.x() - axis.x(time_s)), kind) for kind, time_s in zip('AB', loop)]
+        near = [(_beside(place.x() - axis.x(time_s), outward), kind)
+                for kind, time_s, outward in zip('AB', loop, (-1, 1))]
         distance, kind = min(near)
         if distance <= _REACH:
             return Target(kind)
@@ -66,6 +68,11 @@ def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
             return Target('mark', min(hits, key=lambda row: abs(
                 middle - axis.x(marks[row].position_s))))
     return Target('time')
+
+
+def _beside(x: float, outward: int) -> float:
+    """The distance [px] from the line of A or B, or from its tab."""
+    return max(x * outward - _TAB, -x * outward, 0.0)
 
 
 _MIN_LABEL = 34.0  # px: less room than this is not worth a label
@@ -193,7 +200,7 @@ def _on_line(axis: TimeAxis, time_s: float) -> float:
 
 
 def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
-    rect = QRectF(x if outward > 0 else x - 12, TRACK_TOP - 1, 12, 12)
+    rect = QRectF(x if outward > 0 else x - _TAB, TRACK_TOP - 1, _TAB, _TAB)
     painter.setPen(Qt.NoPen)
     painter.setBrush(colour)
     painter.drawRoundedRect(rect, 2, 2)

@@ -86,9 +86,10 @@ class Lane:
 
     @cached_property
     def is_whole(self) -> bool:
-        """Return whether all values are whole numbers."""
+        """Return whether there are values, all of them whole numbers."""
         known = ~np.isnan(self.low)
-        return all(bool(np.all(np.trunc(it[known]) == it[known])) for it in (self.low, self.high))
+        return bool(known.any()) and all(
+            bool(np.all(np.trunc(it[known]) == it[known])) for it in (self.low, self.high))
 
     @property
     def limit_values(self) -> Tuple[float, ...]:

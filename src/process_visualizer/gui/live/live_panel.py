@@ -87,7 +87,7 @@ class ReplayBar(QWidget):
         self.play.setIcon(icon('pause' if replay.playback.state.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
         if is_shown:
-            self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago')
+            self.state.setText(f'REPLAY  {_age_text(self._now_s() - replay.time_s)} ago')
         else:
             taken_s = int(self._now_s() - (self._since_s or self._now_s()))
             self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else ''))
@@ -103,6 +103,12 @@ class ReplayBar(QWidget):
         button.setFocusPolicy(Qt.TabFocus)
         button.clicked.connect(lambda: action())
         return button
+
+
+def _age_text(age_s: float) -> str:
+    """Return a time as the band of the replay tells it."""
+    minutes, seconds = divmod(round(age_s, 1), 60.0)
+    return f'{minutes:.0f} min {seconds:.1f} s' if minutes else f'{seconds:.1f} s'
 
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'
@@ -161,7 +167,9 @@ class LivePanel(QWidget):
         self._show()
 
     def _lay_out(self) -> None:
-        row = in_row(QLabel('Last'), self.durations, self.hold, self.state, wide=self.state)
+        row = in_row(QLabel('Last'), self.durations, self.hold, self.replay, self.state,
+                     wide=self.state)
+        row.addStrut(self.replay.sizeHint().height())  # what is below stays where it is
         frame = QFrame()
         frame.setFrameShape(QFrame.StyledPanel)
         set_sheet(frame, 'QFrame { background: <paper>; }')
@@ -169,7 +177,7 @@ class LivePanel(QWidget):
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
         inside.addWidget(self.timeline, 1)
-        layout = in_column(self, 8, row, self.replay, frame)
+        layout = in_column(self, 8, row, frame)
         layout.setStretchFactor(frame, 1)
         layout.addStretch(0)
 
