@@ -97,7 +97,7 @@ class Line(NamedTuple):
     short: str = ''
 
 
-_OFF = Line(Level.OFF, '')
+_OFF, _IDLE = Line(Level.OFF, ''), Line(Level.OFF, 'no nodes in this mode')
 
 
 class DeviceState(NamedTuple):
@@ -126,6 +126,8 @@ def device_state(device: Device, report: Optional[PartReport],
              for node in report.nodes}
     topics = {topic.name: lines.get(topic.name, _OFF) for topic in device.topics}
     own = by_node(warnings, set(nodes))
+    if report.state is PartState.RUNNING and not nodes and (device.nodes or device.launch_files):
+        return DeviceState(_IDLE, nodes, topics, own)
     return DeviceState(_summary(report, topics, own), nodes, topics, own)
 
 

@@ -240,6 +240,10 @@ def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, cl
 
 
 def test_save_the_last_seconds(find, running, client, qtbot):
+    width = find(QPushButton, 'save_recent').minimumWidth()
+    assert width >= find(QPushButton, 'save_recent').sizeHint().width()
+    running.take_state(told(recent_s=7.4))
+    assert find(QPushButton, 'save_recent').minimumWidth() == width  # nothing beside it moves
     running.take_state(told(recent_s=12.4))
     assert find(QPushButton, 'save_recent').text() == 'Save last 12 s'
     click(find, 'save_recent')

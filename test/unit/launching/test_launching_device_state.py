@@ -2,13 +2,14 @@
 """A device's state in words."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Optional
 
 import pytest
 
 from process_visualizer.bagio.catalogue import CatalogueTopic
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.cell.model import Device, DeviceType, LaunchFile, Topic
 from process_visualizer.health.device_state import (
     Level,
     Line,
@@ -97,3 +98,10 @@ def test_the_worst_of_lines() -> None:
     assert worst(()) == Line(Level.OFF, '')
     lines = (Line(Level.GOOD, 'a'), Line(Level.BAD, 'b'), Line(Level.WAITING, 'c'))
     assert worst(lines).text == 'b'
+
+
+def test_a_driver_that_is_not_started_in_a_mode_does_not_run() -> None:
+    driver = replace(ARM, launch_files=(LaunchFile('arm', 'driver.launch', None, (), HERE),))
+    report = PartReport('arm', PartState.RUNNING, ())
+    assert device_state(driver, report, {}).summary == Line(Level.OFF, 'no nodes in this mode')
+    assert device_state(ARM, report, {}).summary.text == 'running'  # its model is shown

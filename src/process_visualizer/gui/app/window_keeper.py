@@ -255,7 +255,9 @@ class WindowKeeper(QObject):
         """Give every window its place; the launcher if it has been moved, or has another one."""
         found = self._places()
         self._place_dock(found)
-        self.rviz_place.setGeometry(_rect(found.rviz))
+        frame = _frame_of(self._window)  # RViz's is the same; where it was has none
+        self.rviz_place.setGeometry(_rect(found.rviz).adjusted(
+            0, 0, frame.left + frame.right, frame.top + frame.bottom))
         asked = _rect(found.launcher)
         if is_moved or asked != self._asked:
             self._asked, self._is_asking = asked, True

@@ -2,6 +2,7 @@
 """Notices about the cell: what has changed, was made, learned, mixed or left unsaved."""
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Callable, List, Optional, Sequence
 
@@ -173,7 +174,7 @@ class UnsavedNotice(NoticeFrame):
 
 
 _CONFIGURATIONS, _BAGS = 'Configurations (*.xml)', 'Recordings (*.bag)'
-_FILE = 'cell.xml'
+_FILE = 'cell'
 _TEXT = ('These devices are an example. Running drivers, or a recording of them, are enough to '
          'make a configuration of your own cell.')
 
@@ -246,7 +247,7 @@ class NewConfigurationView(QFrame):
         dialog = self._dialog('new_path', 'Write the new configuration', _CONFIGURATIONS)
         dialog.setAcceptMode(QFileDialog.AcceptSave)
         dialog.setDefaultSuffix('xml')
-        dialog.selectFile(_FILE)
+        dialog.selectFile(_free_name(self._folder(), given))
         dialog.fileSelected.connect(lambda path: self._model.make(path, given))
         dialog.open()
 
@@ -260,3 +261,10 @@ class NewConfigurationView(QFrame):
         """The folder of the user's own configuration, if one is open and the folder is writable."""
         folder = os.path.dirname(self._current())
         return folder if self.isHidden() and os.access(folder, os.W_OK) else working_folder()
+
+
+def _free_name(folder: str, bags: Sequence[str]) -> str:
+    """Return a name for a new configuration, after the recording, that no file there has."""
+    stem = os.path.splitext(os.path.basename(bags[0]))[0] if bags else _FILE
+    names = (f'{stem}{number}.xml' for number in itertools.chain([''], itertools.count(2)))
+    return next(it for it in names if not os.path.exists(os.path.join(folder, it)))

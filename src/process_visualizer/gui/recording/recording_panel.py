@@ -464,6 +464,7 @@ class RecordingPanel(StillScroll):
         self._label = QLineEdit()
         self._mark = QPushButton(icon('mark'), 'Mark')
         self._save = QPushButton(icon('save'), f'Save last {RECENT_S:.0f} s')
+        self._save.setMinimumWidth(self._save.sizeHint().width())  # with fewer digits too
         self._are_topics_chosen = False
         self._set_up()
         self._lay_out()
