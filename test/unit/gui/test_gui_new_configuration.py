@@ -8,13 +8,14 @@ from typing import List, Tuple
 import pytest
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QSettings
-from PyQt5.QtWidgets import QLabel, QPushButton
+from PyQt5.QtWidgets import QFileDialog, QLabel, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
 
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.main import _last_configuration
 from process_visualizer.gui.cell.cell_model import NewConfigurationModel
-from process_visualizer.gui.cell.notices import MadeNotice
+from process_visualizer.gui.cell.notices import MadeNotice, NewConfigurationView
 from process_visualizer.gui.toolkit.desktop import working_folder
 
 NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
@@ -116,3 +117,21 @@ def test_a_file_is_written_where_the_user_was(tmp_path: Path,
     assert working_folder({'PWD': str(shell)}) == str(shell)
     for useless in ({}, {'PWD': ''}, {'PWD': 'shell'}, {'PWD': str(tmp_path / 'gone')}):
         assert working_folder(useless) == str(home)
+
+
+def test_a_name_is_proposed_that_no_file_has(qtbot: QtBot, path: Path) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    view = NewConfigurationView(Watched().model, lambda: str(path), window)
+
+    def proposed(*bags: str) -> str:
+        view.ask_path(bags)
+        (dialog,) = window.findChildren(QFileDialog)
+        found = Path(dialog.selectedFiles()[0]).name
+        dialog.setParent(None)
+        return found
+
+    for name in ('cell.xml', 'cell2.xml', 'good.xml'):
+        path.with_name(name).write_text('<visualizer />')
+    assert [proposed(), proposed('/bags/good.bag'), proposed('/bags/bad.bag')] == [
+        'cell3.xml', 'good2.xml', 'bad.xml']
