@@ -283,7 +283,7 @@ class Watch {
       if (!it.is_seen) continue;
       seen.insert(thing->number);
       ++times[thing->number];
-      scoreNumber(time, *thing, it.number);
+      scoreNumber(time, *thing, it);
       scoreSize(time, *thing, it);
     }
     for (const Thing& thing : things)
@@ -344,14 +344,17 @@ class Watch {
                   way->distance, it.object.robot->distance, it.is_seen ? "seen" : "hidden");
   }
 
-  void scoreNumber(double time, const Thing& thing, std::uint32_t number) {
+  void scoreNumber(double time, const Thing& thing, const TrackedObject& it) {
     Visit& visit = visits_[thing.number];
-    if (visit.last != 0 && visit.numbers.count(number) == 0) {
-      ++figures_.exchanged;
-      if (is_verbose_)
-        std::printf("%.2f s: thing %d has number %u, not %u\n", time, thing.number, number,
-                    visit.last);
-    }
+    const std::uint32_t number = it.number;
+    const bool is_exchanged = visit.last != 0 && visit.numbers.count(number) == 0;
+    figures_.exchanged += is_exchanged ? 1 : 0;
+    if (is_verbose_)
+      std::printf(
+          "%.2f s: thing %d has number %u%s at %.2f %.2f %.2f, %.2f x %.2f x %.2f, %zu points\n",
+          time, thing.number, number, is_exchanged ? ", exchanged," : "", it.object.box.center.x(),
+          it.object.box.center.y(), it.object.box.center.z(), it.object.box.size.x(),
+          it.object.box.size.y(), it.object.box.size.z(), it.object.points);
     visit.numbers.insert(number);
     visit.last = number;
   }

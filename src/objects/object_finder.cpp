@@ -21,6 +21,11 @@ using Eigen::Vector3f;
 constexpr float kThinnest = 0.025F;    // m: smaller in two directions is no object
 constexpr float kBesideAbove = 0.03F;  // m: what is one above the other is no farther aside
 constexpr float kAboveGap = 0.3F;      // m: nor farther apart
+constexpr float kTall = 0.8F;          // m: what is higher may be a person,
+constexpr float kLimbed = 0.5F;        // m: so may what moves and is so large,
+constexpr float kThickest = 0.14F;     // m: whose limbs are no thicker,
+constexpr float kWidest = 0.32F;       // m: nor wider, with a foot,
+constexpr float kLimbGap = 0.3F;       // m: nor farther apart
 constexpr float kPartGap = 0.1F;       // m: parts of one object are no farther apart
 constexpr float kNoiseShare = 0.1F;    // of the newest cloud in the estimate
 constexpr float kAround = 0.1F;        // m: so far around an object its surface is measured
@@ -211,13 +216,6 @@ void append(std::vector<Item>& items, const std::vector<Item>& more) {
   items.insert(items.end(), more.begin(), more.end());
 }
 
-/// A point and, to tell the direction, what is seen beside it, as if it were as far away.
-Rim rimOf(const RimPoint& it, const Points& points, const Isometry3f& global_from_cloud) {
-  const Vector3f &place = points.places[it.point], &beside = points.places[it.beside];
-  const Vector3f outwards = beside.normalized() * place.norm() - place;
-  return {global_from_cloud * place, global_from_cloud.linear() * outwards.normalized(), it.is_cut};
-}
-
 std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
   std::vector<Isometry3f> from_body;
   for (const Isometry3f& transform : scene.cloud_from_body)
@@ -243,13 +241,38 @@ float gapAlong(const AlignedBox3f& one, const AlignedBox3f& other, int axis) {
   return std::max(one.min()[axis] - other.max()[axis], other.min()[axis] - one.max()[axis]);
 }
 
+/// Whether some points of two groups are as near to each other, seen from above, as a limb and what
+/// carries it: what is between is hidden most often by what is above it.
+bool areNear(const Cluster& one, const Cluster& other) {
+  return std::any_of(one.begin(), one.end(), [&](const Vector3f& place) {
+    return std::any_of(other.begin(), other.end(), [&](const Vector3f& it) {
+      return (it - place).head<2>().squaredNorm() < kLimbGap * kLimbGap;
+    });
+  });
+}
+
 /// Groups one above the other, such as the legs and the chest of a person between which too little
-/// is seen; and parts of one object that is followed, such as an arm that swings.
+/// is seen; parts of one object that is followed, such as an arm that swings; and what is new, long
+/// and near to somebody, such as an arm of which the shoulder hides a part.
 std::vector<Bridge> bridgesByPlace(const std::vector<Thing>& things,
-                                   const std::vector<std::optional<std::size_t>>& owners) {
+                                   const std::vector<std::optional<std::size_t>>& owners,
+                                   const std::vector<ExpectedObject>& expected) {
   std::vector<AlignedBox3f> boxes(things.size());
-  for (std::size_t group = 0; group < things.size(); ++group)
+  std::vector<Cluster> coarse;
+  for (std::size_t group = 0; group < things.size(); ++group) {
     for (const Vector3f& place : things[group].places) boxes[group].extend(place);
+    coarse.push_back(thinned(things[group].places, kLimbGap / 5));
+  }
+  const auto isSomebody = [&](std::size_t group) {
+    if (!owners[group]) return boxes[group].sizes().z() > kTall;
+    const ExpectedObject& owner = expected[*owners[group]];
+    return owner.box.size.z() > kTall || (!owner.stands && owner.box.size.maxCoeff() > kLimbed);
+  };
+  const auto isLimb = [&](std::size_t group) {
+    const Vector3f size = boxes[group].sizes();
+    const float middle = size.sum() - size.maxCoeff() - size.minCoeff();
+    return (size.minCoeff() < kThickest && middle < kWidest) || isSomebody(group);
+  };
   std::vector<Bridge> bridges;
   for (std::uint32_t other = 0; other < things.size(); ++other) {
     for (std::uint32_t one = 0; one < other; ++one) {
@@ -259,7 +282,10 @@ std::vector<Bridge> bridgesByPlace(const std::vector<Thing>& things,
       const bool is_above = aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap;
       const bool is_same =
           owners[one] && owners[one] == owners[other] && std::max(aside, apart) < kPartGap;
-      if (is_above || is_same) bridges.push_back({one, other, is_above});
+      const bool is_limb =
+          ((isSomebody(one) && isLimb(other)) || (isSomebody(other) && isLimb(one))) &&
+          aside < kLimbGap && apart < kLimbGap && areNear(coarse[one], coarse[other]);
+      if (is_above || is_same || is_limb) bridges.push_back({one, other, is_above || is_limb});
     }
   }
   return bridges;
@@ -276,10 +302,11 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
   for (std::size_t group = 0; group < groups.size(); ++group) {
     things[group].places = chosen(free.places, groups[group]);
     for (const RimPoint& it : occlusions.rims[group])
-      things[group].rim.push_back(rimOf(it, points, global_from_cloud));
+      things[group].rim.push_back({global_from_cloud * points.places[it.point],
+                                   global_from_cloud.linear() * it.outwards, it.is_cut});
     owners.push_back(ownerOf(things[group].places, expected));
   }
-  std::vector<Bridge> bridges = bridgesByPlace(things, owners);
+  std::vector<Bridge> bridges = bridgesByPlace(things, owners, expected);
   append(bridges, occlusions.bridges);
   return joined(std::move(things), wholes(owners, expected, bridges));
 }

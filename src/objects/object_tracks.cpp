@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace process_visualizer::objects {
@@ -327,7 +328,8 @@ UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
 /// How far from where it is expected it may be, m.
 float ObjectTracks::Track::farthestAt(double stamp) const {
   const float passed = std::min(static_cast<float>(stamp - seen), kLongestStep);
-  return kFarthest + (is_sure ? kSharpest / 2 * passed * passed : kFastest * passed);
+  const bool is_known = times >= kTimesUntilSure;  // how it moves
+  return kFarthest + (is_known ? kSharpest / 2 * passed * passed : kFastest * passed);
 }
 
 /// Whether less than the whole of this object can be measured.
@@ -335,6 +337,13 @@ bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject
   if (!is_whole || !found.isCut()) return false;
   const Vector3f seen = turnedTowards(found.box, expected.yaw).size - expected.size;
   return seen.cwiseAbs().maxCoeff() > kWhole;
+}
+
+/// Whether what was seen of it so far may be a part of something larger, such as the hand of
+/// somebody who comes in.
+bool ObjectTracks::Track::mayBePartOf(const UprightBox& expected, const UprightBox& found) const {
+  const bool stands = times >= kTimesUntilSure && motion.velocity().norm() < kMoving;
+  return !is_whole && !stands && found.size.norm() > expected.size.norm();
 }
 
 /// The box that a found object would have as this one.
@@ -355,6 +364,13 @@ void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
   seen = hidden = stamp;
   is_whole = is_whole || !found.isCut();
   ++times;
+}
+
+/// Takes another part of it that was seen: it may be nearer to a robot.
+void ObjectTracks::Track::add(const FoundObject& part) {
+  object.points += part.points;
+  if (part.robot && object.robot && part.robot->distance < object.robot->distance)
+    object.robot = part.robot;
 }
 
 /// Of an object that is partly hidden the places that were seen before move with it.
@@ -415,10 +431,12 @@ bool ObjectTracks::isJump(double stamp) const {
 std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
   std::vector<ExpectedObject> expected;
   if (isJump(stamp)) return expected;
-  for (const Track& track : tracks_)
+  for (const Track& track : tracks_) {
+    const bool is_moving = track.motion.velocity().norm() > kMoving;
     if (track.number)
-      expected.push_back(
-          {track.expectedAt(stamp), track.is_whole, track.motion.velocity().norm() > kMoving});
+      expected.push_back({track.expectedAt(stamp), track.is_whole, is_moving,
+                          !is_moving && track.times >= kTimesUntilSure});
+  }
   return expected;
 }
 
@@ -452,15 +470,21 @@ Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>
       costs(track, object) = kForbidden;
       if (!isNear(expected, found[object].box, farthest)) continue;
       const UprightBox box = tracks_[track].measured(expected, found[object]);
-      const float away = apart(expected, box), grown = (box.size - expected.size).norm();
-      const bool is_alike = away < kFarthest || grown < kAlike * expected.size.norm();
+      const float grown = (box.size - expected.size).norm();
+      float away = apart(expected, box);
+      bool is_alike = away < kFarthest || grown < kAlike * expected.size.norm();
+      if (tracks_[track].mayBePartOf(expected, box)) {
+        away = std::min(away, distanceTo(box, expected.center));
+        is_alike = true;
+      }
       if (away < farthest && is_alike) costs(track, object) = away + kSizeWeight * grown;
     }
   }
   return costs;
 }
 
-/// What is left over is new.
+/// What is left over is new, unless it may be a part of a known object that something divides. All
+/// that is seen of one may be such a part.
 void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
   std::vector<bool> is_new(found.size(), true);
   const auto pairs = bestPairs(costs(stamp, found));
@@ -469,8 +493,21 @@ void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
     follow(tracks_[track], stamp, found[*pairs[track]]);
     is_new[*pairs[track]] = false;
   }
-  for (std::size_t object = 0; object < found.size(); ++object)
-    if (is_new[object] && !isPart(stamp, found[object])) begin(stamp, found[object]);
+  std::vector<std::size_t> order(found.size());  // the largest first: it tells where the whole is
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t one, std::size_t other) {
+    return found[one].points > found[other].points;
+  });
+  for (const std::size_t object : order) {
+    if (!is_new[object]) continue;
+    Track* const whole = wholeOf(stamp, found[object]);
+    if (!whole)
+      begin(stamp, found[object]);
+    else if (whole->seen != stamp)
+      follow(*whole, stamp, found[object]);
+    else
+      whole->add(found[object]);
+  }
 }
 
 void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) {
@@ -479,12 +516,14 @@ void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) 
   if ((track.is_sure || isLarge(found)) && !track.number) track.number = ++count_;
 }
 
-/// Whether it is no new object, but may be a part of a known one that something divides.
-bool ObjectTracks::isPart(double stamp, const FoundObject& found) const {
-  if (!found.isCut()) return false;
-  return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
-    return track.number && distanceTo(track.expectedAt(stamp), found.box.center) < kPartReach;
+/// The known object of which a found one may be a part.
+ObjectTracks::Track* ObjectTracks::wholeOf(double stamp, const FoundObject& found) {
+  if (!found.isCut()) return nullptr;
+  const auto whole = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    const UprightBox box = track.seen == stamp ? track.object.box : track.expectedAt(stamp);
+    return track.number && distanceTo(box, found.box.center) < kPartReach;
   });
+  return whole == tracks_.end() ? nullptr : &*whole;
 }
 
 /// There is nothing to compare the first cloud with, such as that at a position in a recording at

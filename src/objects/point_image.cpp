@@ -191,7 +191,8 @@ struct Sight {
   std::uint32_t point;
   std::int32_t group;
   float range;  ///< from the sensor, m
-  bool is_robot;
+  bool is_robot, is_outside;
+  bool is_last;  ///< of the image, in this direction
 };
 
 /// Whether a pixel may hide what continues the surface that the other one shows.
@@ -206,6 +207,7 @@ class Search {
       : points_(points),
         labels_(labels),
         image_(imageOf(points)),
+        is_whole_image_(points.height > 1),
         groups_(points.places.size(), kNoGroup) {
     result_.rims.resize(groups.size());
     for (std::size_t group = 0; group < groups.size(); ++group)
@@ -259,7 +261,10 @@ class Search {
   void lookAlong(std::size_t start, std::size_t step, const Span& span, std::size_t count) {
     if (span.first > span.last) return;
     readLine(start, step, span.first - std::min(span.first, kBeside),
-             std::min(span.last + kBeside, count));
+             std::min(span.last + kBeside, count), count);
+    if (line_.size() < 2) return;
+    endOfImage(line_.front(), line_[1]);
+    endOfImage(line_.back(), line_[line_.size() - 2]);
     for (std::size_t place = 1; place < line_.size(); ++place)
       endBetween(line_[place - 1], line_[place]);
     findBridges();
@@ -267,26 +272,44 @@ class Search {
     findBridges();
   }
 
-  void readLine(std::size_t start, std::size_t step, std::size_t begin, std::size_t end) {
+  void readLine(std::size_t start, std::size_t step, std::size_t begin, std::size_t end,
+                std::size_t count) {
     line_.clear();
     for (std::size_t place = begin; place < end; ++place) {
       const std::int32_t point = image_.points[start + place * step];
       if (point == kNoPoint || labels_[point] == Label::kNowhere || labels_[point] == Label::kStray)
         continue;
       line_.push_back({static_cast<std::uint32_t>(point), groups_[point],
-                       points_.places[point].norm(), labels_[point] == Label::kRobot});
+                       points_.places[point].norm(), labels_[point] == Label::kRobot,
+                       labels_[point] == Label::kOutside,
+                       is_whole_image_ && (place <= 1 || place + 2 >= count)});
     }
   }
 
   /// Notes where groups end between two pixels that follow each other.
   void endBetween(const Sight& one, const Sight& other) {
     if (one.group == other.group) return;
-    const bool touch =
-        one.group != kNoGroup && other.group != kNoGroup && distance(one, other) < kTouching;
+    const bool touch = (one.group != kNoGroup || one.is_outside) &&
+                       (other.group != kNoGroup || other.is_outside) &&
+                       distance(one, other) < kTouching;
     if (one.group != kNoGroup)
-      result_.rims[one.group].push_back({one.point, other.point, touch || hides(other, one)});
+      result_.rims[one.group].push_back(
+          {one.point, direction(one, other), touch || hides(other, one)});
     if (other.group != kNoGroup)
-      result_.rims[other.group].push_back({other.point, one.point, touch || hides(one, other)});
+      result_.rims[other.group].push_back(
+          {other.point, direction(other, one), touch || hides(one, other)});
+  }
+
+  /// Notes where a group goes on beyond the image.
+  void endOfImage(const Sight& last, const Sight& before) {
+    if (last.is_last && last.group != kNoGroup)
+      result_.rims[last.group].push_back({last.point, -direction(last, before), true});
+  }
+
+  /// The direction from one pixel to another one, as if that were as far away.
+  Eigen::Vector3f direction(const Sight& from, const Sight& to) const {
+    const Vector3f& place = points_.places[from.point];
+    return (points_.places[to.point] * (from.range / to.range) - place).normalized();
   }
 
   /// For each pixel, the last one before it that does not hide what continues it is on top of a
@@ -319,6 +342,7 @@ class Search {
   const Points& points_;
   const std::vector<Label>& labels_;
   PointImage image_;
+  bool is_whole_image_;  ///< a cloud without rows ends where its points end, which says nothing
   std::vector<std::int32_t> groups_;  ///< of each point
   std::vector<Sight> line_, stack_;   ///< memory that is kept
   std::map<std::pair<std::uint32_t, std::uint32_t>, Votes> votes_;

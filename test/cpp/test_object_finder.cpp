@@ -101,6 +101,21 @@ TEST_F(ObjectFinderTest, FiveObjectsAreFive) {
   EXPECT_EQ(cell_.find(random_).size(), 5U);
 }
 
+/// From above the shoulder hides what is between the chest and the arm.
+TEST_F(ObjectFinderTest, AnArmBesideSomebodyIsNoObjectOfItsOwn) {
+  cell_.add({0.3F, 0.3F, 0.9F}, at({-0.5F, 0.2F, 0.45F}));
+  cell_.add({0.3F, 0.08F, 0.08F}, at({-0.45F, -0.1F, 0.5F}));
+  EXPECT_EQ(cell_.find(random_).size(), 1U);
+}
+
+TEST_F(ObjectFinderTest, WhatReachesBeyondThePictureIsCut) {
+  cell_.add({0.4F, 0.2F, 0.1F}, at({1.2F, 0.3F, 0.05F}));
+  cell_.add({0.4F, 0.2F, 0.1F}, at({-0.5F, 0.3F, 0.05F}));
+  const auto found = cell_.find(random_);
+  ASSERT_EQ(found.size(), 2U);
+  for (const FoundObject& it : found) EXPECT_EQ(it.isCut(), it.box.center.x() > 0);
+}
+
 TEST_F(ObjectFinderTest, SomethingThatHoversReachesNotDownToTheTable) {
   cell_.add({0.1F, 0.2F, 0.06F}, at({-0.6F, -0.4F, 0.4F}));
   const auto found = cell_.find(random_);

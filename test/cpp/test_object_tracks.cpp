@@ -124,6 +124,58 @@ TEST(ObjectTracks, WhatIsHiddenOfAnObjectMayBeNearer) {
   EXPECT_NEAR(found[0].object.robot->distance, 0.25F, 0.001);
 }
 
+/// A hand comes in first, then the one whose it is, 0.35 m beside it.
+TEST(ObjectTracks, SomebodyWhoComesInHasTheNumberOfTheHand) {
+  ObjectTracks tracks;
+  tracks.update(0, {});
+  FoundObject hand = object({-1.75F, -0.78F, 0.87F}, {0.1F, 0.06F, 0.17F});
+  FoundObject body = object({-1.57F, -1.02F, 1.05F}, {0.54F, 0.46F, 1.41F});
+  hand.rim = body.rim = {{{-1.8F, -0.8F, 0.9F}, {-1, 0, 0}, true}};
+  ASSERT_EQ(tracks.update(0.2, {hand}).size(), 1U);
+  const auto found = tracks.update(0.4, {body});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].number, 1U);
+  EXPECT_TRUE(found[0].is_seen);
+}
+
+/// It is none of the things that stand beside the way.
+TEST(ObjectTracks, SomebodyHasNotTheNumberOfWhatStands) {
+  ObjectTracks tracks;
+  FoundObject pole = object({0.3F, 0.2F, 0.3F}, {0.1F, 0.1F, 0.5F});
+  FoundObject body = object({0, 0, 0.9F}, {0.5F, 0.5F, 1.7F});
+  pole.rim = {{{0.3F, 0.2F, 0.3F}, {-1, 0, 0}, true}};
+  for (int frame = 0; frame < 4; ++frame) tracks.update(0.2 * frame, {pole});
+  const auto found = tracks.update(0.8, {body});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_FALSE(found[0].is_seen);
+  EXPECT_TRUE(found[1].is_seen);
+}
+
+/// All that is seen of an object is a part of it, which is too far from its middle to be the whole.
+TEST(ObjectTracks, APartIsSeenAlsoAlone) {
+  ObjectTracks tracks;
+  FoundObject body = object({0, 0, 0.9F}, {0.6F, 0.6F, 1.8F});
+  FoundObject leg = object({0.25F, 0.2F, 0.2F}, {0.2F, 0.1F, 0.4F});
+  body.rim = leg.rim = {{{0.25F, 0.2F, 0.2F}, {1, 0, 0}, true}};
+  for (int frame = 0; frame < 3; ++frame) tracks.update(frame * kPeriod, {body});
+  const auto found = tracks.update(3 * kPeriod, {leg});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].is_seen);
+}
+
+TEST(ObjectTracks, ThePartThatIsNearestToARobotCounts) {
+  ObjectTracks tracks;
+  FoundObject part = object({0.2F, 0, 0}, {0.1F, 0.1F, 0.1F});
+  part.robot->distance = 0.1F;
+  part.places = {{0.15F, -0.05F, 0}, {0.25F, 0.05F, 0}};
+  part.rim = {{{0.2F, 0, 0}, {1, 0, 0}, true}};
+  const FoundObject rest = object({0, 0, 0}, {0.5F, 0.5F, 0.2F});
+  tracks.update(0, {rest});
+  const auto found = tracks.update(kPeriod, {rest, part});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_FLOAT_EQ(found[0].object.robot->distance, 0.1F);
+}
+
 TEST(ObjectTracks, NoiseIsNoObject) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 100; ++frame) {

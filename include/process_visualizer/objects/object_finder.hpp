@@ -20,6 +20,7 @@ struct ExpectedObject {
   UprightBox box;
   bool is_whole;           ///< whether it has been seen without anything that hid a part of it
   bool is_moving = false;  ///< fast: what moves may change its shape, as a person does
+  bool stands = false;     ///< it is known not to move
 };
 
 /// What is looked at, and how.

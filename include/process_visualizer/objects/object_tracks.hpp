@@ -126,8 +126,10 @@ class ObjectTracks {
     UprightBox expectedAt(double stamp) const;
     float farthestAt(double stamp) const;
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
+    bool mayBePartOf(const UprightBox& expected, const UprightBox& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
+    void add(const FoundObject& part);
     void keepPlaces(const UprightBox& before, const FoundObject& found);
     void measureDistance(double stamp, const DistanceOf& distance_of);
     void noteDistance(double stamp);
@@ -139,7 +141,7 @@ class ObjectTracks {
   Eigen::MatrixXf costs(double stamp, const std::vector<FoundObject>& found) const;
   void assign(double stamp, const std::vector<FoundObject>& found);
   void follow(Track& track, double stamp, const FoundObject& found);
-  bool isPart(double stamp, const FoundObject& found) const;
+  Track* wholeOf(double stamp, const FoundObject& found);
   void begin(double stamp, const FoundObject& found);
   void forget(double stamp, const IsHidden& is_hidden);
 

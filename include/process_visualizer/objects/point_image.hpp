@@ -53,9 +53,9 @@ struct Bridge {
 
 /// Where a group ends in the image.
 struct RimPoint {
-  std::uint32_t point;   ///< of the group
-  std::uint32_t beside;  ///< the point that follows it beyond the end
-  bool is_cut;           ///< whether that one hides what may follow, or touches
+  std::uint32_t point;       ///< of the group
+  Eigen::Vector3f outwards;  ///< the direction in which it ends, of length 1
+  bool is_cut;  ///< whether it may go on: behind something, beyond the picture or the region
 };
 
 /// What hides parts of groups of points, as the sensor sees them.
