@@ -2,7 +2,8 @@
 """Series of numbers over time: where data are missing, moving windows, and values that hold."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Tuple
+from difflib import SequenceMatcher
+from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -156,6 +157,12 @@ def mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
     return result
 
 
+def spans(is_true: np.ndarray) -> List[Tuple[int, int]]:
+    """Return the rows of each stretch that is true (n,), the end not included."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], is_true, [False])).astype(np.int8)))
+    return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
+
+
 def _running(values: np.ndarray) -> np.ndarray:
     zero = np.zeros(values.shape[:-1] + (1,))
     return np.concatenate((zero, np.cumsum(values, axis=-1, dtype=float)), axis=-1)
@@ -230,6 +237,20 @@ def states(channel: Channel) -> States:
     is_cyclic = len(values) > _MISSED_PERIODS and 0.0 < usual_s <= _CYCLIC_S
     until_s = float(times_s[-1]) + _MISSED_PERIODS * usual_s if is_cyclic else np.inf
     return States(tuple(values[first].tolist()), tuple(times_s[first].tolist()), until_s)
+
+
+def edits(mine: Sequence[float], other: Sequence[float]) -> List[Tuple[str, int, int, int, int]]:
+    """Return what makes one order of values the other, as ``difflib`` names it.
+
+    Each is what to do, the rows of the first order, and those of the second. What comes once more
+    is the later one: until it comes, nothing is wrong.
+    """
+    same = next((row for row, (one, two) in enumerate(zip(mine, other)) if one != two),
+                min(len(mine), len(other)))
+    found = SequenceMatcher(None, mine[same:], other[same:], False).get_opcodes()
+    before = [('equal', 0, same, 0, same)] if same else []
+    return before + [(what, same + i, same + j, same + k, same + m)
+                     for what, i, j, k, m in found]
 
 
 def held_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from process_visualizer.runs.deviation.band import (
     learned_band,
     tolerance_band,
 )
-from process_visualizer.runs.deviation.departures import departures, onset
+from process_visualizer.runs.deviation.departures import Departure, departures, onset, ranked
 from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, path_axes
 from process_visualizer.runs.series import moving_maximum, moving_mean, roughness
 
@@ -144,6 +144,27 @@ def test_the_onset_of_steps_and_ramps(shape: str, begin: int, seed: int, sign: f
     found = onset(TIMES_S, deviation, left)
     assert found.time_s == pytest.approx(TIMES_S[begin], abs=0.15)
     assert found.uncertainty_s >= 0.0
+
+
+def test_a_gap_in_a_drift_is_no_jump() -> None:
+    drift = np.maximum(TIMES_S - 3.0, 0.0) + 0.02 * smooth_noise(np.random.default_rng(1))
+    drift[300:308] = np.nan
+    left = int(np.flatnonzero(drift > 3.2)[0])
+    assert onset(TIMES_S, drift, left).time_s == pytest.approx(3.0, abs=0.3)
+
+
+def test_a_deviation_that_was_small_again_did_not_begin_before() -> None:
+    deviation = 0.02 * smooth_noise(np.random.default_rng(1))
+    deviation[258:263] += 3.0
+    deviation[270:] += 1.2
+    assert onset(TIMES_S, deviation, 272).time_s == pytest.approx(TIMES_S[270], abs=0.1)
+
+
+def test_beside_others_noise_is_dated_no_better_than_its_window() -> None:
+    noise = FORCE._replace(label='tool force noise', kind=SignalKind.NOISE)
+    state, rough = (Departure(signal, left_s, None, onset_s, 0.1, left_s, 5.0, 1.0)
+                    for signal, onset_s, left_s in ((FEED, 4.0, 4.0), (noise, 3.6, 4.05)))
+    assert ranked([rough, state]) == (state, rough)
 
 
 FINITE = st.floats(-1e6, 1e6)

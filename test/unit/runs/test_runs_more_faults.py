@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_runs import made_run
+from made_runs import made_run, progress
 
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.comparison_text import as_text
@@ -27,6 +27,18 @@ def test_a_stuck_sensor_is_told_when_it_sticks() -> None:
     found = GOOD.compare(made_run(9, value=stuck))
     assert found.run_s(found.departures[0].onset_s) == pytest.approx(7.2, abs=0.1)
     assert 'robot tool force, stays exactly the same for ' in as_text(GOOD, [found])
+
+
+def test_what_is_less_rough_began_when_the_last_rough_value_came() -> None:
+    smooth_s = 5.2  # in the process
+
+    def smoothed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        even = 10.0 * progress(process_s) + 1e-3 * np.sin(40.0 * process_s)
+        return np.where(process_s > smooth_s, even, values)
+
+    found = GOOD.compare(made_run(9, value=smoothed))
+    noise = next(it for it in found.departures if it.signal.label == 'tool force noise')
+    assert found.run_s(noise.onset_s) == pytest.approx(2.0 + smooth_s, abs=0.25)
 
 
 def test_a_vibration_is_told_with_its_frequency() -> None:

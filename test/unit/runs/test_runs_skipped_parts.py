@@ -9,7 +9,7 @@ import pytest
 
 from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned_at
 from process_visualizer.runs.comparison.comparison import GoodRuns
-from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
+from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent, ToolMotion
 
 Step = Tuple[int, float, Tuple[float, float, float]]
 """State, how long it takes [s], and where the tool goes meanwhile."""
@@ -54,6 +54,37 @@ def test_a_step_that_comes_once_more_is_dated_to_where_it_begins(has_states: boo
     assert not has_states or not beside  # by motion alone, moments are known less well
 
 
+def test_a_state_that_is_interrupted_goes_on_behind_it() -> None:
+    """The strokes share a state, so its order alone does not tell where the extra ones end."""
+    strokes: Sequence[Step] = ((30, 1.0, LEFT), (40, 3.0, RIGHT), (40, 2.5, LEFT), (40, 3.0, RIGHT))
+    usual = [*WORK[:2], *strokes, *WORK[4:]]
+    again = [*WORK[:2], *strokes[:2], *strokes, *WORK[4:]]
+    found = GoodRuns(stepped(usual)).compare(stepped(again, 'again'))
+    lost = next(it for it in found.departures if it.signal.label == 'time lost')
+    assert found.run_s(lost.onset_s) == pytest.approx(6.5, abs=0.2)
+    assert lost.in_all_s == pytest.approx(4.0, abs=0.5)
+
+
+def test_a_rest_that_is_longer_is_so_where_its_states_tell() -> None:
+    rest: Sequence[Step] = ((10, 1.0, HOME), (41, 1.0, RIGHT))
+    usual = [*WORK[:4], rest[1], *WORK[4:]]
+    good = GoodRuns(stepped(usual, events=(RunEvent('begins', 0.2),)))
+    for at, onset_s in ((1, 1.0), (5, 7.5)):
+        to = usual[at - 1][2]
+        longer = [*usual[:at], (usual[at][0], 0.5, to), *usual[at:]]
+        found = good.compare(stepped(longer, 'longer', events=(RunEvent('begins', 0.2),)))
+        assert found.departures[0].signal.label == 'time lost'
+        assert found.run_s(found.departures[0].onset_s) == pytest.approx(onset_s, abs=0.2)
+
+
+def test_a_short_piece_of_motion_is_aligned_as_well() -> None:
+    run = stepped([(30, 0.6, LEFT)], has_states=False)
+    slower = stepped([(30, 0.75, LEFT)], has_states=False)
+    found = aligned_at(run, slower, ())
+    assert found.means is AlignmentMethod.MOTION
+    assert found.time_map.to_run(np.array([0.3])) == pytest.approx([0.375], abs=0.01)
+
+
 def test_a_step_that_is_missing_is_not_spread_over_what_is_around_it() -> None:
     found = GoodRuns(stepped(WORK)).compare(stepped([*WORK[:4], *WORK[5:]], 'short'))
     assert found.departures[0].words == '50 is missing'
@@ -92,6 +123,28 @@ def test_the_way_to_another_place_is_aligned_by_states() -> None:
     assert not found.departures
     slow = good.compare(to_place(5.0, 0.4, 1.3)).departures
     assert slow[0].signal.label == 'slower by'
+
+
+def test_a_step_that_is_missing_on_the_way_to_another_place_is_dated_to_where_it_is() -> None:
+    good = GoodRuns(to_place(0.0, 0.0), [to_place(1.0, 0.1), to_place(2.0, 0.2),
+                                         to_place(3.0, 0.3)])
+    whole = to_place(4.0, 0.4)
+    short = stepped([*WORK[:2], (40, 3.0, (1.0, 0.2, 0.3)), *WORK[4:]], 'short')
+    found = good.compare(short._replace(place=whole.place))
+    assert found.departures[0].words == '30 is missing'
+    onsets_s = [found.run_s(it.onset_s) for it in found.departures]
+    assert min(onsets_s) == pytest.approx(2.5, abs=0.2)
+
+
+def test_what_all_places_have_in_common_is_judged_at_an_unknown_one() -> None:
+    good = GoodRuns(to_place(0.0, 0.0), [to_place(float(number), 0.1 * number, 1.0 + 0.005 * number)
+                                         for number in range(1, 5)])
+    beside = to_place(5.0, 0.45, 1.01)
+    assert not good.compare(beside).departures
+    motion = beside.motions[0]
+    moved = motion._replace(positions=motion.positions + np.array([0.0, 0.0, 0.004]))
+    found = good.compare(beside._replace(motions=(moved,)))
+    assert found.departures[0].signal.label == 'tool up'
 
 
 def test_a_rest_beside_its_place_is_no_lost_time() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from difflib import SequenceMatcher
 from enum import Enum
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -11,7 +10,11 @@ import numpy as np
 
 from process_visualizer.runs.alignment.motion import ToolsMotion, common_motions, moving_rows
 from process_visualizer.runs.alignment.refinement import refined
-from process_visualizer.runs.alignment.skipped_parts import skipped_parts, with_parts
+from process_visualizer.runs.alignment.skipped_parts import (
+    different_parts,
+    skipped_parts,
+    with_parts,
+)
 from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
 from process_visualizer.runs.alignment.time_map import (
     CommonEvents,
@@ -21,9 +24,10 @@ from process_visualizer.runs.alignment.time_map import (
     time_map,
 )
 from process_visualizer.runs.run import Run, part_of
-from process_visualizer.runs.series import States, is_sequence, states
+from process_visualizer.runs.series import States, edits, is_sequence, spans, states
 
-_MAX_ROUGH_ROWS, _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 3000, 5.0, 12.5, 50.0
+_MIN_ROUGH_ROWS, _MAX_ROUGH_ROWS = 50, 3000
+_ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 5.0, 12.5, 50.0
 _FINE_REACH_S = 1.0
 _EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
 """So far from where events place it, a moment is looked for; farther, the farther from them."""
@@ -37,18 +41,20 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
     Rough warping finds the moment, near the events where there are some; fine warping around it
     and a least-squares refinement find it more exactly than one sample.
     """
-    size_s = math.sqrt(max(reference.duration_s, 1.0) * max(run.duration_s, 1.0))
-    rough_hz = min(_ROUGH_HZ, _MAX_ROUGH_ROWS / size_s)
+    size_s = math.sqrt(max(reference.duration_s, 0.1) * max(run.duration_s, 0.1))
+    rough_hz = min(max(_ROUGH_HZ, min(_MIN_ROUGH_ROWS / size_s, _REFINED_HZ)),
+                   _MAX_ROUGH_ROWS / size_s)
     motions = common_motions(reference, run, rough_hz)
     if not _moves(motions[0]) or not _moves(motions[1]):
         return None
     rough = _warped(*motions, *_near_events(motions, events))
     if rough is None:
         return None
-    motions = common_motions(reference, run, _FINE_HZ)
-    middle = rough.to_run(motions[0].times_s) * _FINE_HZ
+    fine_hz = max(_FINE_HZ, rough_hz)
+    motions = common_motions(reference, run, fine_hz)
+    middle = rough.to_run(motions[0].times_s) * fine_hz
     reach_s = max(_FINE_REACH_S, 3.0 / rough_hz)
-    fine = _warped(*motions, middle, np.full(len(middle), reach_s * _FINE_HZ))
+    fine = _warped(*motions, middle, np.full(len(middle), reach_s * fine_hz))
     return None if fine is None else refined(fine, *common_motions(reference, run, _REFINED_HZ))
 
 
@@ -143,9 +149,11 @@ def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment
         reference, run: to align.
         anchors: both of their times rise, as those of ``with_anchor``.
     """
-    if not anchors:
-        return _aligned_in_parts(reference, run)
-    return _joined(reference, run, anchors, _aligned_in_parts)
+    found = _joined(reference, run, anchors, _aligned_in_parts) if anchors \
+        else _aligned_in_parts(reference, run)
+    if found.means is not AlignmentMethod.MOTION:
+        return found
+    return found._replace(time_map=_with_states(reference, run, found.time_map))
 
 
 def _aligned_in_parts(reference: Run, run: Run) -> Alignment:
@@ -188,36 +196,105 @@ def _inside(found: Alignment, begin: Anchor, end: Anchor) -> List[Anchor]:
     return [Anchor(*it) for it in zip(reference_s[kept].tolist(), run_s[kept].tolist())]
 
 
+_Pair = Tuple[float, float]
 _FEWEST, _ALIKE = 4, 0.6
+_SAME_PLACE_M = 0.02
+_MIN_LOST_S, _BETWEEN_S = 0.15, 0.01
+"""A rest that is longer or shorter by less may be so because of the pace alone."""
 
 
 def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
     """Return the alignment at which states and events begin; None where they are too few.
 
     The way to another place is another one, so the motion does not tell which moments are the same.
+    Where one of the runs has states besides, the clock of the other stands still.
     """
+    orders = _common_orders(reference, run)
+    if orders is None:
+        return None
+    mine, other, found = orders
+    events = common_events(reference.events, run.events)
+    corners = [pair for part in different_parts(mine, other, reference.duration_s, run.duration_s)
+               for pair in zip(part.reference_s, part.run_s)]
+    rising: List[_Pair] = []
+    for pair in sorted([*found, *corners,
+                        *zip(events.reference_s.tolist(), events.run_s.tolist())]):
+        if not rising or _is_between(pair, rising[-1], None):
+            rising.append(pair)
+    found_map = time_map(*np.array(_with_common_motion(reference, run, rising)).T)
+    return Alignment(_with_states(reference, run, found_map), AlignmentMethod.STATES, events.notes)
+
+
+def _with_common_motion(reference: Run, run: Run, corners: List[_Pair]) -> List[_Pair]:
+    """The corners, and the moments by the motion instead of those where tools go the same way."""
+    mine, theirs = common_motions(reference, run, _REFINED_HZ)
+    rows = [np.clip(np.rint(_REFINED_HZ * np.array(times_s)).astype(int), 0, len(it.positions) - 1)
+            for it, times_s in zip((mine, theirs), zip(*corners))]
+    away_m = np.abs(mine.positions[rows[0]] - theirs.positions[rows[1]]).max(axis=1, initial=0.0)
+    points = corners
+    for begin, end in spans(away_m < _SAME_PLACE_M):
+        first, last = corners[begin], corners[end - 1]
+        if first == last:
+            continue
+        found = aligned(part_of(reference, first[0], last[0], ''),
+                        part_of(run, first[1], last[1], ''))
+        if found.means is AlignmentMethod.MOTION:
+            inner = zip((found.time_map.reference_s + first[0]).tolist(),
+                        (found.time_map.run_s + first[1]).tolist())
+            points = [it for it in points if not first < it < last]
+            points += [it for it in inner if _is_between(it, first, last)]
+    return sorted(points)
+
+
+def _with_states(reference: Run, run: Run, found: TimeMap) -> TimeMap:
+    """Return the map with moments of states and events in rests that are longer or shorter.
+
+    In a rest the motion tells no time. That of its begin and end is enough, unless the process
+    waited there: then states tell where in the rest. Before the first and behind the last motion,
+    events do.
+    """
+    orders = _common_orders(reference, run)
+    events = common_events(reference.events, run.events)
+    at_events = list(zip(events.reference_s.tolist(), events.run_s.tolist()))
+    points = list(zip(found.reference_s.tolist(), found.run_s.tolist()))
+    begin = next((it for it in at_events if _is_between(it, None, points[0])), None)
+    end = next((it for it in at_events[::-1] if _is_between(it, points[-1], None)), None)
+    corners = [*([begin] if begin else []), *points, *([end] if end else [])]
+    moments = sorted([*at_events, *(orders[2] if orders else [])])
+    added: List[_Pair] = []
+    for first, last in zip(corners, corners[1:]):
+        if abs((last[1] - first[1]) - (last[0] - first[0])) < _MIN_LOST_S:
+            continue
+        rest = [first]
+        for it in moments:
+            if _is_between(it, rest[-1], last):
+                rest.append(it)
+        added += [*rest, last]
+    return time_map(*np.array(sorted({*points, *added})).T) if added else found
+
+
+def _is_between(pair: _Pair, first: Optional[_Pair], last: Optional[_Pair]) -> bool:
+    return all((first is None or pair[row] > first[row] + _BETWEEN_S)
+               and (last is None or pair[row] < last[row] - _BETWEEN_S) for row in (0, 1))
+
+
+def _common_orders(reference: Run, run: Run) -> Optional[Tuple[States, States, List[_Pair]]]:
+    """The states of the channel of which most are common, and when these begin [s of both]."""
     theirs = run.by_key
-    best: List[Tuple[float, float]] = []
+    best: Optional[Tuple[States, States, List[_Pair]]] = None
     for channel in reference.channels:
         if channel.key in theirs and is_sequence(channel) and is_sequence(theirs[channel.key]):
-            found = _common(states(channel), states(theirs[channel.key]))
-            best = max(best, found, key=len)
-    if len(best) < _FEWEST:
-        return None
-    events = common_events(reference.events, run.events)
-    pairs = sorted([*best, *zip(events.reference_s.tolist(), events.run_s.tolist())])
-    rising = [pairs[0]]
-    for pair in pairs[1:]:
-        if pair[0] > rising[-1][0] and pair[1] > rising[-1][1]:
-            rising.append(pair)
-    return Alignment(time_map(*np.array(rising).T), AlignmentMethod.STATES, events.notes)
+            mine, other = states(channel), states(theirs[channel.key])
+            found = _common(mine, other)
+            if len(found) >= _FEWEST and (best is None or len(found) > len(best[2])):
+                best = mine, other, found
+    return best
 
 
-def _common(mine: States, other: States) -> List[Tuple[float, float]]:
+def _common(mine: States, other: States) -> List[_Pair]:
     """Return begins (s of both) of states that both have in the same order; none if few."""
-    blocks = SequenceMatcher(None, mine.values, other.values, False).get_matching_blocks()
-    found = [(mine.since_s[block.a + row], other.since_s[block.b + row])
-             for block in blocks for row in range(block.size)]
+    found = [pair for what, i, j, k, m in edits(mine.values, other.values) if what == 'equal'
+             for pair in zip(mine.since_s[i:j], other.since_s[k:m])]
     if len(found) < _ALIKE * max(len(mine.values), len(other.values)):
         return []
     return [it for it in found if it[0] > 0.0 and it[1] > 0.0]

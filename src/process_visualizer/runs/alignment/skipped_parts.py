@@ -6,15 +6,14 @@ clock of the other run stands still there.
 """
 from __future__ import annotations
 
-from difflib import SequenceMatcher
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.alignment.motion import ToolsMotion, common_motions
 from process_visualizer.runs.alignment.time_map import TimeMap
-from process_visualizer.runs.run import Channel, Run
-from process_visualizer.runs.series import States, is_sequence, states
+from process_visualizer.runs.run import Run
+from process_visualizer.runs.series import States, edits, is_sequence, states
 
 _STANDS_STILL_S = 0.02
 """As short as the steps at which runs are compared: no moment is in between."""
@@ -50,40 +49,49 @@ def skipped_parts(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]
 def _by_states(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
     theirs = run.by_key
     pairs = [(states(it), states(theirs[it.key])) for it in reference.channels
-             if it.key in theirs and is_sequence(it) and _is_order(theirs[it.key])]
+             if it.key in theirs and is_sequence(it) and is_sequence(theirs[it.key])]
     pairs = [it for it in pairs if it[0].values != it[1].values
-             and len(it[0].values) >= _MIN_STATES and max(map(_count, it)) <= _MAX_STATES]
+             and len(it[0].values) >= _MIN_STATES
+             and max(len(order.values) for order in it) <= _MAX_STATES]
     for mine, other in sorted(pairs, key=lambda it: -len(it[0].values)):
-        found = _different(mine, other, reference.duration_s, run.duration_s)
+        found = different_parts(mine, other, reference.duration_s, run.duration_s)
         kept = [it for it in found if _is_explained(it, rough, reference, run)]
         if kept:
             return kept
     return []
 
 
-def _is_order(channel: Channel) -> bool:
-    return bool(len(channel.values)) and is_sequence(channel)
-
-
-def _count(found: States) -> int:
-    return len(found.values)
-
-
-def _different(mine: States, other: States, reference_end_s: float,
-               run_end_s: float) -> List[SkippedPart]:
+def different_parts(mine: States, other: States, reference_end_s: float,
+                    run_end_s: float) -> List[SkippedPart]:
     """Return where one of two orders has states besides."""
     mine_s, other_s = [*mine.since_s, reference_end_s], [*other.since_s, run_end_s]
-    same = next((row for row, (one, two) in enumerate(zip(mine.values, other.values))
-                 if one != two), min(_count(mine), _count(other)))
     found = []
-    for what, *rows in SequenceMatcher(None, mine.values[same:], other.values[same:],
-                                       False).get_opcodes():
-        i, j, k, m = (same + row for row in rows)
+    for what, i, j, k, m in edits(mine.values, other.values):
         if what == 'insert' and i > 0:
-            found.append(SkippedPart(_still(mine_s[i]), (other_s[k], other_s[m])))
+            moment_s, part_s = _besides(mine_s, i, other_s, (k, m),
+                                        other.values[k - 1] == other.values[m - 1])
+            found.append(SkippedPart(_still(moment_s), part_s))
         elif what == 'delete' and k > 0:
-            found.append(SkippedPart((mine_s[i], mine_s[j]), _still(other_s[k])))
+            moment_s, part_s = _besides(other_s, k, mine_s, (i, j),
+                                        mine.values[i - 1] == mine.values[j - 1])
+            found.append(SkippedPart(part_s, _still(moment_s)))
     return found
+
+
+def _besides(shorter_s: Sequence[float], row: int, longer_s: Sequence[float],
+             rows: Tuple[int, int], goes_on: bool) -> Tuple[float, Tuple[float, float]]:
+    """Return when states come besides, in the order without them and in the other one.
+
+    A state that goes on behind them was interrupted: by then it had lasted for a while, and what
+    is left of it comes last.
+    """
+    begin, end = rows
+    if not goes_on:
+        return shorter_s[row], (longer_s[begin], longer_s[end])
+    took_s = shorter_s[row] - shorter_s[row - 1]
+    before_s = min(longer_s[begin] - longer_s[begin - 1], took_s)
+    end_s = max(longer_s[end] - (took_s - before_s), longer_s[end - 1])
+    return shorter_s[row - 1] + before_s, (longer_s[begin], end_s)
 
 
 def _still(time_s: float) -> Tuple[float, float]:
@@ -147,7 +155,8 @@ def _jump(reference: ToolsMotion, run: ToolsMotion,
 
     Returns its cost, the row of the reference, and the rows of the run before and behind.
     """
-    distance = _squares(reference.positions, run.positions)
+    away = np.nan_to_num(reference.positions[:, np.newaxis, :] - run.positions, nan=0.0)
+    distance: np.ndarray = np.einsum('ijk,ijk->ij', away, away)
     count, width = distance.shape
     free = int(_FREE_S * reference.rate_hz)
     columns = np.arange(width)
@@ -161,7 +170,8 @@ def _jump(reference: ToolsMotion, run: ToolsMotion,
         here = distance[row]
         price = costs * (1.0 - _LATER * row / count)
         low = np.minimum.accumulate(plain)
-        lowest = _first_of_lowest(plain, low)
+        is_new = np.concatenate(([True], low[1:] < low[:-1]))
+        lowest = np.maximum.accumulate(np.where(is_new, columns, 0))  # the column where it was
         enter = _moved(low, _MAX_STEP + 1) + price
         next_plain, _ = _stepped(plain, before[0], distance, row)
         next_jumped, came = _stepped(jumped, before[1], distance, row)
@@ -192,12 +202,6 @@ def _stepped(total: np.ndarray, before: np.ndarray, distance: np.ndarray,
     return candidates[came, np.arange(len(total))], came
 
 
-def _squares(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    away = np.nan_to_num(first[:, np.newaxis, :] - second, nan=0.0)
-    result: np.ndarray = np.einsum('ijk,ijk->ij', away, away)
-    return result
-
-
 def _moved(values: np.ndarray, columns: int) -> np.ndarray:
     result = np.full(len(values), np.inf)
     result[columns:] = values[:-columns]
@@ -207,13 +211,6 @@ def _moved(values: np.ndarray, columns: int) -> np.ndarray:
 def _rows_moved(values: np.ndarray, columns: int) -> np.ndarray:
     result = np.zeros_like(values)
     result[columns:] = values[:-columns]
-    return result
-
-
-def _first_of_lowest(values: np.ndarray, low: np.ndarray) -> np.ndarray:
-    """The column (n,) at which the lowest value so far was."""
-    is_new = np.concatenate(([True], low[1:] < low[:-1]))
-    result: np.ndarray = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
     return result
 
 

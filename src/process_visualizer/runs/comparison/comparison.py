@@ -45,7 +45,6 @@ from process_visualizer.runs.deviation.departures import (
     departures,
     nearness,
     ranked,
-    spans,
 )
 from process_visualizer.runs.deviation.signals import (
     DIRECTION_LABEL,
@@ -60,12 +59,21 @@ from process_visualizer.runs.deviation.signals import (
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
-from process_visualizer.runs.series import States, is_sequence, states
+from process_visualizer.runs.series import (
+    ROUGH_S,
+    States,
+    is_sequence,
+    moving_maximum,
+    spans,
+    states,
+)
 
 _MIN_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
 _OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
+_SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
+"""Tools are at the same place when so many are so near, and not soon before or after."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _BY_STATES_S = 0.08
@@ -207,6 +215,8 @@ class GoodRuns:
                                     _states(self.reference, run, alignment)))
         self._learner = BandLearner([_without_place(it, self.reference) for it in self._good],
                                     self._tolerance, most_left_out)
+        common = _where_places_are_alike(self._good)
+        self._common_learner = BandLearner(common, self._tolerance) if common else None
         self._stuck = StuckSensors(self.times_s, aligned_runs)
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
@@ -245,7 +255,8 @@ class GoodRuns:
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         if alignment.means is AlignmentMethod.STATES:
             band = _wider_in_time(band)
-        found = ranked([*departures(self.times_s, columns, band),
+        found = ranked([*(_smooth_since(it, alignment)
+                          for it in departures(self.times_s, columns, band)),
                         *self._state_departures(run, alignment, own),
                         *(() if own is not None else self._stuck.departures(
                             run, alignment.time_map))])
@@ -305,18 +316,25 @@ class GoodRuns:
     def _band_of_place(self, run: Run, own: Optional[int], band: Band) -> Band:
         """The band, in which good runs of the same place tell where the tools are.
 
-        What follows from the place, and no such run tells of, is not judged.
+        Where all places are alike, all good runs tell it. What follows from the place, and no such
+        run tells of, is not judged.
         """
         if all(it.run.place == run.place for it in self._good):
             return band
-        alike = tuple(row for row, it in enumerate(self._good)
-                      if it.run.place == run.place and row != own)
         found = {signal: limits for signal, limits in band.signals.items()
                  if signal.kind not in _OF_PLACE}
+        of_all = {} if self._common_learner is None \
+            else self._common_learner.band(None, own).signals
+        found.update(of_all)
+        alike = tuple(row for row, it in enumerate(self._good)
+                      if it.run.place == run.place and row != own)
         if alike:
             if alike not in self._of_place:
                 self._of_place[alike] = self._learned_of_place(alike)
-            found.update(self._of_place[alike])
+            for signal, limits in self._of_place[alike].items():
+                found[signal] = limits if signal not in of_all else SignalBand(*(
+                    np.where(np.isfinite(of_all[signal].half_width), one, other)
+                    for one, other in zip(of_all[signal][:2], limits[:2])))
         return band._replace(signals=found)
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
@@ -340,8 +358,8 @@ class GoodRuns:
         else:
             notes += _pace(alignment)
         if all(it.run.place != run.place for it in self._good):
-            notes.append('not judged: where the tools are, as there is no good run of '
-                         f'{_context_text(run.place)}')
+            notes.append('not judged: where the tools are, but for what is the same at all places, '
+                         f'as there is no good run of {_context_text(run.place)}')
         notes += self._missing(run)
         known = {run.configuration, self.reference.configuration} - {''}
         if len(known) > 1:
@@ -372,6 +390,15 @@ class GoodRuns:
         return notes
 
 
+def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
+    """A departure; what is less rough began when nothing rough came into its window any more."""
+    if it.signal.kind is not SignalKind.NOISE or it.signal.over_s or it.deviation > 0.0:
+        return it
+    run_s = alignment.time_map.to_run(np.array([it.left_s])) - ROUGH_S
+    since_s = max(float(alignment.time_map.to_reference(run_s)[0]), 0.0)
+    return it._replace(onset_s=min(it.onset_s, since_s))
+
+
 def _wider_in_time(band: Band) -> Band:
     """The band for a run whose moments are known no better than by messages of states."""
     found = {signal: limits._replace(half_width=limits.half_width + _BY_STATES_S)
@@ -385,6 +412,26 @@ def _without_place(good: _Good, reference: Run) -> Columns:
         return good.columns
     return {signal: values for signal, values in good.columns.items()
             if signal.kind not in _OF_PLACE}
+
+
+def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
+    """Return where the tools are, as far as that is the same at all places; empty without such.
+
+    One run in five may be elsewhere there, as it may be none.
+    """
+    found: List[Columns] = [{} for _ in good]
+    if all(it.run.place == good[0].run.place for it in good):
+        return []
+    for device in {it.device for it in good[0].columns if it.kind is SignalKind.PLACE}:
+        axes = [it for it in good[0].columns if it.kind is SignalKind.PLACE
+                and it.device == device and all(it in other.columns for other in good)]
+        values = np.stack([[it.columns[axis] for axis in axes] for it in good])
+        away_m = np.sort(np.abs(values - np.median(values, axis=0)).max(axis=1), axis=0)
+        differ = ~(away_m[int(_SHARE_ALIKE * (len(good) - 1))] < _SAME_PLACE_M)
+        differ = moving_maximum(differ.astype(float), _NEAR_ANOTHER_ROWS) > 0.0
+        for places, at in zip(found, np.where(differ, np.float32(np.nan), values)):
+            places.update({} if differ.all() else dict(zip(axes, at)))
+    return found if found[0] else []
 
 
 def _context_text(context: Context) -> str:

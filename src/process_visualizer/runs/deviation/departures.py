@@ -14,7 +14,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     lost_s,
 )
-from process_visualizer.runs.series import moving_maximum
+from process_visualizer.runs.series import ROUGH_S, moving_maximum, spans
 
 # The onset of a deviation: before it left the band, it grew.
 
@@ -37,7 +37,8 @@ class Onset(NamedTuple):
 def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int) -> Onset:
     """Return when a deviation began that leaves the band at a row.
 
-    Where most of the deviation came at one jump, that is the moment. Otherwise the deviation is
+    Where most of the deviation came at one jump, that is the moment. Otherwise, from as long before
+    the last small deviation as it grew since, the deviation is
     taken as constant before, and as stepping or beginning to grow evenly there; the moment is that
     of the better fit (least squares).
 
@@ -47,9 +48,10 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int) -> Onset:
         left_row: where it leaves.
     """
     rate_hz = 1.0 / (times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
-    begin = _begin(deviation, left_row, rate_hz)
+    last_small = _last_small(deviation, left_row, rate_hz)
+    begin = max(last_small - max(left_row - last_small, int(_MIN_BEFORE_S * rate_hz)), 0)
     end = min(_peak(deviation, left_row, int(_BEHIND_S * rate_hz)) + 1, len(times_s))
-    jump = _jump(deviation, begin, left_row, rate_hz)
+    jump = _jump(deviation, last_small, left_row, rate_hz)
     if jump is not None:
         return Onset(float(times_s[jump]), _JUMP_S)
     rows = begin + np.flatnonzero(np.isfinite(deviation[begin:end]))
@@ -88,32 +90,36 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
     return Onset(float(times_s[rows[first]]), min(0.25 * over_s, 0.5))
 
 
-def _begin(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
-    """Return the begin of the fits: as long before the last small deviation as it grew since."""
+def _last_small(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
+    """Return the last row at which the deviation was small; if none, the first that counts."""
     first = max(left_row - int(_BEFORE_S * rate_hz), 0)
     away = deviation[first:left_row + 1] * np.sign(deviation[left_row])
     with np.errstate(invalid='ignore'):
         small = np.flatnonzero(away < _SMALL * away[-1])
-    last_small = first + int(small[-1]) if len(small) else first
-    before = max(left_row - last_small, int(_MIN_BEFORE_S * rate_hz))
-    return max(last_small - before, 0)
+    return first + int(small[-1]) if len(small) else first
 
 
-def _jump(deviation: np.ndarray, begin: int, left_row: int, rate_hz: float) -> Optional[int]:
-    """The row of the greatest jump before the band was left, if it explains that."""
+def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float) -> Optional[int]:
+    """The row of the greatest jump before the band was left, if it explains that.
+
+    What was small again afterwards does not.
+    """
     half = max(int(0.5 * _JUMP_S * rate_hz), 1)
-    rows = np.arange(max(begin, 3 * half), min(left_row + 1, len(deviation) - 3 * half))
+    rows = np.arange(max(last_small - half, 3 * half), min(left_row + 1, len(deviation) - 3 * half))
     if not len(rows):
         return None
-    known = np.nan_to_num(deviation, nan=0.0)
-    total = np.concatenate(([0.0], np.cumsum(known)))
-    before = total[rows - half] - total[rows - 3 * half]
-    behind = total[rows + 3 * half] - total[rows + half]
+    known = np.isfinite(deviation)
+    total, count = (np.concatenate(([0.0], np.cumsum(it)))
+                    for it in (np.where(known, deviation, 0.0), known))
     sign = np.sign(deviation[left_row])
-    jumps = (behind - before) / (2 * half) * sign
+    with np.errstate(invalid='ignore'):  # NaN where nothing is known
+        before, behind = (sign * (total[end] - total[begin]) / (count[end] - count[begin])
+                          for begin, end in ((rows - 3 * half, rows - half),
+                                             (rows + half, rows + 3 * half)))
+    jumps = np.nan_to_num(behind - before, nan=-np.inf)
     best = int(jumps.argmax())
     is_one = jumps[best] > _JUMP_SHARE * abs(deviation[left_row]) and \
-        sign * before[best] / (2 * half) < _SMALL * jumps[best]  # otherwise it had begun to grow
+        before[best] < _SMALL * jumps[best]  # otherwise it had begun to grow
     return int(rows[best]) if is_one else None
 
 
@@ -138,17 +144,13 @@ def _step_errors(values: np.ndarray) -> np.ndarray:
 def _bend_errors(times_s: np.ndarray, values: np.ndarray) -> np.ndarray:
     """The squared errors (n,) of a constant up to each row and a straight line from it on."""
     rise = np.maximum(times_s[np.newaxis, :] - times_s[:, np.newaxis], 0.0)
-    inner, level = _centered(rise, values)
+    inner, level = rise - rise.mean(axis=1, keepdims=True), values - values.mean()
     spread = (inner * inner).sum(axis=1)
     cross = inner @ level
     explained = np.where(spread > 0.0, cross * cross / np.where(spread > 0.0, spread, 1.0), 0.0)
     result: np.ndarray = (level * level).sum() - explained
     result[-2:] = np.inf
     return result
-
-
-def _centered(rise: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    return rise - rise.mean(axis=1, keepdims=True), values - values.mean()
 
 
 _MIN_LASTING_ROWS = 3
@@ -296,12 +298,6 @@ def _usual_width(limits: SignalBand) -> np.ndarray:
     return np.where(known, narrow, np.nan)
 
 
-def spans(is_outside: np.ndarray) -> List[Tuple[int, int]]:
-    """Return the rows of each stretch (bool) that is true, the end not included."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], is_outside, [False])).astype(np.int8)))
-    return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
-
-
 def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
               count: int) -> Tuple[int, int]:
     """The stretch with those that follow it closely: what swings back for a moment is not back."""
@@ -386,7 +382,12 @@ def _rank(departure: Departure, beside: float) -> float:
 
 
 def _began_s(it: Departure, found: Sequence[Departure]) -> float:
-    """Return its begin; a mean over a longer time may be clearer elsewhere in it."""
+    """Return its begin; a mean over a longer time may be clearer elsewhere in it.
+
+    Noise is that of the last half second, and is dated no better beside other signals.
+    """
+    if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
+        return min(it.left_s, it.onset_s + ROUGH_S)
     inside = [other.onset_s for other in found if it.signal.over_s and not other.signal.over_s
               and other.severity > it.severity and it.onset_s < other.onset_s <= it.left_s]
     return min(inside, default=it.onset_s)

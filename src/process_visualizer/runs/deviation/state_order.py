@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from difflib import SequenceMatcher
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.deviation.band import student_quantile
-from process_visualizer.runs.series import States
+from process_visualizer.runs.series import States, edits
 
 Order = Tuple[float, ...]
 _MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
@@ -119,13 +118,9 @@ class StateOrder:
     def _difference(self, order: Order, times_s: Sequence[float]) -> List[StateFault]:
         usual_s = self._usual_times()
         found = []
-        same = next((row for row, (one, other) in enumerate(zip(self._usual, order))
-                     if one != other), min(len(self._usual), len(order)))
-        codes = SequenceMatcher(None, self._usual[same:], order[same:], False).get_opcodes()
-        for what, *places in codes:
+        for what, i, j, k, m in edits(self._usual, order):
             if what == 'equal':
                 continue
-            i, j, k, m = (same + place for place in places)
             expected, came = self._usual[i:j], order[k:m]
             since_s = float(times_s[k]) if k < len(times_s) and k > 0 else \
                 usual_s[i] if i < len(usual_s) else usual_s[-1]
