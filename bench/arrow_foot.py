@@ -4,8 +4,8 @@
 usage: bench/run arrow_foot [--pictures 60] [--speed 0.5] [--keep FOLDER]
 
 The upper robot moves its tool along a circle; its driver sends 125 times a second. Of its model
-only a ball is drawn, with its centre at the tool, seen from above. A constant force gives an arrow
-of constant length and direction, so the distance from the ball's centre to the arrow's tip is the
+only a ball is drawn, with its center at the tool, seen from above. A constant force gives an arrow
+of constant length and direction, so the distance from the ball's center to the arrow's tip is the
 same in every picture, unless the arrow's foot and the tool are drawn at different places. Beside
 it is an arrow as in the thesis: at the driver's last tool position in the base frame, not locked
 to a frame. The places of the tips at rest, and their scatter, are measured first.
@@ -39,7 +39,7 @@ from sewing_cell.arms import UPPER
 
 ROBOT = 'ur_rt_upper'
 RATE_HZ, MARKER_RATE_HZ = 125.0, 30.0
-CENTRE_M, RADIUS_M = np.array([-0.55, 0.25, 0.25]), 0.1
+CENTER_M, RADIUS_M = np.array([-0.55, 0.25, 0.25]), 0.1
 LENGTH_M, FORCE_N = 0.12, 20.0
 PIXELS_PER_M = 2000.0
 _WINDOW = Window(400, 80, 1150, 880)
@@ -65,7 +65,7 @@ _BALL = """<visual><geometry><sphere radius="0.02" /></geometry>
 <material name="ball"><color rgba="1 0 1 1" /></material></visual>"""
 _VIEW = {'Class': 'rviz/TopDownOrtho', 'Name': 'Current View', 'Near Clip Distance': 0.01,
          'Scale': PIXELS_PER_M, 'Angle': 0.0, 'Target Frame': 'world',
-         'X': float(CENTRE_M[0]), 'Y': float(CENTRE_M[1])}
+         'X': float(CENTER_M[0]), 'Y': float(CENTER_M[1])}
 
 
 class Driver:
@@ -83,7 +83,7 @@ class Driver:
         force = [*UPPER.to_force_frame(np.array([FORCE_N, 0.0, 0.0])), 0.0, 0.0, 0.0]
         while not rospy.is_shutdown():
             angle += self.speed_m_per_s / RADIUS_M / RATE_HZ
-            position = CENTRE_M + RADIUS_M * np.array([np.cos(angle), np.sin(angle), 0.0])
+            position = CENTER_M + RADIUS_M * np.array([np.cos(angle), np.sin(angle), 0.0])
             self._joints.publish(data=UPPER.joints(position).tolist())
             self._force.publish(data=force)
             if tick % round(RATE_HZ / MARKER_RATE_HZ) == 0:

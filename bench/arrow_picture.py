@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds a ball and the tips of arrows in a picture by their colours."""
+"""Finds a ball and the tips of arrows in a picture by their colors."""
 from __future__ import annotations
 
 import subprocess
@@ -33,7 +33,7 @@ def take_picture(window: Window) -> np.ndarray:
 
 
 def tips_from_ball(picture: np.ndarray) -> Dict[str, np.ndarray]:
-    """Return the tip (2,) [pixels] of each arrow as seen from the ball's centre.
+    """Return the tip (2,) [pixels] of each arrow as seen from the ball's center.
 
     Raises:
         ValueError: the ball or an arrow is not in the picture.
@@ -43,7 +43,7 @@ def tips_from_ball(picture: np.ndarray) -> Dict[str, np.ndarray]:
 
 
 def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
-    """Places (n, 2) x y of the pixels of a colour."""
+    """Places (n, 2) x y of the pixels of a color."""
     mask = np.ones(picture.shape[:2], bool)
     for channel, on in enumerate(_ON[name]):
         mask &= picture[..., channel] > _LIT if on else picture[..., channel] < _DARK

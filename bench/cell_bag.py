@@ -4,7 +4,7 @@
 usage: python3 bench/cell_bag.py [--seconds 20] [--folder FOLDER]    (in the workspace)
 
 Joints and tool frames of two robots at 125 Hz, two force sensors at 94 Hz, three sensors of the
-sewing machine at 50 Hz, colour (rgb8) and depth (16UC1) images of 640x480 with their camera infos
+sewing machine at 50 Hz, color (rgb8) and depth (16UC1) images of 640x480 with their camera infos
 at 30 Hz. The contents are the simulator's, except that each message carries its index: the
 machine's sensors are ramps.
 """
@@ -68,7 +68,7 @@ def _array_topic(name: str, rate_hz: int, length_s: float,
 
 
 class _Frames:
-    """The Kinect's pictures; colour and depth of one index are requested in turn."""
+    """The Kinect's pictures; color and depth of one index are requested in turn."""
 
     def __init__(self, cycle: SewingCycle) -> None:
         self._cycle = cycle
@@ -85,12 +85,12 @@ class _Frames:
 
 def _camera_topics(frames: _Frames) -> List[BagTopic]:
     info = camera_messages.camera_info()
-    colour = camera_messages.image('rgb8', bytes_per_pixel=3)
+    color = camera_messages.image('rgb8', bytes_per_pixel=3)
     depth = camera_messages.image('16UC1', bytes_per_pixel=2)
 
-    def colour_image(index: int, time_ns: int) -> bytes:
-        camera_messages.set_pixels(colour, frames.frame(index).colour)
-        return _stamped(colour, index, time_ns)
+    def color_image(index: int, time_ns: int) -> bytes:
+        camera_messages.set_pixels(color, frames.frame(index).color)
+        return _stamped(color, index, time_ns)
 
     def depth_image(index: int, time_ns: int) -> bytes:
         camera_messages.set_pixels(depth, frames.frame(index).depth)
@@ -101,7 +101,7 @@ def _camera_topics(frames: _Frames) -> List[BagTopic]:
 
     return [BagTopic('/camera/rgb/camera_info', _IMAGE_HZ, CameraInfo, camera_info),
             BagTopic('/camera/depth_registered/camera_info', _IMAGE_HZ, CameraInfo, camera_info),
-            BagTopic('/camera/rgb/image_color', _IMAGE_HZ, Image, colour_image),
+            BagTopic('/camera/rgb/image_color', _IMAGE_HZ, Image, color_image),
             BagTopic('/camera/depth_registered/image_raw', _IMAGE_HZ, Image, depth_image)]
 
 

@@ -124,7 +124,7 @@ def _depth_image(cloud: PointCloud2) -> np.ndarray:
     image = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
     points = np.frombuffer(cloud.data, '<f4').reshape(-1, cloud.point_step // 4)[:, :3]
     pixels = np.rint(points[:, :2] / points[:, 2:] * pinhole.FOCAL_LENGTH_PX
-                     + (pinhole.CENTRE_U, pinhole.CENTRE_V)).astype(int)
+                     + (pinhole.CENTER_U, pinhole.CENTER_V)).astype(int)
     image[pixels[:, 1], pixels[:, 0]] = points[:, 2]
     return image
 

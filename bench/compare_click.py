@@ -16,7 +16,7 @@ from typing import Callable, Dict, Sequence
 
 from PyQt5.QtCore import QEventLoop, QTimer
 
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
@@ -47,7 +47,7 @@ class Stand:
         self.ghost_bytes = 0
         cell = XmlParser().parse(config)
         self.session.set_cell(cell, cell.devices)
-        self.session.set_recording(read_catalogue([bag]))
+        self.session.set_recording(read_catalog([bag]))
         with Recording([bag]) as recording:
             self.bands.set_columns((recording.end_ns - recording.begin_ns) / 1e9, columns)
         self.session.set_run(Choice(cell, Mode.PLAYBACK, cell.devices), True,

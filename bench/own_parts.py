@@ -122,7 +122,7 @@ def _readers(kind: str, text: str) -> Tuple[Reader, Reader]:
 
 
 def _compare_readers(message: Any, runs: int) -> None:
-    kind, text, data = message._type, message._full_text, _serialised(message)
+    kind, text, data = message._type, message._full_text, _serialized(message)
 
     def first_of_rosbags() -> None:
         _store(kind, text).deserialize_ros1(data, normalize_msgtype(kind))
@@ -144,11 +144,11 @@ def _move_stamps(runs: int) -> None:
         return store.serialize_ros1(message, name)
 
     kind, name = WrenchStamped._type, normalize_msgtype(WrenchStamped._type)
-    store, small = _store(kind, WrenchStamped._full_text), _serialised(_stamped(WrenchStamped()))
+    store, small = _store(kind, WrenchStamped._full_text), _serialized(_stamped(WrenchStamped()))
     locator = StampLocator(kind, WrenchStamped._full_text)
     _judge('stamp of a wrench moved, us: rosbags', *_in_pairs(
         runs, _REPEATS, with_rosbags, lambda: locator.moved(small, _later)), 1e6)
-    large = _serialised(_stamped(Image(data=bytes(_PICTURE_BYTES))))
+    large = _serialized(_stamped(Image(data=bytes(_PICTURE_BYTES))))
     pictures = StampLocator(Image._type, Image._full_text)
     copy_s, move_s = _in_pairs(runs, 5, lambda: bytearray(large),
                                lambda: pictures.moved(large, _later))
@@ -160,7 +160,7 @@ def _stamped(message: Any) -> Any:
     return message
 
 
-def _serialised(message: Any) -> bytes:
+def _serialized(message: Any) -> bytes:
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()

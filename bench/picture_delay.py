@@ -5,7 +5,7 @@ usage: bench/run picture_delay [--flips 200] [--rate-hz 30]
 
 A camera above a table (this program) publishes registered images of 640x480 over sockets; a cell of
 one depth sensor with a `<roi>` makes the cropped cloud of them, and RViz draws it, in software. The
-colour of the table changes every few images. From the moment before the images of the new colour
+color of the table changes every few images. From the moment before the images of the new color
 are published until a pixel in the middle of the screen has it.
 """
 from __future__ import annotations
@@ -27,14 +27,14 @@ from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.view_picture import wait_for_master
 
 WIDTH, HEIGHT, FOCAL_PX, DISTANCE_MM = 640, 480, 525.0, 2000
-COLOURS = ((255, 40, 40), (40, 255, 40))
+COLORS = ((255, 40, 40), (40, 255, 40))
 FRAME = 'eye'
 LOOK_S, TIMEOUT_S = 0.001, 120.0
 CONFIG = """<visualizer>
   <device type="depth_sensor" name="eye">
     <base frame="eye" xyz="0 0 2" ypr="0 0 3.14159265" />
     <topic ns="eye" name="depth" type="depth_image" />
-    <topic ns="eye" name="colour" type="color_image" />
+    <topic ns="eye" name="color" type="color_image" />
     <topic ns="eye" name="camera_info" type="camera_info" />
     <roi size="1.2 1.2 0.1" />
   </device>
@@ -43,18 +43,18 @@ CONFIG = """<visualizer>
 
 
 class Camera:
-    """Publishes images in a thread; the colour changes at random times."""
+    """Publishes images in a thread; the color changes at random times."""
 
     def __init__(self, rate_hz: float) -> None:
-        """Needs an initialised node."""
+        """Needs an initialized node."""
         self._publishers = [rospy.Publisher(f'/eye/{name}', kind, queue_size=1, tcp_nodelay=True)
-                            for name, kind in (('depth', Image), ('colour', Image),
+                            for name, kind in (('depth', Image), ('color', Image),
                                                ('camera_info', CameraInfo))]
         depth = np.full((HEIGHT, WIDTH), DISTANCE_MM, np.uint16)
         self._depth = Image(height=HEIGHT, width=WIDTH, encoding='16UC1', step=2 * WIDTH,
                             data=depth.tobytes())
-        self._colours = [Image(height=HEIGHT, width=WIDTH, encoding='rgb8', step=3 * WIDTH,
-                               data=bytes(colour) * (WIDTH * HEIGHT)) for colour in COLOURS]
+        self._colors = [Image(height=HEIGHT, width=WIDTH, encoding='rgb8', step=3 * WIDTH,
+                               data=bytes(color) * (WIDTH * HEIGHT)) for color in COLORS]
         matrix = [FOCAL_PX, 0.0, 319.5, 0.0, FOCAL_PX, 239.5, 0.0, 0.0, 1.0]
         self._info = CameraInfo(height=HEIGHT, width=WIDTH, K=matrix, P=_projection(matrix))
         self._period_s = 1.0 / rate_hz
@@ -64,7 +64,7 @@ class Camera:
         threading.Thread(target=self._run, daemon=True).start()
 
     def flip(self) -> Tuple[int, float]:
-        """Change the colour with the next images; return it, and when they were published [s]."""
+        """Change the color with the next images; return it, and when they were published [s]."""
         with self._changed:
             self._wanted, self._flipped_s = 1 - self._wanted, None
             self._changed.wait_for(lambda: self._flipped_s is not None, TIMEOUT_S)
@@ -82,9 +82,9 @@ class Camera:
             if self._shown != self._wanted:
                 self._shown, self._flipped_s = self._wanted, time.monotonic()
                 self._changed.notify_all()
-            colour = self._colours[self._shown]
+            color = self._colors[self._shown]
         stamp = rospy.Time.now()
-        for publisher, message in zip(self._publishers, (self._depth, colour, self._info)):
+        for publisher, message in zip(self._publishers, (self._depth, color, self._info)):
             message.header.stamp, message.header.frame_id = stamp, FRAME
             publisher.publish(message)
 
@@ -105,15 +105,15 @@ class Eye:
         self._place = size.width() // 2, size.height() // 2
 
     def wait_for(self, number: int, timeout_s: float) -> float:
-        """Wait until the middle has a colour; return when it was first seen so [s]."""
+        """Wait until the middle has a color; return when it was first seen so [s]."""
         end_s = time.monotonic() + timeout_s
-        while self._colour() != number:
+        while self._color() != number:
             if time.monotonic() > end_s:
-                raise TimeoutError(f'RViz does not show {COLOURS[number]} in the middle')
+                raise TimeoutError(f'RViz does not show {COLORS[number]} in the middle')
             time.sleep(LOOK_S)
         return time.monotonic()
 
-    def _colour(self) -> Optional[int]:
+    def _color(self) -> Optional[int]:
         pixel = self._screen.grabWindow(0, *self._place, 1, 1).toImage().pixelColor(0, 0)
         red, green = pixel.red(), pixel.green()
         return None if abs(red - green) < 100 else int(green > red)

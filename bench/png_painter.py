@@ -14,7 +14,7 @@ TEXT_COLOR, GRID_COLOR = QColor('#333333'), QColor('#d5d5d5')
 
 @contextmanager
 def png_painter(path: str, width: int, height: int) -> Iterator[QPainter]:
-    """Paint on white; the file is written at the end, with at most 256 colours."""
+    """Paint on white; the file is written at the end, with at most 256 colors."""
     os.environ.setdefault('QT_QPA_PLATFORM', 'offscreen')
     application = QGuiApplication.instance() or QGuiApplication([])
     image = QImage(width, height, QImage.Format_RGB32)

@@ -52,7 +52,7 @@ class StillCell:
     """Publishes the cell of a configuration at moments of the sewing cycle."""
 
     def __init__(self, seed: int = 0) -> None:
-        """Needs an initialised rospy node."""
+        """Needs an initialized rospy node."""
         self.cell: Cell = XmlParser().parse(
             rospkg.RosPack().get_path('sewing_cell') + '/devices/simulated.xml')
         self.sensor: Device = self.cell.device('kinect')
@@ -114,8 +114,8 @@ def _cloud(depth_mm: np.ndarray) -> PointCloud2:
     """All pixels in the optical frame; NaN where there is no depth."""
     depth_m = np.where(depth_mm > 0, depth_mm / 1000.0, np.nan)
     u, v = np.meshgrid(np.arange(pinhole.WIDTH), np.arange(pinhole.HEIGHT))
-    x = (u - pinhole.CENTRE_U) / pinhole.FOCAL_LENGTH_PX * depth_m
-    y = (v - pinhole.CENTRE_V) / pinhole.FOCAL_LENGTH_PX * depth_m
+    x = (u - pinhole.CENTER_U) / pinhole.FOCAL_LENGTH_PX * depth_m
+    y = (v - pinhole.CENTER_V) / pinhole.FOCAL_LENGTH_PX * depth_m
     points = np.stack([x, y, depth_m], axis=-1).astype('<f4')
     cloud = PointCloud2(height=pinhole.HEIGHT, width=pinhole.WIDTH, point_step=12,
                         row_step=12 * pinhole.WIDTH, data=points.tobytes())
@@ -126,7 +126,7 @@ def _cloud(depth_mm: np.ndarray) -> PointCloud2:
 
 
 def _optical() -> TransformStamped:
-    offset = layout.COLOUR_CAMERA_OFFSET.tolist()
+    offset = layout.COLOR_CAMERA_OFFSET.tolist()
     return _transform('camera_link', OPTICAL, Pose(
         (offset[0], offset[1], offset[2]), (-_HALF_PI, 0.0, -_HALF_PI)))
 

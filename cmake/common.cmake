@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What the C++ parts share: how they are compiled, and threads' priorities.
 
-# catkin sets no build type; without optimisation the cloud filter is ten times slower.
+# catkin sets no build type; without optimization the cloud filter is ten times slower.
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
 endif()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Mesh files as triangles with colours: a library without ROS, which Python loads.
+# Mesh files as triangles with colors: a library without ROS, which Python loads.
 
 add_library(process_visualizer_mesh SHARED src/mesh/colored_mesh.cpp)
 process_visualizer_compile(process_visualizer_mesh)

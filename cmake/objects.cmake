@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What nobody modelled: models taken out of clouds, objects in what remains, and the nodelet.
+# What nobody modeled: models taken out of clouds, objects in what remains, and the nodelet.
 
 find_package(PCL REQUIRED COMPONENTS common kdtree)
 

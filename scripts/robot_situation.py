@@ -13,21 +13,21 @@ from std_msgs.msg import Float32MultiArray
 
 from sewing_cell.arms import UPPER
 
-CENTRE_M = np.array([-0.55, 0.25, 0.25])
+CENTER_M = np.array([-0.55, 0.25, 0.25])
 RADIUS_M, SPEED_M_PER_S = 0.12, 0.25
 FORCES_N = {'moving': (0.0, 0.0, 0.0), 'standing': (0.1, -0.1, 0.1),
             'pressed': (45.0 * np.cos(2.5), 45.0 * np.sin(2.5), 0.0)}
 
 
 def main() -> None:
-    """Publish joints, tool frame and force at 125 Hz: a circle at constant speed, or its centre."""
+    """Publish joints, tool frame and force at 125 Hz: a circle at constant speed, or its center."""
     situation = sys.argv[1]
     rospy.init_node('robot_situation', anonymous=True)
     joints, tool, force = (rospy.Publisher(topic, Float32MultiArray, queue_size=10) for topic in (
         '/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft'))
     rate = rospy.Rate(125)
     while not rospy.is_shutdown():
-        position = CENTRE_M.copy()
+        position = CENTER_M.copy()
         if situation == 'moving':
             angle = rospy.get_time() * SPEED_M_PER_S / RADIUS_M
             position += RADIUS_M * np.array([np.cos(angle), np.sin(angle), 0.0])

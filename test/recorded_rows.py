@@ -41,7 +41,7 @@ def write_bag(path: Any, rows: Sequence[Row], latched: Sequence[str] = ('/text',
     return str(path)
 
 
-def serialised(message: genpy.Message) -> bytes:
+def serialized(message: genpy.Message) -> bytes:
     """Return the bytes of a message."""
     buffer = io.BytesIO()
     message.serialize(buffer)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes parts as a Collada 1.4.1 file: one geometry per material, metres, z up."""
+"""Writes parts as a Collada 1.4.1 file: one geometry per material, meters, z up."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _HEAD = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 _EFFECT = """  <effect id="{name}-effect"><profile_COMMON><technique sid="common"><phong>
-   <ambient><color>{colour} 1</color></ambient>
-   <diffuse><color>{colour} 1</color></diffuse>
+   <ambient><color>{color} 1</color></ambient>
+   <diffuse><color>{color} 1</color></diffuse>
    <specular><color>{shine} {shine} {shine} 1</color></specular>
    <shininess><float>30</float></shininess>
   </phong></technique></profile_COMMON></effect>
@@ -96,8 +96,8 @@ def _by_material(parts: Iterable[Part]) -> List[Tuple[str, Surface]]:
 
 
 def _effect(name: str) -> str:
-    colour, shine = MATERIALS[name]
-    return _EFFECT.format(name=name, colour="{:g} {:g} {:g}".format(*colour), shine=f"{shine:g}")
+    color, shine = MATERIALS[name]
+    return _EFFECT.format(name=name, color="{:g} {:g} {:g}".format(*color), shine=f"{shine:g}")
 
 
 def _geometry(name: str, surface: Surface) -> str:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The colours of the cell: red, green, blue (0 to 1) and how much the material shines."""
+"""The colors of the cell: red, green, blue (0 to 1) and how much the material shines."""
 
 from __future__ import annotations
 
 from typing import Dict, Tuple
 
-Colour = Tuple[float, float, float]
+Color = Tuple[float, float, float]
 
-#: Name of a material -> (diffuse colour, strength of its highlight from 0 to 1).
-MATERIALS: Dict[str, Tuple[Colour, float]] = {
+#: Name of a material -> (diffuse color, strength of its highlight from 0 to 1).
+MATERIALS: Dict[str, Tuple[Color, float]] = {
     "aluminium": ((0.80, 0.81, 0.83), 0.35),
     "blue_cap": ((0.42, 0.62, 0.78), 0.30),
     "seal": ((0.15, 0.16, 0.17), 0.10),

@@ -24,7 +24,7 @@ def cell_stand() -> Parts:
 
 
 def plate() -> Parts:
-    """The horizontal plate, centred on z = 0: one robot stands on it, the other hangs below."""
+    """The horizontal plate, centered on z = 0: one robot stands on it, the other hangs below."""
     corners = [(-0.12, -0.12), (0.43, -0.12), (0.43, 0.12), (-0.12, 0.12)]
     outline = rounded_polygon(corners, [0.06, 0.02, 0.02, 0.06])
     half = PLATE_THICKNESS_M / 2

@@ -9,7 +9,7 @@ from typing import List, Sequence, Tuple
 import numpy as np
 
 Point = Tuple[float, float]
-#: Points (n, 2) in metres and their unit normals (n, 2), to the right of the direction of travel.
+#: Points (n, 2) in meters and their unit normals (n, 2), to the right of the direction of travel.
 Path = Tuple[np.ndarray, np.ndarray]
 
 
@@ -18,8 +18,8 @@ def rounded_polygon(corners: Sequence[Point], radii: Sequence[float], steps: int
     count = len(corners)
     points, normals = [], []
     for index in range(count):
-        neighbours = corners[index - 1], corners[index], corners[(index + 1) % count]
-        for point, normal in _arc(*neighbours, radii[index], steps):
+        neighbors = corners[index - 1], corners[index], corners[(index + 1) % count]
+        for point, normal in _arc(*neighbors, radii[index], steps):
             points.append(point)
             normals.append(normal)
     return np.array(points), np.array(normals)
@@ -38,7 +38,7 @@ def rounded_profile(corners: Sequence[Point], radius: float, steps: int = 2) -> 
 
 
 def rectangle(width_x: float, width_y: float, radius: float, steps: int = 4) -> Path:
-    """A rectangle about the origin with rounded corners, all in metres."""
+    """A rectangle about the origin with rounded corners, all in meters."""
     x, y = width_x / 2, width_y / 2
     return rounded_polygon([(-x, -y), (x, -y), (x, y), (-x, y)], [radius] * 4, steps)
 
@@ -62,11 +62,11 @@ def _arc(
     signed_radius = math.copysign(cut / math.tan(abs(turn) / 2), turn)
     start = corner[0] - cut * math.cos(heading), corner[1] - cut * math.sin(heading)
     inward = _right_of(heading)
-    centre = start[0] - signed_radius * inward[0], start[1] - signed_radius * inward[1]
+    center = start[0] - signed_radius * inward[0], start[1] - signed_radius * inward[1]
     arc = []
     for step in range(steps + 1):
         normal = _right_of(heading + turn * step / steps)
-        point = centre[0] + signed_radius * normal[0], centre[1] + signed_radius * normal[1]
+        point = center[0] + signed_radius * normal[0], center[1] + signed_radius * normal[1]
         arc.append((point, normal))
     return arc
 

@@ -30,12 +30,12 @@ def lathe(corners: Sequence[Point], edge: float = 0.002) -> Surface:
 
 
 def cylinder(radius: float, start: float, end: float, edge: float = 0.002) -> Surface:
-    """A closed cylinder about z, from height `start` to `end`, all in metres."""
+    """A closed cylinder about z, from height `start` to `end`, all in meters."""
     return lathe([(0, start), (radius, start), (radius, end), (0, end)], edge)
 
 
 def band(radius: float, start: float, end: float) -> Surface:
-    """A cylinder without lids, from height `start` to `end`, all in metres."""
+    """A cylinder without lids, from height `start` to `end`, all in meters."""
     return lathe([(radius, start), (radius, end)])
 
 
@@ -56,10 +56,10 @@ def extrude(outline: Path, start: float, end: float, edge: float = 0.002) -> Sur
     return Surface(np.vstack(points), np.vstack(normals), np.vstack([sides, *lids]))
 
 
-def box(size: Vector, centre: Vector, edge: float = 0.003) -> Surface:
-    """A box with rounded edges; size and centre in metres."""
+def box(size: Vector, center: Vector, edge: float = 0.003) -> Surface:
+    """A box with rounded edges; size and center in meters."""
     outline = rectangle(size[0], size[1], edge, steps=1 if edge < 0.004 else 2)
-    return extrude(outline, -size[2] / 2, size[2] / 2, edge).moved(*centre)
+    return extrude(outline, -size[2] / 2, size[2] / 2, edge).moved(*center)
 
 
 def _segments(radius: float) -> int:
@@ -90,7 +90,7 @@ def _rim(level: float, edge: float, side: float) -> List[Ring]:
 
 
 def _grid(rings: int, columns: int, points: np.ndarray) -> np.ndarray:
-    """Triangles between neighbouring closed rings of points, without those of no area."""
+    """Triangles between neighboring closed rings of points, without those of no area."""
     triangles = []
     for ring in range(rings - 1):
         for column in range(columns):

@@ -46,7 +46,7 @@ def stand() -> Parts:
 
 
 def _leg(x: float, back: float, front: float) -> Parts:
-    """A leg at `x` whose foot and head reach from y = `back` to y = `front`, in metres."""
+    """A leg at `x` whose foot and head reach from y = `back` to y = `front`, in meters."""
     middle, depth = (back + front) / 2, front - back
     top = TABLE_TOP_Z_M - TABLE_THICKNESS_M
     foot = box((0.070, depth, 0.045), (x, middle, FLOOR_Z_M + 0.0425), 0.006)

@@ -21,7 +21,7 @@ TURN_Z_TO = {
 
 @dataclass(frozen=True)
 class Surface:
-    """Points (n, 3) in metres, unit normals (n, 3) and triangles (m, 3) of point numbers.
+    """Points (n, 3) in meters, unit normals (n, 3) and triangles (m, 3) of point numbers.
 
     Triangles run counter-clockwise when seen from outside.
     """
@@ -31,7 +31,7 @@ class Surface:
     triangles: np.ndarray
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Surface:
-        """The surface shifted by x, y, z metres."""
+        """The surface shifted by x, y, z meters."""
         return Surface(self.points + np.array([x, y, z]), self.normals, self.triangles)
 
     def along(self, direction: str) -> Surface:
@@ -60,7 +60,7 @@ def merged(surfaces: Iterable[Surface]) -> Surface:
 
 
 def moved(parts: Sequence[Part], x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Parts:
-    """All `parts` shifted by x, y, z metres."""
+    """All `parts` shifted by x, y, z meters."""
     return [(material, surface.moved(x, y, z)) for material, surface in parts]
 
 

@@ -132,12 +132,12 @@ class Camera:
 
     @staticmethod
     def _cloud() -> np.ndarray:
-        """Return x y z [m] and colour of each point, in the optical frame: z ahead, y down."""
+        """Return x y z [m] and color of each point, in the optical frame: z ahead, y down."""
         x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-0.3, 0.3, 0.004),
                                                      np.arange(-0.45, 0.45, 0.004)))
         part = (np.abs(np.abs(y) - 0.25) < 0.05) & (np.abs(x) < 0.08)
-        colour = np.where(part, 0xe0a030, 0x707880).astype(np.uint32).view(np.float32)
-        return np.stack([x, y, np.where(part, 0.94, 1.0), colour], axis=1).astype(np.float32)
+        color = np.where(part, 0xe0a030, 0x707880).astype(np.uint32).view(np.float32)
+        return np.stack([x, y, np.where(part, 0.94, 1.0), color], axis=1).astype(np.float32)
 
 
 class Thermometer:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The screen as a person sees and uses it: colours in a picture, mouse and keys by the X server."""
+"""The screen as a person sees and uses it: colors in a picture, mouse and keys by the X server."""
 from __future__ import annotations
 
 import subprocess
@@ -10,7 +10,7 @@ from PyQt5.QtCore import QPoint, QRect
 from PyQt5.QtGui import QImage
 from PyQt5.QtWidgets import QApplication
 
-_STRONG, _WEAK = 150, 110  # of 255: a strong colour has one part above, the others below
+_STRONG, _WEAK = 150, 110  # of 255: a strong color has one part above, the others below
 
 
 def topmost_blue(area: QRect) -> Optional[QPoint]:

@@ -14,7 +14,7 @@ from screen_mouse import move_to, press, press_key_in, release, topmost_blue
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.rviz.window_geometry import Rectangle
@@ -41,7 +41,7 @@ def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
     operator.wait(lambda: not operator.window.isVisible(), 'the window closes')
     operator.close()
     [bag] = tmp_path.glob('*.bag')
-    assert read_catalogue([str(bag)]).duration_s > 0.5
+    assert read_catalog([str(bag)]).duration_s > 0.5
     assert not list(tmp_path.glob('*.active'))
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
 

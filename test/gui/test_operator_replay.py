@@ -173,7 +173,7 @@ def wait_for_band(operator: Operator, picture: str, is_shown: bool) -> None:
 
 
 def amber_pixels(picture: str) -> int:
-    """How many pixels of the screen have the colour of the band."""
+    """How many pixels of the screen have the color of the band."""
     save_picture(picture)
     text = subprocess.run(['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',
                            '-opaque', AMBER, '-format', '%[fx:mean*w*h]', 'info:'],

@@ -10,7 +10,7 @@ import pytest
 from operator_at_work import Operator, nodes, processes, registrations
 from PyQt5.QtCore import QPoint, Qt
 
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.curves.live_curves import LiveWindow
 from process_visualizer.gui.cell.devices_panel import DevicesView
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
@@ -153,7 +153,7 @@ def record(operator: Operator, folder: Path) -> str:
     assert operator.text('status').startswith(REALTIME)
     assert 'Recording' not in operator.text('status')
     [path] = folder.glob('*.bag')
-    found = operator.beside(lambda: read_catalogue([str(path)]))
+    found = operator.beside(lambda: read_catalog([str(path)]))
     assert found.duration_s > RECORDED_S / 2
     assert {'/ur_rt_upper/q_act', '/ft_lower/ft', '/feed_rate_est'} <= {
         topic.name for topic in found.topics}

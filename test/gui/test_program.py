@@ -16,7 +16,7 @@ from running_program import SMALL_CELL_NODES, Program, Surroundings, gui
 from std_msgs.msg import Float64
 from surroundings import wait_until
 
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.reindex import reindex
 from process_visualizer.gui.app.kept_state import Settings
 
@@ -72,7 +72,7 @@ def test_interrupted_while_recording(around: Surroundings, start: Start, tmp_pat
     bag = record(around, tmp_path)
     second_launcher_is_refused(around, start)
     assert program.end(signal.SIGINT) == 0, program.lines
-    assert read_catalogue([str(bag)]).duration_s > 0.0
+    assert read_catalog([str(bag)]).duration_s > 0.0
     assert not list(tmp_path.glob('*.active'))
     assert not around.is_master_there()
     assert around.processes() == set()
@@ -96,7 +96,7 @@ def test_killed_while_recording(around: Surroundings, start: Start, tmp_path: Pa
     wait_until_alone(around)
     if not bag.exists():
         bag = Path(reindex(f'{bag}.active').path)
-    assert read_catalogue([str(bag)]).duration_s > 0.0
+    assert read_catalog([str(bag)]).duration_s > 0.0
     starts_again_after_more_was_killed(around, start, tmp_path)
 
 
@@ -125,7 +125,7 @@ def starts_again_after_more_was_killed(around: Surroundings, start: Start, folde
 
 def terminated_while_recording(around: Surroundings, program: Program, bag: Path) -> None:
     assert program.end(signal.SIGTERM) == 0, program.lines
-    assert read_catalogue([str(bag)]).duration_s > 0.0
+    assert read_catalog([str(bag)]).duration_s > 0.0
     assert not list(bag.parent.glob('second*.active'))
     assert around.processes() == set()
     assert around.run_folders() == set()

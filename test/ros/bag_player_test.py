@@ -10,7 +10,7 @@ from typing import List
 
 import rospy
 import rostest
-from player_testing import Listener, Player, cell_rows, serialised, temporary_folder, write_bag
+from player_testing import Listener, Player, cell_rows, serialized, temporary_folder, write_bag
 from std_msgs.msg import Float32MultiArray, String
 
 from process_visualizer.clients.player_client import PlayerClient, PlayerError, PlayerUnreachable
@@ -49,7 +49,7 @@ class BagPlayerTest(unittest.TestCase):
             listener.wait_for(lambda: len(listener.received) >= len(rows), 'all messages')
             latched = {it.topic for it in listener.received if it.header['latching'] == '1'}
         for topic, stamped in (('/tcf', False), ('/text', False), ('/image', True)):
-            recorded = [serialised(row.message) for row in rows if row.topic == topic]
+            recorded = [serialized(row.message) for row in rows if row.topic == topic]
             self.assertEqual([data[12 * stamped:] for data in listener.of(topic)],
                              [data[12 * stamped:] for data in recorded], topic)
         self.assertEqual(latched, {'/text'})

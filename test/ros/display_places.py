@@ -104,7 +104,7 @@ def _place_m(name: str) -> Tuple[float, float]:
 def drawn_pixels(picture: str) -> Dict[str, int]:
     """For each display the number of pixels at its place that are not the background.
 
-    Images have panels of their own instead; there it is the number of pixels of their colour.
+    Images have panels of their own instead; there it is the number of pixels of their color.
     """
     pixels = _pixels(picture)
     drawn = (pixels != _BACKGROUND).any(axis=2)
@@ -122,7 +122,7 @@ def drawn_pixels(picture: str) -> Dict[str, int]:
 
 
 def _pixels(picture: str) -> np.ndarray:
-    """The colours (height, width, 3) of a picture file."""
+    """The colors (height, width, 3) of a picture file."""
     text = subprocess.run(['identify', '-format', '%w %h', picture], stdout=subprocess.PIPE,
                           check=True, text=True).stdout
     width, height = map(int, text.split())

@@ -54,7 +54,7 @@ def odd_labels() -> List[Marker]:
 
 
 def green_pixels(picture: str) -> int:
-    """The number of pixels of the text's colour."""
+    """The number of pixels of the text's color."""
     text = subprocess.run(
         ['convert', picture, '-fill', 'black', '+opaque', '#00ff00', '-fill', 'white',
          '-opaque', '#00ff00', '-format', '%[fx:mean*w*h]', 'info:'],

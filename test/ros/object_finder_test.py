@@ -21,7 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from process_visualizer.msg import DetectedObject, DetectedObjects, PlayerState
 
 Box = Tuple[float, float, float, float, float, float]
-"""Centre x, y, height of the top, and sizes x, y, z, m."""
+"""Center x, y, height of the top, and sizes x, y, z, m."""
 STAND = "<robot name='stand'><link name='stand'/></robot>"
 THING: Box = (-0.5, 0.2, 0.15, 0.3, 0.2, 0.15)
 OTHER: Box = (0.5, -0.5, 0.15, 0.3, 0.2, 0.15)
@@ -96,7 +96,7 @@ class ObjectFinderTest(unittest.TestCase):
         rospy.set_param('/stand/robot_description', STAND)
         self.wait_for(lambda found: not found.objects, 'nothing in a clear cell', [])
 
-    def test_2_finds_what_nobody_modelled(self) -> None:
+    def test_2_finds_what_nobody_modeled(self) -> None:
         found = self.wait_for(lambda found: len(found.objects) == 1, 'one object', [THING, GOODS])
         thing = found.objects[0]
         self.assertEqual(found.header.frame_id, 'world')

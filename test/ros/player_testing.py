@@ -22,7 +22,7 @@ from recorded_rows import (  # noqa: E402, F401, for those who import this modul
     BEGIN_S,
     Row,
     cell_rows,
-    serialised,
+    serialized,
     stamp,
     transform,
     write_bag,

@@ -30,7 +30,7 @@ class Images(NamedTuple):
 
 
 def make_images(depth_encoding: str, color_encoding: str, stamp: rospy.Time) -> Images:
-    """Return depths of 0.5 to 2.5 m with gaps, and any colours."""
+    """Return depths of 0.5 to 2.5 m with gaps, and any colors."""
     generator = np.random.RandomState(3)
     depth_mm = generator.randint(500, 2500, (HEIGHT, WIDTH)).astype('<u2')
     depth_mm[generator.rand(HEIGHT, WIDTH) < 0.1] = 0

@@ -58,7 +58,7 @@ def window_width() -> int:
 
 
 def amber_pixels(picture: str) -> int:
-    """The number of pixels of the screen that have the band's colour."""
+    """The number of pixels of the screen that have the band's color."""
     save_picture(picture)
     text = subprocess.run(
         ['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',

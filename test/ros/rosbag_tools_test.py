@@ -35,7 +35,7 @@ LARGE = 12
 
 
 class Row(NamedTuple):
-    """A message of a bag: topic, type, time [ns], serialised bytes."""
+    """A message of a bag: topic, type, time [ns], serialized bytes."""
 
     topic: str
     type: str

@@ -72,7 +72,7 @@ def test_every_display_is_ok_and_the_scene_is_drawn(picture):
 
 
 def histogram(path: str) -> Dict[bytes, int]:
-    """How often each colour occurs in the 3D view (the window's docks cut away)."""
+    """How often each color occurs in the 3D view (the window's docks cut away)."""
     raw = subprocess.run(['convert', path, '-crop', '1100x800+420+120', '-depth', '8', 'rgb:-'],
                          stdout=subprocess.PIPE, check=True).stdout
     counts: Dict[bytes, int] = {}

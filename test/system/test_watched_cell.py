@@ -43,7 +43,7 @@ def assert_lengths(lengths: List[float], expected: 'tuple[float, ...]') -> None:
     assert sorted(lengths) == pytest.approx(sorted(expected), abs=WITHIN_M)
 
 
-def test_what_nobody_modelled_is_found_and_the_robots_are_not(
+def test_what_nobody_modeled_is_found_and_the_robots_are_not(
         cell: None, ros_environment: Dict[str, str]) -> None:
     seen = observe(ros_environment, 'objects', str(CYCLE_S))
     found = [it for several in seen['objects'].values() for it in several]

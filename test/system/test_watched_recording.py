@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What nobody modelled in a recording of the simulated cell: after seeks, and backwards."""
+"""What nobody modeled in a recording of the simulated cell: after seeks, and backwards."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The depth processor: a new header on serialised clouds, the age of the last, bad input."""
+"""The depth processor: a new header on serialized clouds, the age of the last, bad input."""
 from __future__ import annotations
 
 from io import BytesIO
@@ -70,7 +70,7 @@ def test_rejects_what_is_shorter_than_its_header(size: int) -> None:
         restamp(serialize(make_cloud('camera'))[:size], lambda stamp: stamp)
 
 
-def test_serialises_its_parts() -> None:
+def test_serializes_its_parts() -> None:
     buffer = BytesIO()
     SerializedPointCloud2(b'abc', memoryview(b'def')).serialize(buffer)
     assert buffer.getvalue() == b'abcdef'

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from process_visualizer.nodes.robot.message_reader import float32_values
 
 
-def serialised(values, dimensions=(), offset=0):
+def serialized(values, dimensions=(), offset=0):
     """Return the bytes of a message; dimensions are (label, size, stride)."""
     message = struct.pack('<I', len(dimensions))
     for label, size, stride in dimensions:
@@ -24,12 +24,12 @@ float32s = st.lists(st.floats(width=32, allow_nan=False), max_size=20)
 
 @given(float32s, st.lists(dimension, max_size=3))
 def test_values_come_back(values, dimensions):
-    assert float32_values(serialised(values, dimensions)) == tuple(values)
+    assert float32_values(serialized(values, dimensions)) == tuple(values)
 
 
 @given(float32s, st.integers(0, 20))
 def test_padding_is_left_out(values, offset):
-    message = serialised(values, [('joints', len(values), len(values))], min(offset, len(values)))
+    message = serialized(values, [('joints', len(values), len(values))], min(offset, len(values)))
     assert float32_values(message) == tuple(values[offset:])
 
 
@@ -43,9 +43,9 @@ def test_other_bytes_are_an_error_or_numbers(message):
 
 @pytest.mark.parametrize('message, problem', [
     (b'', 'cut off'),
-    (serialised([1.0, 2.0])[:-1], 'another size'),
-    (serialised([1.0]) + b'\0', 'another size'),
-    (serialised([1.0], offset=2), 'data_offset'),
+    (serialized([1.0, 2.0])[:-1], 'another size'),
+    (serialized([1.0]) + b'\0', 'another size'),
+    (serialized([1.0], offset=2), 'data_offset'),
     (struct.pack('<I', 2**32 - 1), 'cut off'),
 ])
 def test_wrong_bytes_say_what_is_wrong(message, problem):

@@ -15,7 +15,7 @@ TIMES = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=20, unique=True).ma
 
 
 @given(TIMES, st.floats(-10.0, 110.0))
-def test_it_is_the_line_between_neighbours(times_s: List[float], at_s: float) -> None:
+def test_it_is_the_line_between_neighbors(times_s: List[float], at_s: float) -> None:
     values = np.sin(np.array(times_s))
     found = joint_track(('a',), np.array(times_s), values).at(at_s)
     if times_s[0] <= at_s <= times_s[-1]:

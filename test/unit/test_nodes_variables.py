@@ -360,7 +360,7 @@ def test_what_cannot_be_decoded(message, message_class, problem):
     (-1.0, (0.9, 0.1, 0.1)), (0.0, (0.0, 0.0, 1.0)), (20.0, (0.0, 0.0, 1.0)),
     (40.0, (0.0, 0.5, 0.5)), (60.0, (0.0, 1.0, 0.0)), (90.0, (0.0, 1.0, 0.0)),
     (90.1, (0.9, 0.1, 0.1))])
-def test_colours_by_scale_and_warning_limits(value, color):
+def test_colors_by_scale_and_warning_limits(value, color):
     display = Display({'color': [0, 0, 1], 'limits': {'low': 0.0, 'high': 90.0}, 'scale': 1.0,
                        'color_scale': {'begin': 20.0, 'end': 60.0, 'color': [0, 1, 0]},
                        'offset': -100.0})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Kinect's pictures of the simulated cell: colour and registered depth, 640 x 480.
+"""The Kinect's pictures of the simulated cell: color and registered depth, 640 x 480.
 
 What stands still is drawn once, with a few variants of noise; a frame copies it, and draws the
 covers and the robots into it.
@@ -68,7 +68,7 @@ class Lookahead:
 
 
 _VARIANTS = 4
-_COLOUR_NOISE = 2.5
+_COLOR_NOISE = 2.5
 _TEXEL_M = 0.002
 _LOWER_MARGIN_M = 0.012  # how much the lower cover is larger: its rim shows
 _SEAM_INSET = layout.NEEDLE[0] - layout.SEAM_START_XY[0]
@@ -79,15 +79,15 @@ _ABOVE_M = 0.01  # what is more than this above a cover hides it
 
 
 class CameraFrame(NamedTuple):
-    """Colour (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is none."""
+    """Color (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is none."""
 
-    colour: np.ndarray
+    color: np.ndarray
     depth: np.ndarray
 
 
-def _pixels(colour: np.ndarray) -> np.ndarray:
+def _pixels(color: np.ndarray) -> np.ndarray:
     """View of uint8 (..., 3) with one element per pixel: much faster to copy and to mask."""
-    return colour.view("V3")[..., 0]
+    return color.view("V3")[..., 0]
 
 
 class Cover:
@@ -114,11 +114,11 @@ class Cover:
         first = int(np.searchsorted(-self._row_x, -(x + x_max)))
         rows = slice(first, int(np.searchsorted(-self._row_x, -(x + x_min))))
         scale = self._row_y_per_column[rows].astype(np.float32)
-        centre_y = self._camera_y
-        columns = _columns(centre_y - y - y_max, centre_y - y - y_min, scale)
+        center_y = self._camera_y
+        columns = _columns(center_y - y - y_max, center_y - y - y_min, scale)
         across = ((self._row_x[rows] - x - x_min) / _TEXEL_M).astype(np.int32)
-        u = np.arange(columns.start, columns.stop, dtype=np.float32) - pinhole.CENTRE_U
-        along = (centre_y - y - y_min) / _TEXEL_M - (scale / _TEXEL_M)[:, None] * u
+        u = np.arange(columns.start, columns.stop, dtype=np.float32) - pinhole.CENTER_U
+        along = (center_y - y - y_min) / _TEXEL_M - (scale / _TEXEL_M)[:, None] * u
         return rows, columns, across, np.floor(along).astype(np.int32)
 
 
@@ -143,14 +143,14 @@ class Camera:
         )
         still = scene.still_picture(place)
         self._still_depth = still.depth
-        self._still_colours = [_with_noise(still.colour, random) for _ in range(_VARIANTS)]
+        self._still_colors = [_with_noise(still.color, random) for _ in range(_VARIANTS)]
         self._noise = DepthNoise(still.depth.shape, random, _VARIANTS)
         self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
 
     def render(self, number: int) -> CameraFrame:
         """Picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
         time_s, variant = number / self._rate_hz, number % _VARIANTS
-        picture = Picture(self._still_depth.copy(), self._still_colours[variant].copy())
+        picture = Picture(self._still_depth.copy(), self._still_colors[variant].copy())
         for pair in self._cycle.covers(time_s):
             for layer in (1, 0):
                 self._draw_cover(picture, layer, pair)
@@ -160,7 +160,7 @@ class Camera:
             draw_robot(picture, np.array(poses(number)))
         if self._intruder is not None:
             self._intruder.draw(picture, time_s, self._place)
-        return CameraFrame(picture.colour, self._noise.measured(picture.depth, variant))
+        return CameraFrame(picture.color, self._noise.measured(picture.depth, variant))
 
     def _draw_cover(self, picture: Picture, layer: int, pair: CoverPair) -> None:
         cover = self._covers[layer]
@@ -171,7 +171,7 @@ class Camera:
         on_cover = (along >= 0) & (along < length) & self._free[layer][rows, columns]
         texels = across[:, None] * length + along
         leather = cover.texture.ravel().take(texels, mode="clip")
-        np.copyto(_pixels(picture.colour)[rows, columns], leather, where=on_cover)
+        np.copyto(_pixels(picture.color)[rows, columns], leather, where=on_cover)
         np.copyto(picture.depth[rows, columns], cover.plane_depth[rows, columns], where=on_cover)
 
     def _draw_seam(self, picture: Picture, pair: CoverPair, time_s: float) -> None:
@@ -187,7 +187,7 @@ class Camera:
         inside = (u >= 0) & (u < pinhole.WIDTH) & (v >= 0) & (v < pinhole.HEIGHT)
         u, v = u[inside], v[inside]
         free = self._free[0][v, u]
-        picture.colour[v[free], u[free]] = _THREAD
+        picture.color[v[free], u[free]] = _THREAD
 
 
 def _poses(cycle: SewingCycle, arm: Arm, place: np.ndarray, times_s: np.ndarray) -> np.ndarray:
@@ -195,15 +195,15 @@ def _poses(cycle: SewingCycle, arm: Arm, place: np.ndarray, times_s: np.ndarray)
 
 
 def _columns(first_m: float, last_m: float, scale: np.ndarray) -> slice:
-    """Columns between two distances from the image's centre, for all rows of ``scale`` [m/px]."""
+    """Columns between two distances from the image's center, for all rows of ``scale`` [m/px]."""
     edges = np.array([first_m, last_m])[:, None] / scale if scale.size else np.zeros((2, 1))
-    low = int(np.clip(np.ceil(edges[0].min() + pinhole.CENTRE_U), 0, pinhole.WIDTH))
-    high = int(np.clip(np.floor(edges[1].max() + pinhole.CENTRE_U) + 1, low, pinhole.WIDTH))
+    low = int(np.clip(np.ceil(edges[0].min() + pinhole.CENTER_U), 0, pinhole.WIDTH))
+    high = int(np.clip(np.floor(edges[1].max() + pinhole.CENTER_U) + 1, low, pinhole.WIDTH))
     return slice(low, high)
 
 
-def _with_noise(colour: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    noisy = colour + _COLOUR_NOISE * random.standard_normal(colour.shape[:2])[..., None]
+def _with_noise(color: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    noisy = color + _COLOR_NOISE * random.standard_normal(color.shape[:2])[..., None]
     return np.clip(noisy, 0, 255).astype(np.uint8)
 
 

@@ -23,8 +23,8 @@ _MAX_DATA_SKIP = 10
 
 
 def camera_info(camera: str = CAMERA) -> CameraInfo:
-    """Intrinsics of both images: the depth is registered to the colour camera."""
-    focal, u, v = pinhole.FOCAL_LENGTH_PX, pinhole.CENTRE_U, pinhole.CENTRE_V
+    """Intrinsics of both images: the depth is registered to the color camera."""
+    focal, u, v = pinhole.FOCAL_LENGTH_PX, pinhole.CENTER_U, pinhole.CENTER_V
     info = CameraInfo(height=pinhole.HEIGHT, width=pinhole.WIDTH, distortion_model="plumb_bob")
     info.header.frame_id = _frame(camera)
     info.D = [0.0] * 5
@@ -66,7 +66,7 @@ def driver_description() -> ConfigDescription:
     parameters = [
         ParamDescription(name="data_skip", type="int", description="Frames to skip"),
         ParamDescription(
-            name="depth_registration", type="bool", description="Register depth to colour"
+            name="depth_registration", type="bool", description="Register depth to color"
         ),
     ]
     return ConfigDescription(

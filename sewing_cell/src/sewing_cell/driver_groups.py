@@ -108,7 +108,7 @@ class MachineDriver:
 
 
 class Kinect(NamedTuple):
-    """A simulated Kinect: its namespace, and the place of its colour camera in ``world`` [m]."""
+    """A simulated Kinect: its namespace, and the place of its color camera in ``world`` [m]."""
 
     camera: str
     place: np.ndarray
@@ -121,7 +121,7 @@ KINECTS = (
 
 
 class KinectDriver:
-    """Colour and registered depth images with their camera infos, and the driver's parameters.
+    """Color and registered depth images with their camera infos, and the driver's parameters.
 
     Images are drawn only when somebody listens.  The first comes when what stands still in them is
     drawn; the other drivers, and the infos, do not wait for that.
@@ -136,13 +136,13 @@ class KinectDriver:
         """Draws the images; done when what stands still in them is drawn."""
         pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
-        self._colour = camera_messages.image("rgb8", 3, camera)
+        self._color = camera_messages.image("rgb8", 3, camera)
         self._depth = camera_messages.image("16UC1", 2, camera)
         self._info_publishers = [
             node.publisher(f"{camera}/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
             for name in ("rgb", "depth_registered")
         ]
-        self._colour_publisher = _image_publisher(node, f"{camera}/rgb/image_color")
+        self._color_publisher = _image_publisher(node, f"{camera}/rgb/image_color")
         self._depth_publisher = _image_publisher(node, f"{camera}/depth_registered/image_raw")
         driver = f"{camera}/driver"
         _latch(node, f"{driver}/parameter_updates", camera_messages.driver_config())
@@ -154,14 +154,14 @@ class KinectDriver:
         self._info.header.stamp = stamp
         for publisher in self._info_publishers:
             publisher.publish(self._info)
-        publishers = (self._colour_publisher, self._depth_publisher)
+        publishers = (self._color_publisher, self._depth_publisher)
         if self.camera.done() and any(it.get_num_connections() for it in publishers):
             self._publish_images(stamp, tick)
 
     def _publish_images(self, stamp: rospy.Time, tick: int) -> None:
         frame = self.camera.result().render(tick)
         for publisher, message, pixels in (
-            (self._colour_publisher, self._colour, frame.colour),
+            (self._color_publisher, self._color, frame.color),
             (self._depth_publisher, self._depth, frame.depth),
         ):
             message.header.stamp = stamp

@@ -123,11 +123,11 @@ def inverse(pose: np.ndarray, branch: Branch, near: Optional[np.ndarray] = None)
 
 
 def _shoulder_angle(pose: np.ndarray, side: int) -> np.ndarray:
-    centre = pose[..., :2, 3] - FLANGE_D6 * pose[..., :2, 2]
-    radius = np.hypot(centre[..., 0], centre[..., 1])
+    center = pose[..., :2, 3] - FLANGE_D6 * pose[..., :2, 2]
+    radius = np.hypot(center[..., 0], center[..., 1])
     if np.any(radius < WRIST_D4):
         raise UnreachableError("the wrist would be inside the robot's own column")
-    heading = np.arctan2(centre[..., 1], centre[..., 0])
+    heading = np.arctan2(center[..., 1], center[..., 0])
     return heading + side * np.arccos(WRIST_D4 / radius) + np.pi / 2
 
 

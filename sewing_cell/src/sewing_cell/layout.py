@@ -25,9 +25,9 @@ SEAM_END_XY = (-0.62, -0.25)
 GRIP_HEIGHT = 0.11
 LIFT_HEIGHT = 0.08
 
-#: The Kinect: camera_link, its pitch [rad], and the colour camera in camera_link (as in openni).
+#: The Kinect: camera_link, its pitch [rad], and the color camera in camera_link (as in openni).
 CAMERA_XYZ = np.array([-0.53, 0.09, 1.90])
 CAMERA_PITCH = 1.55
 #: camera_2_link of a second Kinect, turned as the first one.
 SECOND_CAMERA_XYZ = np.array([-0.53, -0.45, 1.90])
-COLOUR_CAMERA_OFFSET = np.array([0.0, -0.045, 0.0])
+COLOR_CAMERA_OFFSET = np.array([0.0, -0.045, 0.0])

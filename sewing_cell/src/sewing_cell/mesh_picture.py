@@ -17,24 +17,24 @@ _BOX_FACES = np.array(
 class Mesh(NamedTuple):
     """Triangles, anticlockwise as seen from outside.
 
-    Corners (n, 3, 3) float32 [m], and a colour (n, 3) uint8 of each.
+    Corners (n, 3, 3) float32 [m], and a color (n, 3) uint8 of each.
     """
 
     corners: np.ndarray
-    colours: np.ndarray
+    colors: np.ndarray
 
     @classmethod
-    def of(cls, corners: np.ndarray, colour: np.ndarray | tuple[int, int, int]) -> Mesh:
-        """Triangles (n, 3, 3) [m] of one colour (3,), 0 to 255."""
-        colours = np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1))
-        return cls(np.ascontiguousarray(corners, dtype=np.float32), colours)
+    def of(cls, corners: np.ndarray, color: np.ndarray | tuple[int, int, int]) -> Mesh:
+        """Triangles (n, 3, 3) [m] of one color (3,), 0 to 255."""
+        colors = np.tile(np.array(color, dtype=np.uint8), (len(corners), 1))
+        return cls(np.ascontiguousarray(corners, dtype=np.float32), colors)
 
 
 class Picture(NamedTuple):
-    """Depth (480, 640) float32 [m], inf where there is nothing, and colour (480, 640, 3) uint8."""
+    """Depth (480, 640) float32 [m], inf where there is nothing, and color (480, 640, 3) uint8."""
 
     depth: np.ndarray
-    colour: np.ndarray
+    color: np.ndarray
 
     @classmethod
     def empty(cls) -> Picture:
@@ -54,15 +54,15 @@ def joined(meshes: list[Mesh]) -> Mesh:
     """Several meshes as one."""
     return Mesh(
         np.concatenate([mesh.corners for mesh in meshes]),
-        np.concatenate([mesh.colours for mesh in meshes]),
+        np.concatenate([mesh.colors for mesh in meshes]),
     )
 
 
-def box_mesh(lower: np.ndarray, upper: np.ndarray, colour: tuple[int, int, int]) -> Mesh:
+def box_mesh(lower: np.ndarray, upper: np.ndarray, color: tuple[int, int, int]) -> Mesh:
     """A box between two opposite corners (3,) [m]."""
     corners = np.stack(np.meshgrid(*zip(lower, upper), indexing="ij"), axis=-1).reshape(8, 3)
     triangles = np.concatenate([_BOX_FACES[:, [0, 1, 2]], _BOX_FACES[:, [0, 2, 3]]])
-    return Mesh.of(corners[triangles], colour)
+    return Mesh.of(corners[triangles], color)
 
 
 _SPACE = "{http://www.collada.org/2005/11/COLLADASchema}"
@@ -71,12 +71,12 @@ _SPACE = "{http://www.collada.org/2005/11/COLLADASchema}"
 def read_mesh(path: str) -> Mesh:
     """A Collada file as scripts/make_meshes.py writes it: in m, without transforms of nodes."""
     root = ElementTree.parse(path).getroot()
-    colours = {
+    colors = {
         str(effect.get("id")): _numbers(effect.find(f".//{_SPACE}diffuse/{_SPACE}color"))[:3] * 255
         for effect in root.iter(f"{_SPACE}effect")
     }
     return joined([
-        Mesh.of(corners, colours[f"{material}-effect"])
+        Mesh.of(corners, colors[f"{material}-effect"])
         for mesh in root.iter(f"{_SPACE}mesh")
         for material, corners in _triangles(mesh)
     ])

@@ -20,7 +20,7 @@ class _Mesh(ctypes.Structure):
     """The struct Mesh of picture.hpp."""
 
     _fields_ = [("count", ctypes.c_size_t), ("corners", ctypes.c_void_p),
-                ("colours", ctypes.c_void_p)]
+                ("colors", ctypes.c_void_p)]
 
 
 class _Picture(ctypes.Structure):
@@ -28,24 +28,24 @@ class _Picture(ctypes.Structure):
 
     _fields_ = [
         *((name, ctypes.c_int) for name in ("width", "height")),
-        *((name, ctypes.c_double) for name in ("focal_px", "centre_u", "centre_v")),
-        *((name, ctypes.c_void_p) for name in ("depth_m", "colour")),
+        *((name, ctypes.c_double) for name in ("focal_px", "center_u", "center_v")),
+        *((name, ctypes.c_void_p) for name in ("depth_m", "color")),
     ]
 
 
-def draw(corners: np.ndarray, colours: np.ndarray, camera_from_mesh: np.ndarray,
-         depth_m: np.ndarray, colour: np.ndarray) -> None:
+def draw(corners: np.ndarray, colors: np.ndarray, camera_from_mesh: np.ndarray,
+         depth_m: np.ndarray, color: np.ndarray) -> None:
     """Draw triangles into a picture (480, 640) where they are nearer.
 
-    ``corners`` (n, 3, 3) float32 [m] and ``colours`` (n, 3) uint8; ``camera_from_mesh`` (4, 4);
-    ``depth_m`` float32 and ``colour`` (480, 640, 3) uint8 are changed.
+    ``corners`` (n, 3, 3) float32 [m] and ``colors`` (n, 3) uint8; ``camera_from_mesh`` (4, 4);
+    ``depth_m`` float32 and ``color`` (480, 640, 3) uint8 are changed.
     """
     pose = np.ascontiguousarray(camera_from_mesh[:3], dtype=np.float64)
     _library().sewing_cell_draw(
-        _Mesh(len(corners), _address(corners, np.float32), _address(colours, np.uint8)),
+        _Mesh(len(corners), _address(corners, np.float32), _address(colors, np.uint8)),
         _address(pose, np.float64),
-        _Picture(pinhole.WIDTH, pinhole.HEIGHT, pinhole.FOCAL_LENGTH_PX, pinhole.CENTRE_U,
-                 pinhole.CENTRE_V, _address(depth_m, np.float32), _address(colour, np.uint8)),
+        _Picture(pinhole.WIDTH, pinhole.HEIGHT, pinhole.FOCAL_LENGTH_PX, pinhole.CENTER_U,
+                 pinhole.CENTER_V, _address(depth_m, np.float32), _address(color, np.uint8)),
     )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Kinect's colour camera as a pinhole camera that looks down at the cell."""
+"""The Kinect's color camera as a pinhole camera that looks down at the cell."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sewing_cell import layout
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_LENGTH_PX = 525.0
-CENTRE_U, CENTRE_V = 319.5, 239.5
+CENTER_U, CENTER_V = 319.5, 239.5
 
 #: Axes of an optical frame (x right, y down, z forward) in a body frame (x forward, y left).
 _BODY_FROM_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -21,8 +21,8 @@ def _world_from_body() -> np.ndarray:
 
 
 def position(camera_link: np.ndarray) -> np.ndarray:
-    """Return where the colour camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
-    return camera_link + _world_from_body() @ layout.COLOUR_CAMERA_OFFSET
+    """Return where the color camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
+    return camera_link + _world_from_body() @ layout.COLOR_CAMERA_OFFSET
 
 
 #: Pose of camera_rgb_optical_frame in world; a second Kinect differs in its position only.
@@ -47,8 +47,8 @@ def moved_by(shift: np.ndarray) -> np.ndarray:
 def rays() -> np.ndarray:
     """Direction of each pixel's ray in ``world``, per m of depth, shape (480, 640, 3)."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
-    x = (u - CENTRE_U) / FOCAL_LENGTH_PX
-    y = (v - CENTRE_V) / FOCAL_LENGTH_PX
+    x = (u - CENTER_U) / FOCAL_LENGTH_PX
+    y = (v - CENTER_V) / FOCAL_LENGTH_PX
     return np.stack([x, y, np.ones_like(x)], axis=-1) @ WORLD_FROM_OPTICAL.T
 
 
@@ -56,8 +56,8 @@ def project(points: np.ndarray, camera: np.ndarray = POSITION) -> np.ndarray:
     """Pixel u, v and depth [m] of points (..., 3) in ``world``, shape (..., 3)."""
     optical = (np.asarray(points) - camera) @ WORLD_FROM_OPTICAL
     depth = optical[..., 2]
-    u = CENTRE_U + FOCAL_LENGTH_PX * optical[..., 0] / depth
-    v = CENTRE_V + FOCAL_LENGTH_PX * optical[..., 1] / depth
+    u = CENTER_U + FOCAL_LENGTH_PX * optical[..., 0] / depth
+    v = CENTER_V + FOCAL_LENGTH_PX * optical[..., 1] / depth
     return np.stack([u, v, depth], axis=-1)
 
 

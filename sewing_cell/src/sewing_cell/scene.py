@@ -20,7 +20,7 @@ from sewing_cell.mesh_picture import Mesh, Picture, box_mesh, joined, read_mesh
 _TILE_M, _JOINT_M = 0.5, 0.008
 _FRAME, _SUPPLY, _FLOOR = (92, 96, 102), (120, 134, 150), (118, 116, 112)
 
-#: What no model shows, the floor and a supply table: two opposite corners [m], and a colour.
+#: What no model shows, the floor and a supply table: two opposite corners [m], and a color.
 BOXES = (
     ((-9, -9, layout.FLOOR_Z - 0.1), (9, 9, layout.FLOOR_Z), _FLOOR),
     ((-0.80, 0.62, 0.0), (-0.24, 1.50, 0.03), _SUPPLY),
@@ -41,7 +41,7 @@ def still_picture(camera: np.ndarray = pinhole.POSITION) -> Picture:
     camera_from_world = pinhole.camera_from_world(camera)
     picture.draw(joined([box_mesh(*box) for box in BOXES]), camera_from_world)
     points = camera + picture.depth[..., None] * pinhole.rays()
-    picture.colour[:] = picture.colour * _tiles(points)[..., None]
+    picture.color[:] = picture.color * _tiles(points)[..., None]
     folder = rospkg.RosPack().get_path("sewing_cell")
     for name, position in MESHES:
         mesh = read_mesh(f"{folder}/meshes/{name}.dae")
@@ -90,15 +90,15 @@ _PERIOD_S = 8.0  # of the hand's way in and out
 
 
 class Intruder:
-    """A thing's size [m] and colour, and its centre in ``world`` [m] outside and inside."""
+    """A thing's size [m] and color, and its center in ``world`` [m] outside and inside."""
 
     def __init__(self, size: tuple[float, float, float], outside: tuple[float, float, float],
-                 inside: tuple[float, float, float], colour: tuple[int, int, int]) -> None:
+                 inside: tuple[float, float, float], color: tuple[int, int, int]) -> None:
         self.size = np.array(size)
         self._outside, self._inside = np.array(outside), np.array(inside)
-        self._mesh = box_mesh(-self.size / 2, self.size / 2, colour)
+        self._mesh = box_mesh(-self.size / 2, self.size / 2, color)
 
-    def centre(self, time_s: float) -> np.ndarray:
+    def center(self, time_s: float) -> np.ndarray:
         """Return where it is, (3,) [m]: it moves in and out evenly, and without a jerk."""
         share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / _PERIOD_S)
         return self._outside + share * (self._inside - self._outside)
@@ -106,7 +106,7 @@ class Intruder:
     def draw(self, picture: Picture, time_s: float,
              camera: np.ndarray = pinhole.POSITION) -> None:
         """Draw it where it is in front; ``camera`` (3,) is the camera's place in ``world`` [m]."""
-        pose = pinhole.camera_from_world(camera) @ pinhole.moved_by(self.centre(time_s))
+        pose = pinhole.camera_from_world(camera) @ pinhole.moved_by(self.center(time_s))
         picture.draw(self._mesh, pose)
 
 

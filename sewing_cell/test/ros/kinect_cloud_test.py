@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""From the Kinect's images to the cropped, coloured cloud: openni_play.launch and kinect_roi."""
+"""From the Kinect's images to the cropped, colored cloud: openni_play.launch and kinect_roi."""
 from __future__ import annotations
 
 import unittest

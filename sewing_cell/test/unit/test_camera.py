@@ -30,7 +30,7 @@ def camera(cycle: SewingCycle) -> Camera:
 
 def is_leather(frame: CameraFrame) -> np.ndarray:
     """Pixels with the upper cover's hue: brown, neither grey nor wood nor metal."""
-    red, green, blue = (frame.colour[..., i].astype(float) for i in range(3))
+    red, green, blue = (frame.color[..., i].astype(float) for i in range(3))
     return (red > 1.35 * green) & (green > 1.3 * blue) & (red > 120)
 
 
@@ -65,25 +65,25 @@ def test_projection_is_the_inverse_of_the_rays() -> None:
 @pytest.mark.parametrize("number", [0, 10, SEWING, 400, 480, 540, 599, 600, 12345])
 def test_shapes_and_types(camera: Camera, number: int) -> None:
     frame = camera.render(number)
-    assert (frame.colour.shape, frame.colour.dtype) == ((480, 640, 3), np.uint8)
+    assert (frame.color.shape, frame.color.dtype) == ((480, 640, 3), np.uint8)
     assert (frame.depth.shape, frame.depth.dtype) == ((480, 640), np.uint16)
-    assert frame.colour.flags.c_contiguous
+    assert frame.color.flags.c_contiguous
     assert frame.depth.max() < 4000
 
 
 def test_frames_belong_to_the_caller(camera: Camera) -> None:
     first = camera.render(SEWING)
-    kept = CameraFrame(first.colour.copy(), first.depth.copy())
-    first.colour[:] = 0
+    kept = CameraFrame(first.color.copy(), first.depth.copy())
+    first.color[:] = 0
     first.depth[:] = 0
     again = camera.render(SEWING)
-    np.testing.assert_array_equal(again.colour, kept.colour)
+    np.testing.assert_array_equal(again.color, kept.color)
     np.testing.assert_array_equal(again.depth, kept.depth)
 
 
 @pytest.mark.parametrize("number", [20, 100, SEWING, 380])
 def test_cover_lies_in_the_sewing_plane(camera: Camera, number: int) -> None:
-    """Depth, intrinsics and the camera's pose give the cover's height to a centimetre."""
+    """Depth, intrinsics and the camera's pose give the cover's height to a centimeter."""
     frame = camera.render(number)
     on_cover = is_leather(frame) & (frame.depth > 0)
     height = world_points(frame)[on_cover, 2]
@@ -128,7 +128,7 @@ def test_seam_appears_on_the_sewn_part(camera: Camera, cycle: SewingCycle) -> No
     def thread_pixels(number: int) -> int:
         seam = [[layout.NEEDLE[0], layout.NEEDLE[1] - ahead, COVER_Z] for ahead in (0.1, 0.4)]
         (u_0, v_0, _), (u_1, _, _) = pinhole.project(np.array(seam)).tolist()
-        region = camera.render(number).colour[int(v_0) - 4 : int(v_0) + 5, int(u_0) : int(u_1)]
+        region = camera.render(number).color[int(v_0) - 4 : int(v_0) + 5, int(u_0) : int(u_1)]
         return int((np.abs(region - THREAD).max(axis=-1) < 10).sum())
 
     assert cycle.covers(130 / RATE_HZ)[0].sewn < 0.01
@@ -139,7 +139,7 @@ def test_seam_appears_on_the_sewn_part(camera: Camera, cycle: SewingCycle) -> No
 def test_seed_decides_the_noise(cycle: SewingCycle, camera: Camera) -> None:
     same, other = Camera(cycle, RATE_HZ, seed=1), Camera(cycle, RATE_HZ, seed=2)
     np.testing.assert_array_equal(same.render(5).depth, camera.render(5).depth)
-    np.testing.assert_array_equal(same.render(5).colour, camera.render(5).colour)
+    np.testing.assert_array_equal(same.render(5).color, camera.render(5).color)
     assert np.any(other.render(5).depth != camera.render(5).depth)
 
 
@@ -201,11 +201,11 @@ def test_an_intruder_is_seen_where_it_is(kind: str, cycle: SewingCycle, camera: 
     intruder = INTRUDERS[kind]
     after = Camera(cycle, RATE_HZ, seed=1, intruder=intruder).render(number)
     changed = before.depth != after.depth
-    centre = intruder.centre(number / RATE_HZ)
-    u, v, _ = pinhole.project(centre).astype(int)
-    assert changed[v, u] and (before.colour[v, u] != after.colour[v, u]).any()
+    center = intruder.center(number / RATE_HZ)
+    u, v, _ = pinhole.project(center).astype(int)
+    assert changed[v, u] and (before.color[v, u] != after.color[v, u]).any()
     depth_m = after.depth[changed & (after.depth > 0)] / 1000
-    top_m = pinhole.POSITION[2] - centre[2] - intruder.size[2] / 2
+    top_m = pinhole.POSITION[2] - center[2] - intruder.size[2] / 2
     assert abs(np.median(depth_m) - top_m) < 0.02
     area = np.prod(intruder.size[:2]) * (pinhole.FOCAL_LENGTH_PX / top_m) ** 2
     assert changed.sum() > 0.8 * area

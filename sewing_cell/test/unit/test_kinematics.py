@@ -131,8 +131,8 @@ def test_inverse_brings_the_tool_to_the_pose(joints: np.ndarray, branch: Branch)
 @given(BENT_JOINTS)
 def test_some_branch_gives_the_joints_back(joints: np.ndarray) -> None:
     pose = kinematics.forward(joints)
-    centre = pose[:2, 3] - 0.082 * pose[:2, 2]
-    assume(np.linalg.norm(centre) > 0.109 + 1e-4)
+    center = pose[:2, 3] - 0.082 * pose[:2, 2]
+    assume(np.linalg.norm(center) > 0.109 + 1e-4)
     solutions = []
     for branch in [Branch(s, e, w) for s in (-1, 1) for e in (-1, 1) for w in (-1, 1)]:
         try:

@@ -26,13 +26,13 @@ def drawn(*meshes: Mesh) -> Picture:
     return picture
 
 
-def wall(depth_m: float, colour: tuple[int, int, int]) -> Mesh:
-    return box_mesh(np.array([-0.3, -0.2, depth_m]), np.array([0.3, 0.2, depth_m + 0.1]), colour)
+def wall(depth_m: float, color: tuple[int, int, int]) -> Mesh:
+    return box_mesh(np.array([-0.3, -0.2, depth_m]), np.array([0.3, 0.2, depth_m + 0.1]), color)
 
 
-def box_depth(size: np.ndarray, rotation: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def box_depth(size: np.ndarray, rotation: np.ndarray, center: np.ndarray) -> np.ndarray:
     """Depth at which each ray enters a box, inf beside it: the slabs of its three axes."""
-    rays, eye = optical_rays() @ rotation, -centre @ rotation
+    rays, eye = optical_rays() @ rotation, -center @ rotation
     first, second = (-size / 2 - eye) / rays, (size / 2 - eye) / rays
     enter = np.minimum(first, second).max(axis=-1)
     leave = np.maximum(first, second).min(axis=-1)
@@ -43,13 +43,13 @@ def box_depth(size: np.ndarray, rotation: np.ndarray, centre: np.ndarray) -> np.
 def test_a_turned_box_has_the_depth_that_its_rays_meet(seed: int) -> None:
     random = np.random.default_rng(seed)
     size = random.uniform(0.05, 0.6, 3)
-    centre = np.array([0.0, 0.0, 1.5]) + random.uniform(-0.4, 0.4, 3)
+    center = np.array([0.0, 0.0, 1.5]) + random.uniform(-0.4, 0.4, 3)
     rotation = rotation_matrix(random.normal(size=3))
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, centre
+    pose[:3, :3], pose[:3, 3] = rotation, center
     picture = Picture.empty()
     picture.draw(box_mesh(-size / 2, size / 2, RED), pose)
-    expected = box_depth(size, rotation, centre)
+    expected = box_depth(size, rotation, center)
     assert np.isfinite(expected).sum() > 500
     # At the outline it depends on rounding whether a pixel belongs to the box.
     differs = np.isfinite(picture.depth) != np.isfinite(expected)
@@ -73,13 +73,13 @@ def test_what_is_nearer_is_seen(order: tuple[int, int]) -> None:
     walls = (wall(1.0, RED), wall(2.0, GREEN))
     picture = drawn(*(walls[number] for number in order))
     assert picture.depth[240, 320] == pytest.approx(1.0)
-    assert tuple(picture.colour[240, 320]) == RED
-    assert tuple(drawn(joined(list(walls))).colour[240, 320]) == RED
+    assert tuple(picture.color[240, 320]) == RED
+    assert tuple(drawn(joined(list(walls))).color[240, 320]) == RED
 
 
 def test_what_looks_away_or_is_behind_the_camera_is_not_drawn() -> None:
     front = wall(1.0, RED)
-    from_inside = Mesh(np.ascontiguousarray(front.corners[:, ::-1]), front.colours)
+    from_inside = Mesh(np.ascontiguousarray(front.corners[:, ::-1]), front.colors)
     assert drawn(from_inside).depth[240, 320] == pytest.approx(1.1)
     for depth_m in (-1.0, -0.05):
         assert not np.isfinite(drawn(wall(depth_m, RED)).depth).any()
@@ -91,7 +91,7 @@ def test_faces_that_look_aside_are_darker() -> None:
     pose[:3, 3] = 0.0, 0.0, 1.0
     picture = Picture.empty()
     picture.draw(box_mesh(np.full(3, -0.2), np.full(3, 0.2), RED), pose)
-    reds = np.unique(picture.colour[np.isfinite(picture.depth)][:, 0])
+    reds = np.unique(picture.color[np.isfinite(picture.depth)][:, 0])
     assert len(reds) == 2 and 100 < reds[0] < reds[1] < 200
 
 

@@ -72,7 +72,7 @@ def models(robots: Models) -> Models:
     return {**robots, **static}
 
 
-# --- small matrices: 4x4 homogeneous transforms, metres and radians ---
+# --- small matrices: 4x4 homogeneous transforms, meters and radians ---
 
 
 def turn_x(angle: float) -> np.ndarray:
@@ -204,7 +204,7 @@ def mesh_files(model: ElementTree.Element) -> List[str]:
 
 
 def collada_points(path: Path) -> np.ndarray:
-    """All points (n, 3) of a mesh, in metres."""
+    """All points (n, 3) of a mesh, in meters."""
     root = ElementTree.parse(path).getroot()
     arrays = [
         a for a in root.iter(f"{COLLADA}float_array") if a.get("id", "").endswith("-points-array")

@@ -95,7 +95,7 @@ class ChunkStore:
         return int(self._index.chunk[position]) not in self._damaged
 
     def message(self, position: int) -> memoryview:
-        """Return the serialised bytes of a message, as they were recorded.
+        """Return the serialized bytes of a message, as they were recorded.
 
         Raises:
             BagDamaged: the message or its chunk cannot be read; the others still can.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Labelled moments of a recording: those in the bag, and those added afterwards beside it."""
+"""Labeled moments of a recording: those in the bag, and those added afterwards beside it."""
 from __future__ import annotations
 
 import bisect
@@ -18,7 +18,7 @@ _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 class Mark(NamedTuple):
-    """A labelled moment [ns since the epoch]."""
+    """A labeled moment [ns since the epoch]."""
 
     time_ns: int
     label: str

@@ -214,7 +214,7 @@ def times(element: Fixed, count: int) -> Fixed:
 
 
 def joined(parts: List[Layout]) -> Layout:
-    """Return parts one behind the other as one; neighbours of fixed size become one part."""
+    """Return parts one behind the other as one; neighbors of fixed size become one part."""
     merged: List[Layout] = []
     for part in flattened(parts):
         if isinstance(part, Fixed) and merged and isinstance(merged[-1], Fixed):
@@ -344,7 +344,7 @@ def with_stamps_moved(data: Data, offsets: Sequence[int],
 
 
 def packed(stamp_ns: int) -> bytes:
-    """Return a time [ns] as ROS serialises it.
+    """Return a time [ns] as ROS serializes it.
 
     Raises:
         ValueError: ROS has no such time.

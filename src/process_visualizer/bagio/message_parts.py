@@ -3,7 +3,7 @@
 
 Two messages with different transforms, markers, joints or diagnostics hold beside each other:
 many drivers send each group of joints in a message of its own. RViz keeps what it was shown, so
-there are messages that remove it. The layouts are those of ROS 1's serialisation (little-endian).
+there are messages that remove it. The layouts are those of ROS 1's serialization (little-endian).
 """
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class Recording:
         return self._store.cached_bytes
 
     def message(self, position: int) -> memoryview:
-        """Return the serialised bytes of the message at a position of the index.
+        """Return the serialized bytes of the message at a position of the index.
 
         Raises:
             BagDamaged: it cannot be read; `gap` says what is missing, others can still be read.

@@ -109,7 +109,7 @@ def tag_text(data: bytes, tag: StartTag) -> TagText:
 
 
 DECIMALS = 6
-"""Of metres and radians: a micrometre."""
+"""Of meters and radians: a micrometer."""
 
 
 def number_text(value: float) -> str:
@@ -224,7 +224,7 @@ class PoseEditor:
                                   lambda data, tag: with_pose(data, tag, pose))
 
     def save_region(self, device: str, region: RegionOfInterest) -> Optional[SavedPose]:
-        """Write the centre and the edge lengths of a depth sensor's box; None if they are there.
+        """Write the center and the edge lengths of a depth sensor's box; None if they are there.
 
         Raises:
             KeyError: there is no such device.

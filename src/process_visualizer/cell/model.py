@@ -233,7 +233,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class RegionOfInterest:
-    """A box, its centre and edge lengths in m in ``frame``, that a cloud is cropped to."""
+    """A box, its center and edge lengths in m in ``frame``, that a cloud is cropped to."""
 
     frame: str
     center: Vector3
@@ -253,7 +253,7 @@ class Fusion:
 
 @dataclass(frozen=True)
 class SoughtObjects:
-    """The search for unmodelled objects in a cloud; None stands for the device's own cloud.
+    """The search for unmodeled objects in a cloud; None stands for the device's own cloud.
 
     Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. Level surfaces of ``surface_m2``
     and what is in boxes that are expected are none; without a region it is sought everywhere.

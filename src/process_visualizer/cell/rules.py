@@ -431,7 +431,7 @@ def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
     scale = {name: values.get(name) for name in ('color_begin', 'color_end', 'end_color')}
     missing = [name for name in scale if name not in parsed.given]
     if 0 < len(missing) < len(scale):
-        problems.add(parsed.location, 'variable', 'a colour scale needs color_begin, color_end '
+        problems.add(parsed.location, 'variable', 'a color scale needs color_begin, color_end '
                      f'and end_color; {" and ".join(missing)} is missing')
     if scale['color_begin'] is not None and scale['color_begin'] == scale['color_end']:
         problems.add(parsed.location, 'variable', 'color_begin and color_end are the same value; '

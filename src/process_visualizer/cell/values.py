@@ -129,7 +129,7 @@ def axis(text: str) -> Numbers:
 
 
 def color(text: str) -> Numbers:
-    """Red, green, blue from 0 to 1: a colour name, #rrggbb, or three numbers."""
+    """Red, green, blue from 0 to 1: a color name, #rrggbb, or three numbers."""
     if text in COLORS:
         return COLORS[text]
     if _COMPILED['hex_color'].match(text):
@@ -139,7 +139,7 @@ def color(text: str) -> Numbers:
     except ValueError:
         values = (-1.0,)
     if min(values) < 0 or max(values) > 1:
-        raise ValueError(f'{quoted(text)} is not a colour; write #rrggbb, three numbers from 0 to '
+        raise ValueError(f'{quoted(text)} is not a color; write #rrggbb, three numbers from 0 to '
                          '1, or one of ' + ', '.join(COLORS))
     return values
 

@@ -74,7 +74,7 @@ def request_of(options: RecordingOptions) -> StartRecordingRequest:
 
 
 class BagRecorder:
-    """Commands the node ``bag_recorder`` and follows its state; needs an initialised rospy node.
+    """Commands the node ``bag_recorder`` and follows its state; needs an initialized rospy node.
 
     Every method waits for the recorder's answer: call them off the GUI thread. ``on_state`` is
     called from rospy's thread.
@@ -158,7 +158,7 @@ class BagRecorder:
         return list(self._call('stop').files)
 
     def mark(self, label: str) -> None:
-        """Write a labelled moment, now, into the recording or into the memory.
+        """Write a labeled moment, now, into the recording or into the memory.
 
         Raises:
             RecorderError: neither is possible.

@@ -32,7 +32,7 @@ class PlayerUnreachable(PlayerError):
 
 
 class PlayerClient:
-    """Commands the node ``bag_player`` and follows its state; needs an initialised rospy node.
+    """Commands the node ``bag_player`` and follows its state; needs an initialized rospy node.
 
     Every method waits for the player's answer, so call them off the GUI thread, and returns it as
     a text for the user. Connections are kept, for scrubbing, and opened again when the player has

@@ -67,7 +67,7 @@ class ServiceConnection:
         """
         kind = self._service._request_class
         is_one = len(request) == 1 and isinstance(request[0], kind)
-        data = _serialised(request[0] if is_one else kind(*request))
+        data = _serialized(request[0] if is_one else kind(*request))
         with self._lock:
             try:
                 return self._service._response_class().deserialize(self._exchanged(data))
@@ -149,7 +149,7 @@ def _received(connection: socket.socket, size: int) -> bytes:
     return data
 
 
-def _serialised(request: genpy.Message) -> bytes:
+def _serialized(request: genpy.Message) -> bytes:
     buffer = io.BytesIO()
     request.serialize(buffer)
     return _LENGTH.pack(buffer.tell()) + buffer.getvalue()
@@ -159,7 +159,7 @@ State = TypeVar('State')
 
 
 class StateFollower(Generic[State]):
-    """Follows a topic in an initialised rospy node; ``on_state`` is called in rospy's thread."""
+    """Follows a topic in an initialized rospy node; ``on_state`` is called in rospy's thread."""
 
     def __init__(self, topic: str, message_class: Type[Any],
                  on_state: Optional[Callable[[State], None]] = None,

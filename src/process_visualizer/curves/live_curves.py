@@ -237,7 +237,7 @@ class LiveCurve(NamedTuple):
 
 
 class LiveMark(NamedTuple):
-    """A labelled moment [s from the beginning]."""
+    """A labeled moment [s from the beginning]."""
 
     time_s: float
     label: str

@@ -308,12 +308,12 @@ def _decided(models: Sequence[FoundModel], misfits: Sequence[Optional[float]],
     best, number = known[0]
     if any(misfit < _CLEAR * max(best, _NOISE_M) for misfit, _ in known[1:]):
         return None
-    others = ', '.join(f'{_file(models[i])} {_millimetres(misfit)}' for misfit, i in known[1:])
-    why = f'chosen of those with the same joints, as {reason}: {_millimetres(best)} off'
+    others = ', '.join(f'{_file(models[i])} {_millimeters(misfit)}' for misfit, i in known[1:])
+    why = f'chosen of those with the same joints, as {reason}: {_millimeters(best)} off'
     return ModelChoice(number, f'{why}; the others: {others}' if others else why)
 
 
-def _millimetres(distance_m: float) -> str:
+def _millimeters(distance_m: float) -> str:
     return f'{1e3 * distance_m:.1f} mm'
 
 

@@ -6,7 +6,7 @@ from typing import List, Mapping, Optional, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.bagio.catalogue import Catalogue
+from process_visualizer.bagio.catalog import Catalog
 from process_visualizer.cell.file_edit import PoseEditor
 from process_visualizer.cell.model import Cell, Device, Mode
 from process_visualizer.generate.choice import Choice
@@ -45,7 +45,7 @@ class Session(QObject):
         self.running: Optional[Choice] = None
         self.reports: Mapping[str, PartReport] = {}
         self.player: Optional[PlayerSnapshot] = None
-        self.recording: Optional[Catalogue] = None
+        self.recording: Optional[Catalog] = None
 
     # The cell and what is chosen of it
 
@@ -131,7 +131,7 @@ class Session(QObject):
         """The files of the recording that is open."""
         return () if self.recording is None else self.recording.paths
 
-    def set_recording(self, recording: Catalogue) -> None:
+    def set_recording(self, recording: Catalog) -> None:
         """Put a recording that has been opened in force, or the same one with other marks."""
         self.recording = recording
         self.recording_changed.emit()

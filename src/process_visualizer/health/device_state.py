@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
-from process_visualizer.bagio.catalogue import CatalogueTopic
+from process_visualizer.bagio.catalog import CatalogTopic
 from process_visualizer.cell.model import Device
 from process_visualizer.health.figures import live_rate_text, rate_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, by_node, counted
@@ -164,14 +164,14 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 
 
-def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:
+def recorded_line(topic: CatalogTopic, is_played: bool) -> Line:
     """Return the state of a recorded topic, independent of the playback rate."""
     if not is_played:
         return Line(Level.OFF, 'not played')  # not wanted, or the player says why not
     return Line(Level.GOOD, recorded_rate_text(topic))
 
 
-def recorded_rate_text(topic: CatalogueTopic) -> str:
+def recorded_rate_text(topic: CatalogTopic) -> str:
     """Return the rate at which a topic was recorded; a latched one has none."""
     if topic.is_latched:
         return 'latched'

@@ -49,7 +49,7 @@ def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Othe
 
 
 def publishing_players(topics: Collection[str]) -> Others:
-    """Return the players of recordings that publish topics, recognised by their services.
+    """Return the players of recordings that publish topics, recognized by their services.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.

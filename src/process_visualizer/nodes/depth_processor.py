@@ -62,7 +62,7 @@ AGE_PERIOD_S = 0.2
 
 def restamp(message: bytes, new_stamp: Callable[[rospy.Time], rospy.Time]
             ) -> tuple[bytes, memoryview]:
-    """Return a new front for a serialised message that begins with a header, and the rest of it.
+    """Return a new front for a serialized message that begins with a header, and the rest of it.
 
     ``new_stamp`` is given the stamp. The front ends with the header's frame_id, without the leading
     slash that tf2 rejects. The rest is a view of ``message``, not a copy.

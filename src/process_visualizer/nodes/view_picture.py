@@ -19,7 +19,7 @@ _MASTER_PERIOD_S = 0.2
 
 
 class ViewWatcher(DrawnView):
-    """Follows RViz's reports; needs an initialised rospy node."""
+    """Follows RViz's reports; needs an initialized rospy node."""
 
     def __init__(self) -> None:
         super().__init__()

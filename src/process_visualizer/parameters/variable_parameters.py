@@ -98,7 +98,7 @@ class VariableParameters:
     axis: UnitVector  # in the frame
     colors: VariableColors
     unit: str
-    scale_m: float  # metres of arrow per unit; 0: text only
+    scale_m: float  # meters of arrow per unit; 0: text only
     offset: float  # value at which the arrow has no length
     label: str
     offset_param: str = ''  # a parameter that holds the offset; empty: there is none

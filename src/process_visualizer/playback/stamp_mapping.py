@@ -132,7 +132,7 @@ class OrderKeeper:
         self._walls: List[int] = []
 
     def fit(self, key: int, wall_ns: int) -> int:
-        """Return the wall stamp [ns], between those of the neighbouring keys, and remember it."""
+        """Return the wall stamp [ns], between those of the neighboring keys, and remember it."""
         index = bisect_left(self._keys, key)
         if index < len(self._keys):
             wall_ns = min(wall_ns, self._walls[index])

@@ -172,7 +172,7 @@ class BagPlayer:
 
     def __init__(self, recording: Recording, settings: PlayerSettings,
                  surroundings: Surroundings = REAL) -> None:
-        """Advertise the topics and services, in a node that has been initialised.
+        """Advertise the topics and services, in a node that has been initialized.
 
         Raises:
             NothingToPlay: no topic is left that can be played.

@@ -22,7 +22,7 @@ def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> 
 
     Args:
         magnitude: what the arrow shows, at least 0, in its own unit (m/s, N).
-        scale: metres of arrow per unit.
+        scale: meters of arrow per unit.
         min_m, max_m: the limits of the length [m].
     """
     return min(max(magnitude * scale, min_m), max_m)
@@ -46,7 +46,7 @@ def format_age(label: str, age_s: float) -> str:
 def line_of_block(text: str, line: int, line_count: int) -> str:
     """Return a block of line_count lines that is blank but for the text in one of them.
 
-    RViz turns a text to the viewer and centres it on its position. Blocks of as many lines at
+    RViz turns a text to the viewer and centers it on its position. Blocks of as many lines at
     one position show one under the other from every side, each with its own color.
     """
     lines = [' '] * line_count
@@ -91,7 +91,7 @@ def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
     Args:
         value: of the variable; finite.
         offset: value at which the arrow has no length.
-        scale_m: metres of arrow per unit of the value.
+        scale_m: meters of arrow per unit of the value.
         axis: unit vector (3,).
         max_m: longest length, at most MAX_LENGTH_M.
     """
@@ -130,7 +130,7 @@ def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[
 
     Args:
         arrows: frame, and axis as a unit vector (3,), of each.
-        distance_m: between neighbours.
+        distance_m: between neighbors.
     """
     lines = [(frame, _line(axis)) for frame, axis in arrows]
     feet: List[Triple] = []
@@ -173,7 +173,7 @@ def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[flo
 
 
 def _decimals(value: Number, scale_m: float) -> int:
-    """Return how many decimals show a millimetre of the arrow, or three digits without one.
+    """Return how many decimals show a millimeter of the arrow, or three digits without one.
 
     So the number is calm beside its arrow. It has two digits at least, which matters where a
     small scale belongs to small values.
@@ -207,7 +207,7 @@ BESIDE_M = 0.022
 """Distance beside its foot: in line with the thicker arrow of this run, it would be hidden."""
 DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
 EXAGGERATION = 20.0
-"""Length of an arrow per deviation: a millimetre could not be seen in a cell."""
+"""Length of an arrow per deviation: a millimeter could not be seen in a cell."""
 MIN_DEVIATION_M = 0.0002
 MAX_DEVIATION_M = 0.4
 DEVIATION_DIAMETER_M = 0.02

@@ -49,7 +49,7 @@ def _corners(path: str, _changed_ns: int) -> Optional[np.ndarray]:
 
 
 def _stl(path: str) -> np.ndarray:
-    """Vertices of an STL file; a binary one is recognised by its size."""
+    """Vertices of an STL file; a binary one is recognized by its size."""
     with open(path, 'rb') as file:
         content = file.read()
     if len(content) >= _STL_HEADER_BYTES:

@@ -16,7 +16,7 @@ MD5SUM = 'f43a8e1b362b75baa741461b46adc7e0'
 
 
 class Row(NamedTuple):
-    """A message: topic, time [ns], serialised bytes."""
+    """A message: topic, time [ns], serialized bytes."""
 
     topic: str
     time_ns: int
@@ -24,7 +24,7 @@ class Row(NamedTuple):
 
 
 class RawType:
-    """What rosbag asks of a message class when it is given serialised bytes."""
+    """What rosbag asks of a message class when it is given serialized bytes."""
 
     _type = 'std_msgs/UInt8MultiArray'
     _md5sum = MD5SUM

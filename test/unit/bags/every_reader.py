@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import List, Tuple
 
 from process_visualizer.bagio.bag_errors import BagError
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.marks import read_marks
 from process_visualizer.bagio.message_layout import with_stamps_moved
 from process_visualizer.bagio.recorder_topics import recorded_configuration
@@ -32,7 +32,7 @@ def read_all(path: Path, its_devices: Tuple[Device, ...]) -> List[str]:
         Exception: any other; that is what is looked for.
     """
     errors = []
-    for read in (_read_messages, _read_events, _report, _catalogue,
+    for read in (_read_messages, _read_events, _report, _catalog,
                  lambda it: read_curves([it], its_devices, 50),
                  lambda it: _position_values(it, its_devices), _reindex):
         try:
@@ -94,9 +94,9 @@ def _position_values(path: str, its_devices: Tuple[Device, ...]) -> None:
         values.close()
 
 
-def _catalogue(path: str) -> None:
-    catalogue = read_catalogue([path])
-    assert all(path in problem for problem in catalogue.problems)
+def _catalog(path: str) -> None:
+    catalog = read_catalog([path])
+    assert all(path in problem for problem in catalog.problems)
 
 
 def _reindex(path: str) -> None:

@@ -78,7 +78,7 @@ class MemoryRecording:
         self.begin_ns, self.end_ns = self.index.begin_ns, self.index.end_ns
 
     def message(self, position: int) -> memoryview:
-        """The serialised message."""
+        """The serialized message."""
         connection = int(self.index.connection[position])
         stamp = struct.pack('<II', *divmod(self._messages[position].stamp_ns, 10 ** 9))
         if connection in (STATIC, OTHER_STATIC):
@@ -86,9 +86,9 @@ class MemoryRecording:
         if connection == PATH:
             pose = PoseStamped()
             pose.pose.position.x = position
-            return memoryview(serialised(Path(header=Header(frame_id='world'), poses=[pose])))
+            return memoryview(serialized(Path(header=Header(frame_id='world'), poses=[pose])))
         if connection == MARKERS:
-            return memoryview(serialised(Marker(header=Header(frame_id='world'), id=position % 3,
+            return memoryview(serialized(Marker(header=Header(frame_id='world'), id=position % 3,
                                                 ns=str(position))))
         return memoryview(struct.pack('<I', 0) + stamp + struct.pack('<Ii', 0, position))
 
@@ -97,7 +97,7 @@ def static_message(position: int, stamp: bytes) -> bytes:
     """A transform to one of three frames, with its position in the recording as x."""
     transform = TransformStamped(child_frame_id=f'frame{position % 3}')
     transform.transform.translation.x = position
-    data = serialised(TFMessage([transform]))
+    data = serialized(TFMessage([transform]))
     return data[:8] + stamp + data[16:]
 
 
@@ -112,7 +112,7 @@ def number_in(data: bytes) -> int:
     return int(struct.unpack_from('<i', data, len(data) - 4)[0])
 
 
-def serialised(message: object) -> bytes:
+def serialized(message: object) -> bytes:
     """The bytes of a message."""
     buffer = io.BytesIO()
     message.serialize(buffer)

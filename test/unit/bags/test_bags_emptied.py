@@ -39,7 +39,7 @@ def connection_of(message: Any) -> Connection:
     return Connection('/x', message._type, message._md5sum, message._full_text, False, '/n')
 
 
-def serialised(message: Any) -> bytes:
+def serialized(message: Any) -> bytes:
     """The bytes of a message."""
     buffer = BytesIO()
     message.serialize(buffer)
@@ -50,7 +50,7 @@ def serialised(message: Any) -> bytes:
 def test_nothing_is_left_but_the_frame_and_the_format(example: Any, emptied_fields: set) -> None:
     connection = connection_of(example)
     assert can_be_emptied(connection)
-    result = type(example)().deserialize(emptied(connection, serialised(example)))
+    result = type(example)().deserialize(emptied(connection, serialized(example)))
     nothing = type(example)()
     for field in type(example).__slots__:
         if field == 'header':
@@ -67,7 +67,7 @@ def test_nothing_is_left_but_the_frame_and_the_format(example: Any, emptied_fiel
 @pytest.mark.parametrize('example, _', EXAMPLES)
 def test_damaged_examples_are_reported(example: Any, _: set) -> None:
     with pytest.raises(MessageDamaged):
-        emptied(connection_of(example), serialised(example)[:13])
+        emptied(connection_of(example), serialized(example)[:13])
 
 
 def test_markers_are_removed() -> None:
@@ -75,7 +75,7 @@ def test_markers_are_removed() -> None:
                           (MarkerArray([Marker(header=HEADER)]), lambda it: it.markers[0])):
         connection = connection_of(message)
         assert can_be_emptied(connection)
-        result = type(message)().deserialize(emptied(connection, serialised(message)))
+        result = type(message)().deserialize(emptied(connection, serialized(message)))
         assert read(result).action == Marker.DELETEALL
 
 

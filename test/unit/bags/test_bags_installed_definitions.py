@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, Float64, Header
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.message_definition import (
     Connection,
     definition_problem,
@@ -125,7 +125,7 @@ def test_what_cannot_be_understood_is_named(tmp_path: Path, type_name: str, md5s
         assert first.startswith('/arm/joint_states: its messages cannot be understood: they came '
                                 'with no definition')
         assert first in as_text(make_report(recording)).splitlines()
-    assert first in read_catalogue([bag]).remarks
+    assert first in read_catalog([bag]).remarks
 
 
 def test_a_definition_that_is_whole_needs_no_package() -> None:

@@ -17,7 +17,7 @@ from process_visualizer.playback.message_loader import MessageLoader
 WHOLE = PoseStamped._full_text
 
 
-def serialised(message: Any) -> bytes:
+def serialized(message: Any) -> bytes:
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
@@ -41,7 +41,7 @@ def poses(count: int) -> List[bytes]:
     for number in range(count):
         pose = PoseStamped()
         pose.header.stamp, pose.header.frame_id = Time(100, number), 'base'
-        found.append(serialised(pose))
+        found.append(serialized(pose))
     return found
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where numbers are in messages: compared with what genpy deserialises."""
+"""Where numbers are in messages: compared with what genpy deserializes."""
 from __future__ import annotations
 
 import io
@@ -32,18 +32,18 @@ from process_visualizer.bagio.number_places import (
 )
 
 
-def serialised(message: genpy.Message) -> bytes:
+def serialized(message: genpy.Message) -> bytes:
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
 
 
 def located(message: Any, *paths: str) -> NumberPlaces:
-    return FieldLocator(message._type, message._full_text, paths).places(serialised(message))
+    return FieldLocator(message._type, message._full_text, paths).places(serialized(message))
 
 
 def values(message: Any, *paths: str) -> List[float]:
-    data = serialised(message)
+    data = serialized(message)
     return [np.frombuffer(data, place.kind, 1, place.offset)[0]
             for place in located(message, *paths).numbers]
 
@@ -75,7 +75,7 @@ def test_what_is_no_number_is_not_found(message: Any, path: str) -> None:
 
 
 def test_a_message_that_is_cut_off_has_no_numbers() -> None:
-    data = serialised(cloud())
+    data = serialized(cloud())
     locator = FieldLocator(PointCloud2._type, PointCloud2._full_text, ['is_dense'])
     assert locator.places(data).numbers
     for length in range(len(data)):
@@ -93,7 +93,7 @@ def array(data: Sequence[float], padding: int = 0, label: str = '') -> bytes:
     message.layout.data_offset = padding
     if label:
         message.layout.dim = [MultiArrayDimension(label, 3, 3)]
-    return serialised(message)
+    return serialized(message)
 
 
 @pytest.mark.parametrize('data, count', [
@@ -114,7 +114,7 @@ def transforms(*frames: str) -> bytes:
         transform.header.stamp = genpy.Time(100 + number, 5)
         transform.transform.translation.y = number
         message.transforms.append(transform)
-    return serialised(message)
+    return serialized(message)
 
 
 def test_a_transform_is_found_by_its_frames() -> None:
@@ -133,7 +133,7 @@ def test_a_transform_is_found_by_its_frames() -> None:
     (['a', 'b'], [1.0], []), ([], [], [])])
 def test_a_joint_is_found_by_its_names(names: List[str], positions: List[float],
                                        expected: List[float]) -> None:
-    data = serialised(JointState(name=names, position=positions, velocity=[9.0]))
+    data = serialized(JointState(name=names, position=positions, velocity=[9.0]))
     places = JointLocator(['b', 'left_b']).places(data)
     assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == expected
     for length in range(0, len(data) - 8 * len(positions) - 8 * 2):
@@ -143,12 +143,12 @@ def test_a_joint_is_found_by_its_names(names: List[str], positions: List[float],
 @pytest.mark.parametrize('locator, one, other', [
     (FloatArrayLocator(3, (3, 4)), array([1, 2, 3], 1), array([1, 2, 3, 4])),
     (TransformLocator('a', 'b'), transforms('x>y', 'a>b'), transforms('a>b', 'x>y')),
-    (JointLocator(['b']), serialised(JointState(name=['a', 'b'], position=[1.0, 2.0])),
-     serialised(JointState(name=['b', 'a'], position=[1.0, 2.0]))),
+    (JointLocator(['b']), serialized(JointState(name=['a', 'b'], position=[1.0, 2.0])),
+     serialized(JointState(name=['b', 'a'], position=[1.0, 2.0]))),
     (FieldLocator(WrenchStamped._type, WrenchStamped._full_text, ['wrench.force.x']),
-     serialised(WrenchStamped()), b'\0' * 12 + b'\1\0\0\0'),
+     serialized(WrenchStamped()), b'\0' * 12 + b'\1\0\0\0'),
     (FieldLocator(Image._type, Image._full_text, ['step']),
-     serialised(Image(encoding='a')), serialised(Image(encoding='ab')))])
+     serialized(Image(encoding='a')), serialized(Image(encoding='ab')))])
 def test_what_the_places_depend_on_is_told(locator: Locator, one: bytes, other: bytes) -> None:
     places = locator.places(one)
     assert places.numbers

@@ -53,7 +53,7 @@ def transforms(value: float, frames: Sequence[str]) -> TFMessage:
 
 
 def marker(value: float, number: int, action: int = Marker.ADD, lifetime_s: float = 0.0) -> Marker:
-    """A marker with a value; with points, colours and texts, so that the next one is found."""
+    """A marker with a value; with points, colors and texts, so that the next one is found."""
     result = Marker(ns='ns', id=number, type=Marker.LINE_STRIP, action=action, text='text',
                     points=[Point()] * 2, colors=[ColorRGBA()] * 2, mesh_resource='package://a')
     result.header.frame_id = 'world'

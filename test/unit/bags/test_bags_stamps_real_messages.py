@@ -88,7 +88,7 @@ def as_bytes(message):
 
 
 def check_moving(name, message, count):
-    """Compare with deserialising, moving and serialising; return the number of stamps."""
+    """Compare with deserializing, moving and serializing; return the number of stamps."""
     fill(message, count, numbers())
     data = as_bytes(message)
     locator = StampLocator(name, message._full_text)
@@ -103,7 +103,7 @@ def check_moving(name, message, count):
 
 @pytest.mark.parametrize('count', COUNTS)
 @pytest.mark.parametrize('name', TYPES)
-def test_as_if_deserialised_and_moved(name, count):
+def test_as_if_deserialized_and_moved(name, count):
     check_moving(name, get_message_class(name)(), count)
 
 

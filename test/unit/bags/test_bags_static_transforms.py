@@ -30,7 +30,7 @@ def message(rows: List[tuple]) -> TFMessage:
     return result
 
 
-def serialised(value: TFMessage) -> bytes:
+def serialized(value: TFMessage) -> bytes:
     buffer = BytesIO()
     value.serialize(buffer)
     return buffer.getvalue()
@@ -38,7 +38,7 @@ def serialised(value: TFMessage) -> bytes:
 
 @given(st.lists(transforms, max_size=6))
 def test_what_is_taken_apart_and_joined_is_the_same(rows: List[tuple]) -> None:
-    data = serialised(message(rows))
+    data = serialized(message(rows))
     parts = list(split(data))
     assert joined([transform for _, transform in parts]) == data
     assert [child.decode() for child, _ in parts] == [child.lstrip('/') for _, child, _ in rows]
@@ -46,7 +46,7 @@ def test_what_is_taken_apart_and_joined_is_the_same(rows: List[tuple]) -> None:
 
 @given(st.lists(transforms, min_size=1, max_size=3), st.data())
 def test_damaged_bytes_are_reported(rows: List[tuple], data: st.DataObject) -> None:
-    whole = serialised(message(rows))
+    whole = serialized(message(rows))
     cut = data.draw(st.integers(0, len(whole) - 1))
     with pytest.raises(MessageDamaged):
         list(split(whole[:cut]))

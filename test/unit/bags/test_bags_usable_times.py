@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from process_visualizer.bagio.bag_file import packed_time
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import make_report
 from process_visualizer.bagio.report_text import as_text, verdict
@@ -55,9 +55,9 @@ def test_odd_times_are_no_part_of_the_timeline(tmp_path: Path, odd: List[Row], t
     some = 'one message has' if len(odd) == 1 else f'{len(odd)} messages have'
     assert verdict(report).endswith(f'; {some} no usable time')
     assert not any(topic.gaps for topic in report.topics)
-    catalogue = read_catalogue([path])
-    assert catalogue.remarks == tuple(told.splitlines())
-    assert (catalogue.duration_s, catalogue.message_count) == (9.9, 100 + len(odd))
+    catalog = read_catalog([path])
+    assert catalog.remarks == tuple(told.splitlines())
+    assert (catalog.duration_s, catalog.message_count) == (9.9, 100 + len(odd))
 
 
 @pytest.mark.parametrize('times_ns', [

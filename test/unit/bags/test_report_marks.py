@@ -14,7 +14,7 @@ from std_msgs.msg import String, UInt32
 
 from process_visualizer.bagio import marks
 from process_visualizer.bagio.bag_errors import BagError
-from process_visualizer.bagio.catalogue import read_catalogue
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.marks import (
     Mark,
     add_mark,
@@ -141,7 +141,7 @@ def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
         (gap,) = recording.gaps
     assert (gap.file, gap.topics) == (path, (CONFIGURATION,))
     assert 'it is no ' in gap.reason
-    assert read_catalogue([path]).problems == (str(gap),)
+    assert read_catalog([path]).problems == (str(gap),)
 
 
 def bag_with_bytes(path: Path, topic: str, data: bytes, kind: Any = String) -> str:
@@ -166,9 +166,9 @@ def test_odd_messages_of_the_recorder_s_topics_are_told_and_left_out(
     is_good = topic == MARKS and data.endswith(b'[')
     assert [(path in text, topic in text) for text in damage] == [(True, True)] * (not is_good)
     assert as_text(report) and as_json(report)
-    catalogue = read_catalogue([path])
-    assert catalogue.topic_names == ('/good',)
-    assert len(catalogue.problems) == (not is_good and topic != ACCOUNT)
+    catalog = read_catalog([path])
+    assert catalog.topic_names == ('/good',)
+    assert len(catalog.problems) == (not is_good and topic != ACCOUNT)
 
 
 def test_many_odd_messages_are_told_once(tmp_path: Path) -> None:

@@ -173,10 +173,10 @@ VALUES: List[Bad] = [
               '"MarkerArray"?'),
     _in_robot('message type', '<topic name="a" msg="JointState"/>',
               '3: <topic>: attribute "msg": "JointState" is not a message type'),
-    _in_robot('colour', '<arrow quantity="force" color="gren"/>',
-              '3: <arrow>: attribute "color": "gren" is not a colour'),
-    _in_robot('colour above one', '<arrow quantity="force" color="0 0 255"/>',
-              '3: <arrow>: attribute "color": "0 0 255" is not a colour'),
+    _in_robot('color', '<arrow quantity="force" color="gren"/>',
+              '3: <arrow>: attribute "color": "gren" is not a color'),
+    _in_robot('color above one', '<arrow quantity="force" color="0 0 255"/>',
+              '3: <arrow>: attribute "color": "0 0 255" is not a color'),
     _in_robot('scale', '<arrow quantity="force" scale="0"/>',
               '3: <arrow>: attribute "scale": "0" must be greater than 0'),
     _in_robot('length', '<arrow quantity="force" min="-1"/>',
@@ -187,10 +187,10 @@ VALUES: List[Bad] = [
               '3: <variable>: attribute "axis": "up" is not a direction'),
     _in_robot('axis of length zero', '<variable topic="t" frame="f" axis="0 0 0"/>',
               '3: <variable>: attribute "axis": "0 0 0" has no direction', schema_sees=False),
-    _in_robot('half a colour scale', '<variable topic="t" frame="f" color_begin="1"/>',
-              '3: <variable>: a colour scale needs color_begin, color_end and end_color; '
+    _in_robot('half a color scale', '<variable topic="t" frame="f" color_begin="1"/>',
+              '3: <variable>: a color scale needs color_begin, color_end and end_color; '
               'color_end and end_color is missing', schema_sees=False),
-    _in_robot('colour scale without length', '<variable topic="t" frame="f" color_begin="1" '
+    _in_robot('color scale without length', '<variable topic="t" frame="f" color_begin="1" '
               'color_end="1" end_color="red"/>',
               '3: <variable>: color_begin and color_end are the same', schema_sees=False),
     _in_robot('limits', '<variable topic="t" frame="f" low="2" high="1"/>',

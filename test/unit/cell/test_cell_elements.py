@@ -189,7 +189,7 @@ def test_a_variable_that_is_not_shown(device: Callable[..., Device]) -> None:
     assert (variable.limits.low, variable.limits.high) == (1.0, None)
 
 
-def test_colours_and_live_offset_of_a_variable(device: Callable[..., Device]) -> None:
+def test_colors_and_live_offset_of_a_variable(device: Callable[..., Device]) -> None:
     variable = device('<variable topic="t" frame="f" high="90" warning_color="#ff0000" '
                       'color_begin="20" color_end="60" end_color="0 1 0" '
                       'offset_param="setpoint"/>', 'other').variables[0]

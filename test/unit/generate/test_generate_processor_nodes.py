@@ -149,7 +149,7 @@ def test_variables(parse: Parse) -> None:
         '/u', 'data', 'u', 1)
 
 
-def test_colours_and_live_offset_of_a_variable(parse: Parse) -> None:
+def test_colors_and_live_offset_of_a_variable(parse: Parse) -> None:
     (node,) = nodes_of(parse, 'other', '<variable topic="t" frame="f" low="1" color_begin="2" '
                        'color_end="3" end_color="0 1 0" offset_param="setpoint" max="0.6"/>')
     (variable,) = node.parameters['variables']

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Iterable, Optional
 
-from process_visualizer.bagio.catalogue import Catalogue
+from process_visualizer.bagio.catalog import Catalog
 from process_visualizer.cell.model import Cell, Device, Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART
@@ -31,4 +31,4 @@ def run(session: Session, mode: Optional[Mode], state: PartState = PartState.RUN
 
 def play(session: Session, *paths: str) -> None:
     """Let a recording be open."""
-    session.set_recording(Catalogue(paths, 0, 10.0, 0, 0, ()))
+    session.set_recording(Catalog(paths, 0, 10.0, 0, 0, ()))

@@ -256,7 +256,7 @@ def test_alarms_at_the_position_of_a_recording(stand: Stand, qtbot: Any) -> None
     stand.model.set_recorded(RECORDED)
     assert stand.texts() == []
     assert stand.strip.summary.text() == (
-        'No alarms here; the recording has 1, in colour on the timeline')
+        'No alarms here; the recording has 1, in color on the timeline')
     stand.model.take_position(8.0)
     (chip,) = stand.chips()
     assert chip.text.text() == '0:07.000  arm: edge is above 335, up to 424'

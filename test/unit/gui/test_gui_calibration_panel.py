@@ -50,7 +50,7 @@ def field(panel: CalibrationPanel, name: str) -> QDoubleSpinBox:
     return panel.findChild(QDoubleSpinBox, name)
 
 
-def test_the_pose_is_shown_in_metres_and_degrees(panel):
+def test_the_pose_is_shown_in_meters_and_degrees(panel):
     assert [field(panel, name).value() for name in ('x', 'y', 'z')] == [1.0, 2.0, 3.0]
     assert field(panel, 'yaw').value() == pytest.approx(math.degrees(0.1), abs=0.005)
     assert '0.100000 rad' in field(panel, 'yaw').toolTip()

@@ -12,7 +12,7 @@ from genpy import Time
 from held_tasks import HeldTasks
 from std_msgs.msg import Float64, String
 
-from process_visualizer.bagio.catalogue import Catalogue, read_catalogue
+from process_visualizer.bagio.catalog import Catalog, read_catalog
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
@@ -45,7 +45,7 @@ def states(qtbot: Any, session: Session, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.fixture
-def recording(tmp_path: Path) -> Catalogue:
+def recording(tmp_path: Path) -> Catalog:
     """The heat at 50 Hz, a name that is latched, a door that was opened once."""
     path = str(tmp_path / 'a.bag')
     with rosbag.Bag(path, 'w') as bag:
@@ -57,10 +57,10 @@ def recording(tmp_path: Path) -> Catalogue:
             bag.write('/name', String('x'), Time.from_sec(1000.0 + second),
                       connection_header=header)
         bag.write('/door', String('open'), Time.from_sec(1001.0))
-    return read_catalogue([path])
+    return read_catalog([path])
 
 
-def player(recording: Catalogue, counts: List[int], **values: Any) -> PlayerSnapshot:
+def player(recording: Catalog, counts: List[int], **values: Any) -> PlayerSnapshot:
     return PlayerSnapshot(stamp_s=1.0, begin_s=1000.0, duration_s=2.0, position_s=1.0, rate=0.25,
                           achieved_rate=0.0, paused=True, files=recording.paths,
                           topics=tuple(zip(NAMES, counts)), **values)
@@ -72,7 +72,7 @@ def shown(states: DeviceStatesModel) -> List[str]:
 
 
 def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel, session: Session,
-                                                      recording: Catalogue) -> None:
+                                                      recording: Catalog) -> None:
     """Paused, the scene is repeated now and then: that was shown as 0.987 Hz, latched as 0 Hz."""
     session.set_recording(recording)
     for count in range(5):
@@ -81,14 +81,14 @@ def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel,
 
 
 def test_a_recording_that_the_player_does_not_play_yet(states: DeviceStatesModel, session: Session,
-                                                       recording: Catalogue) -> None:
+                                                       recording: Catalog) -> None:
     session.set_recording(recording)
     session.take_player(player(recording._replace(paths=('/other.bag',)), [1, 1]))
     assert shown(states) == ['', '', '', '']
 
 
 def test_what_cannot_be_played_is_told(states: DeviceStatesModel, session: Session,
-                                       recording: Catalogue) -> None:
+                                       recording: Catalog) -> None:
     session.set_recording(recording)
     session.take_player(player(recording, [100]))
     assert shown(states)[:2] == ['50 Hz', 'not played']

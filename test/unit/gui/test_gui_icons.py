@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Icons: all that are promised, in colours that tell their state, sharp at any size."""
+"""Icons: all that are promised, in colors that tell their state, sharp at any size."""
 from __future__ import annotations
 
 from typing import Set
@@ -24,15 +24,15 @@ def image_of(name: str, side: int, mode: QIcon.Mode = QIcon.Normal,
     return icon(name).pixmap(QSize(side, side), mode, state).toImage()
 
 
-def opaque_colours(image: QImage) -> Set[str]:
-    colours = [image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height())]
-    return {colour.name() for colour in colours if colour.alpha() == 255}
+def opaque_colors(image: QImage) -> Set[str]:
+    colors = [image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height())]
+    return {color.name() for color in colors if color.alpha() == 255}
 
 
 @pytest.mark.parametrize('name', PROMISED)
 def test_each_icon_draws_something_and_not_beyond_its_edges(qtbot: QtBot, name: str) -> None:
     image = image_of(name, 48)
-    assert opaque_colours(image)
+    assert opaque_colors(image)
     edge = [image.pixelColor(at, side).alpha() for at in range(48) for side in (0, 47)]
     assert max(edge) == 0
 
@@ -46,15 +46,15 @@ def test_no_two_icons_look_the_same(qtbot: QtBot) -> None:
     assert len(drawn) == len(PROMISED)
 
 
-def test_a_checked_icon_is_in_the_accent_colour_and_a_disabled_one_is_pale(qtbot: QtBot) -> None:
-    assert opaque_colours(image_of('play', 32, QIcon.Normal, QIcon.On)) == {LIGHT.accent}
-    pale, dark = (QColor(opaque_colours(image_of('play', 32, mode)).pop()).lightness()
+def test_a_checked_icon_is_in_the_accent_color_and_a_disabled_one_is_pale(qtbot: QtBot) -> None:
+    assert opaque_colors(image_of('play', 32, QIcon.Normal, QIcon.On)) == {LIGHT.accent}
+    pale, dark = (QColor(opaque_colors(image_of('play', 32, mode)).pop()).lightness()
                   for mode in (QIcon.Disabled, QIcon.Normal))
     assert pale > dark + 80
 
 
 def test_the_record_icon_stays_red_when_checked(qtbot: QtBot) -> None:
-    assert opaque_colours(image_of('record', 32, QIcon.Normal, QIcon.On)) == {LIGHT.bad}
+    assert opaque_colors(image_of('record', 32, QIcon.Normal, QIcon.On)) == {LIGHT.bad}
 
 
 def test_an_icon_drawn_for_a_fine_screen_has_fine_edges(qtbot: QtBot) -> None:

@@ -153,6 +153,6 @@ def test_a_band_is_behind_the_curve_and_what_departs_is_marked(qtbot: QtBot) -> 
     assert picture is not None
     image = picture.toImage()
     rows = range(TEXT_HEIGHT - 3, 46)
-    colours = [{image.pixelColor(x, y).name() for y in rows} for x in (20, 45, 80)]
-    assert [theme().band in found for found in colours] == [True, True, False]
-    assert [theme().bad in found for found in colours] == [False, True, False]
+    colors = [{image.pixelColor(x, y).name() for y in rows} for x in (20, 45, 80)]
+    assert [theme().band in found for found in colors] == [True, True, False]
+    assert [theme().bad in found for found in colors] == [False, True, False]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects that nobody modelled, in the window's models and its timelines."""
+"""Objects that nobody modeled, in the window's models and its timelines."""
 from __future__ import annotations
 
 from typing import Any, List, Tuple

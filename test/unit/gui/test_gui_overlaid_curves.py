@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Several curves in one lane: their colours, scales, names, limits and bands; and folded lanes."""
+"""Several curves in one lane: their colors, scales, names, limits and bands; and folded lanes."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ from process_visualizer.gui.lanes.lane_choice import LaneChoice
 from process_visualizer.gui.lanes.lane_picture import LanePictures
 from process_visualizer.gui.lanes.lane_scale import LaneLook, least_height, range_text
 from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct, grouped_lanes
-from process_visualizer.gui.toolkit.theme import contrast, readable_colour, theme
+from process_visualizer.gui.toolkit.theme import contrast, readable_color, theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
@@ -25,10 +25,10 @@ GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
 HEIGHT = 120
 
 
-def curve(name: str, value: float, unit: str = 'N', colour: Any = GREEN, **more: Any) -> Lane:
+def curve(name: str, value: float, unit: str = 'N', color: Any = GREEN, **more: Any) -> Lane:
     """A line from 0 to a value within 20 s."""
     values = np.linspace(0.0, value, 200)
-    return Lane(name, unit, colour, values, values, ('arm', name, '/t'), **more)
+    return Lane(name, unit, color, values, values, ('arm', name, '/t'), **more)
 
 
 def lane(*curves: Lane) -> Lane:
@@ -47,10 +47,10 @@ def drawn(shown: Lane) -> Any:
     return made, picture.toImage()
 
 
-def rows_of(image: Any, colour: QColor, x: int) -> List[int]:
-    """Where a column has a colour."""
+def rows_of(image: Any, color: QColor, x: int) -> List[int]:
+    """Where a column has a color."""
     return [y for y in range(HEIGHT) if image.pixelColor(x, y).alpha() > 200
-            and image.pixelColor(x, y).rgb() & 0xffffff == colour.rgb() & 0xffffff]
+            and image.pixelColor(x, y).rgb() & 0xffffff == color.rgb() & 0xffffff]
 
 
 def test_curves_of_one_unit_have_one_scale_and_others_their_own(qtbot: QtBot) -> None:
@@ -63,35 +63,35 @@ def test_curves_of_one_unit_have_one_scale_and_others_their_own(qtbot: QtBot) ->
 def test_they_are_where_the_common_scale_says(qtbot: QtBot) -> None:
     shown = lane(curve('a', 10.0), curve('b', 5.0))
     _, image = drawn(shown)
-    high, low = (rows_of(image, readable_colour(it.colour), 98) for it in shown.curves)
+    high, low = (rows_of(image, readable_color(it.color), 98) for it in shown.curves)
     top, bottom = 2 * 15, HEIGHT - 5
     assert np.mean(high) == pytest.approx(top, abs=3)
     assert np.mean(low) == pytest.approx(0.5 * (top + bottom), abs=3)
 
 
-def test_curves_of_one_colour_get_others_that_can_be_read_and_told_apart(qtbot: QtBot) -> None:
-    colours = [readable_colour(it.colour) for it in distinct([curve('', 1.0)] * 8)]
-    assert colours[0] == readable_colour(GREEN) and len({it.rgb() for it in colours}) == 8
-    assert min(contrast(it, QColor(theme().paper)) for it in colours) > 3.0
+def test_curves_of_one_color_get_others_that_can_be_read_and_told_apart(qtbot: QtBot) -> None:
+    colors = [readable_color(it.color) for it in distinct([curve('', 1.0)] * 8)]
+    assert colors[0] == readable_color(GREEN) and len({it.rgb() for it in colors}) == 8
+    assert min(contrast(it, QColor(theme().paper)) for it in colors) > 3.0
 
 
-def test_beyond_a_limit_each_has_its_warning_colour_and_a_line_in_its_own(qtbot: QtBot) -> None:
-    shown = lane(curve('a', 10.0, colour=(0.0, 0.0, 1.0)),
+def test_beyond_a_limit_each_has_its_warning_color_and_a_line_in_its_own(qtbot: QtBot) -> None:
+    shown = lane(curve('a', 10.0, color=(0.0, 0.0, 1.0)),
                  curve('b', 10.0, 'm', limits=WarningLimits(None, 5.0, RED)))
     _, image = drawn(shown)
-    red = readable_colour(RED)
+    red = readable_color(RED)
     assert rows_of(image, red, 20) == [] and rows_of(image, red, 80) != []
     line = {image.pixelColor(10, y).name() for y in range(35, HEIGHT)}
-    assert readable_colour(shown.overlaid[0].colour).name() in line
+    assert readable_color(shown.overlaid[0].color).name() in line
 
 
-def test_a_departure_is_red_and_has_the_colour_of_its_curve_below(qtbot: QtBot) -> None:
+def test_a_departure_is_red_and_has_the_color_of_its_curve_below(qtbot: QtBot) -> None:
     band = TimelineBand(np.zeros(200), np.full(200, 2.0), np.arange(200) > 100)
-    shown = lane(curve('a', 10.0, colour=RED), curve('b', 10.0, 'm', band=band))
+    shown = lane(curve('a', 10.0, color=RED), curve('b', 10.0, 'm', band=band))
     _, image = drawn(shown)
     above = [image.pixelColor(80, y).name() for y in range(28, 36)]
     assert above[0] == theme().bad
-    assert readable_colour(shown.overlaid[0].colour).name() in above
+    assert readable_color(shown.overlaid[0].color).name() in above
     assert theme().bad not in [image.pixelColor(20, y).name() for y in range(28, 36)]
 
 

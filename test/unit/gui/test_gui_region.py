@@ -92,7 +92,7 @@ def test_saved_into_the_file(model, nodes, panel, qtbot):
     model.set_running(True)
     save = panel.findChild(QPushButton, 'region_save')
     assert not save.isEnabled()
-    field(panel, 'centre z').setValue(3.5)
+    field(panel, 'center z').setValue(3.5)
     with qtbot.waitSignal(model.saved):
         save.click()
     assert nodes.saves == [('a', replace(BOX, center=(1.0, 2.0, 3.5)))]

@@ -20,12 +20,12 @@ from process_visualizer.gui.toolkit.theme import (
     DesktopTheme,
     ThemeFollower,
     apply_theme,
-    colour,
+    color,
     palette,
     set_sheet,
     theme,
 )
-from process_visualizer.gui.toolkit.widgets import NoticeFrame, RowDelegate, colour_row
+from process_visualizer.gui.toolkit.widgets import NoticeFrame, RowDelegate, color_row
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def app(qapp):
     apply_theme(qapp, LIGHT)
 
 
-def colours_of(widget) -> 'set[str]':
+def colors_of(widget) -> 'set[str]':
     image = widget.grab().toImage()
     return {image.pixelColor(x, y).name() for x in range(image.width())
             for y in range(image.height())}
@@ -47,10 +47,10 @@ def test_the_palette_says_which_theme_there_is(app) -> None:
     assert theme() == DARK
 
 
-def test_a_coloured_label_changes_with_the_theme_and_back(app, qtbot) -> None:
+def test_a_colored_label_changes_with_the_theme_and_back(app, qtbot) -> None:
     label = QLabel('text')
     qtbot.addWidget(label)
-    colour(label, 'warning')
+    color(label, 'warning')
     for wanted in (DARK, LIGHT, DARK):
         apply_theme(app, wanted)
         assert label.palette().color(QPalette.WindowText) == QColor(wanted.warning)
@@ -60,7 +60,7 @@ def test_a_coloured_label_changes_with_the_theme_and_back(app, qtbot) -> None:
 def test_a_disabled_label_is_grey_in_both_themes(app, qtbot) -> None:
     label = QLabel('text')
     qtbot.addWidget(label)
-    colour(label, 'bad')
+    color(label, 'bad')
     label.setEnabled(False)
     for wanted in (DARK, LIGHT):
         apply_theme(app, wanted)
@@ -71,23 +71,23 @@ def test_style_sheets_icons_and_rows_change(app, qtbot) -> None:
     notice, tree = NoticeFrame('notice', 'bad'), QTreeWidget()
     row = QTreeWidgetItem(tree, ['row'])
     tree.setItemDelegate(RowDelegate(tree))
-    colour_row(row, 0, 'good')
+    color_row(row, 0, 'good')
     for widget in (notice, tree):
         qtbot.addWidget(widget)
         widget.resize(120, 60)
         widget.show()
     for wanted, other in ((DARK, LIGHT), (LIGHT, DARK)):
         apply_theme(app, wanted)
-        shown = colours_of(notice)
+        shown = colors_of(notice)
         assert wanted.behind_bad in shown and other.behind_bad not in shown
         assert other.warning not in shown  # of its icon
-        assert wanted.paper in colours_of(tree) and other.paper not in colours_of(tree)
+        assert wanted.paper in colors_of(tree) and other.paper not in colors_of(tree)
         row.setSelected(True)
-        assert wanted.selected in colours_of(tree)
+        assert wanted.selected in colors_of(tree)
         row.setSelected(False)
 
 
-def test_icons_are_drawn_in_the_colours_of_the_theme(app) -> None:
+def test_icons_are_drawn_in_the_colors_of_the_theme(app) -> None:
     drawn = icon('play')
     for wanted in (LIGHT, DARK):
         apply_theme(app, wanted)
@@ -100,7 +100,7 @@ def test_a_follower_is_called_once_for_each_change(app, qtbot) -> None:
     qtbot.addWidget(label)
     ThemeFollower(label, lambda: calls.append(theme()))
     set_sheet(label, 'color: <bad>')
-    colour(label, 'bad')
+    color(label, 'bad')
     assert calls == []
     for wanted in (DARK, DARK, LIGHT):
         apply_theme(app, wanted)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The parts of the timeline: axis, colours, and the pictures of the curves."""
+"""The parts of the timeline: axis, colors, and the pictures of the curves."""
 from __future__ import annotations
 
 import math
@@ -29,7 +29,7 @@ from process_visualizer.gui.lanes.timeline_lanes import (
     lane_texts,
     number_text,
 )
-from process_visualizer.gui.toolkit.theme import contrast, readable_colour
+from process_visualizer.gui.toolkit.theme import contrast, readable_color
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
@@ -71,19 +71,19 @@ def test_ticks_have_as_many_digits_as_needed(time_s: float, step_s: float, label
 
 
 @given(st.tuples(*[st.floats(0.0, 1.0)] * 3))
-def test_every_colour_becomes_readable_on_white(colour: tuple) -> None:
-    readable = readable_colour(colour)
+def test_every_color_becomes_readable_on_white(color: tuple) -> None:
+    readable = readable_color(color)
     assert contrast(readable, QColor('white')) >= 3.6
 
 
-@pytest.mark.parametrize('colour', [(1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)])
-def test_a_bright_colour_keeps_its_hue(colour: tuple) -> None:
-    assert readable_colour(colour).hsvHue() == pytest.approx(QColor.fromRgbF(*colour).hsvHue(),
+@pytest.mark.parametrize('color', [(1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)])
+def test_a_bright_color_keeps_its_hue(color: tuple) -> None:
+    assert readable_color(color).hsvHue() == pytest.approx(QColor.fromRgbF(*color).hsvHue(),
                                                              abs=2)
 
 
-def test_a_dark_colour_is_not_made_darker() -> None:
-    assert readable_colour((0.0, 0.0, 0.4)).valueF() == pytest.approx(0.4, abs=0.01)
+def test_a_dark_color_is_not_made_darker() -> None:
+    assert readable_color((0.0, 0.0, 0.4)).valueF() == pytest.approx(0.4, abs=0.01)
 
 
 @pytest.mark.parametrize('value, decimals, text', [

@@ -15,7 +15,7 @@ from process_visualizer.gui.app.look_on import WatchDialog
 def program(tmp_path: Path) -> str:
     """Stands for rosrun: says what it was given, and waits."""
     path = tmp_path / 'rosrun'
-    path.write_text('#!/bin/sh\necho "$@"\necho "cell: no \x1b[31mcolour"\nexec sleep 600\n')
+    path.write_text('#!/bin/sh\necho "$@"\necho "cell: no \x1b[31mcolor"\nexec sleep 600\n')
     path.chmod(0o755)
     return str(path)
 
@@ -27,9 +27,9 @@ def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str
     assert not dialog.button.isEnabled()
     dialog.host.setText(' -x ')
     dialog.button.click()
-    qtbot.waitUntil(lambda: 'colour' in dialog.lines.toPlainText())
+    qtbot.waitUntil(lambda: 'color' in dialog.lines.toPlainText())
     assert dialog.lines.toPlainText().splitlines() == [
-        'process_visualizer cell view --master=-x', 'no \\x1b[31mcolour']
+        'process_visualizer cell view --master=-x', 'no \\x1b[31mcolor']
     assert dialog.button.text() == 'Stop watching'
     dialog.button.click()
     qtbot.waitUntil(lambda: not dialog.is_watching)

@@ -7,7 +7,7 @@ from typing import Optional
 
 import pytest
 
-from process_visualizer.bagio.catalogue import CatalogueTopic
+from process_visualizer.bagio.catalog import CatalogTopic
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, LaunchFile, Topic
 from process_visualizer.health.device_state import (
@@ -84,11 +84,11 @@ def test_topic_without_a_message_waits() -> None:
     (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # now and then
     (live_line(TopicActivity(0.0, 12.3, False), is_latched=True), 'latched'),
     (live_line(TopicActivity(2.0, 0.3, False), is_latched=True), '2.0 Hz'),
-    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 500, 125.0), True), '125 Hz'),
-    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 2, 0.04), True), '0.04 Hz'),
-    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 3, 0.987, True), True), 'latched'),
-    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 1, 0.0), True), 'once'),
-    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 1, 0.0), False), 'not played'),
+    (recorded_line(CatalogTopic('/arm/q', ('x/Y',), 500, 125.0), True), '125 Hz'),
+    (recorded_line(CatalogTopic('/arm/q', ('x/Y',), 2, 0.04), True), '0.04 Hz'),
+    (recorded_line(CatalogTopic('/arm/q', ('x/Y',), 3, 0.987, True), True), 'latched'),
+    (recorded_line(CatalogTopic('/arm/q', ('x/Y',), 1, 0.0), True), 'once'),
+    (recorded_line(CatalogTopic('/arm/q', ('x/Y',), 1, 0.0), False), 'not played'),
 ])
 def test_rates(line: Line, text: str) -> None:
     assert line.text.replace('\u2009', ' ') == text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page shows of models: their shapes, colours and meshes, and frames on /tf_static."""
+"""What a page shows of models: their shapes, colors and meshes, and frames on /tf_static."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -34,7 +34,7 @@ CELL = '''<visualizer>
 </visualizer>'''
 
 
-def test_a_mesh_is_read_with_its_colours() -> None:
+def test_a_mesh_is_read_with_its_colors() -> None:
     mesh = read_colored_mesh(str(MESH))
     assert mesh.has_colors
     assert len(np.unique(mesh.colors, axis=0)) > 3
@@ -48,7 +48,7 @@ def test_what_is_no_mesh_is_an_error_with_its_name(tmp_path: Path) -> None:
         read_colored_mesh(str(path))
 
 
-def test_shapes_have_their_size_and_the_colour_of_the_model() -> None:
+def test_shapes_have_their_size_and_the_color_of_the_model() -> None:
     reader = LinkMeshes()
     found = {it.link: it.mesh for it in reader.of(link_visuals(SHAPES))}
     assert [len(it) for it in found] == [1, 1, 1]

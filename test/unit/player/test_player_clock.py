@@ -6,7 +6,7 @@ from typing import Any, Callable, List
 
 import pytest
 import rospy
-from recorded_rows import BEGIN_S, cell_rows, serialised
+from recorded_rows import BEGIN_S, cell_rows, serialized
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Float32MultiArray
 
@@ -62,7 +62,7 @@ def test_a_seek_is_told_before_its_scene_with_recorded_stamps(play: Play, cell_b
     assert told(player)[-1] == 0.9
     assert heard == ['/clock', '/image']
     recorded = [row for row in cell_rows() if row.topic == '/image' and row.time_ms <= 900][-1]
-    assert player.of('/image')[-1] == serialised(recorded.message)
+    assert player.of('/image')[-1] == serialized(recorded.message)
 
 
 def test_after_a_jump_back_the_scene_comes_again_once_it_was_discarded(play: Play,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Callable, List
 
 import pytest
-from recorded_rows import Row, cell_rows, serialised, write_bag
+from recorded_rows import Row, cell_rows, serialized, write_bag
 from sensor_msgs.msg import Image
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Float32MultiArray
@@ -104,7 +104,7 @@ def test_a_bag_that_disappears_is_played_to_its_end(play: Play, bag_of: Any) -> 
     os.remove(bag)
     player.play()
     player.end()
-    assert set(player.of('/tcf')) == {serialised(row.message) for row in cell_rows()
+    assert set(player.of('/tcf')) == {serialized(row.message) for row in cell_rows()
                                       if row.topic == '/tcf'}
 
 

@@ -6,7 +6,7 @@ import struct
 from typing import Any, Callable, Dict, List, Tuple
 
 import pytest
-from recorded_rows import Row, cell_rows, serialised
+from recorded_rows import Row, cell_rows, serialized
 from sensor_msgs.msg import LaserScan
 from simulated_player import Received, SimulatedPlayer
 from std_msgs.msg import Float32MultiArray, String
@@ -51,7 +51,7 @@ def check_played(player: SimulatedPlayer) -> None:
     begin_s = removal.time_s + HEAD_START_S
     rows = cell_rows()
     assert [without_stamp(it.topic, it.data) for it in came] == [
-        without_stamp(row.topic, serialised(row.message)) for row in rows]
+        without_stamp(row.topic, serialized(row.message)) for row in rows]
     assert frames_in(player.of('/tf_static')[-1]) == ['fixed0', 'fixed1', 'fixed2']
     assert [it.time_s - begin_s for it in came] == pytest.approx(
         [row.time_ms / 1000 for row in rows], abs=1e-6)
@@ -88,7 +88,7 @@ def test_stamps_move_to_the_present_and_equal_ones_stay_equal(play: Play, cell_b
 def test_recorded_stamps_stay_if_wanted(play: Play, cell_bag: str) -> None:
     player = play(cell_bag, plays=True, settings=PlayerSettings(restamp=False))
     player.end()
-    assert player.of('/image') == [serialised(row.message) for row in cell_rows()
+    assert player.of('/image') == [serialized(row.message) for row in cell_rows()
                                    if row.topic == '/image']
 
 

@@ -54,7 +54,7 @@ from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folde
 from process_visualizer.gui.toolkit.dialogs import ask, message_box
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
-from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, colour
+from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, color
 from process_visualizer.gui.toolkit.widgets import PanelTabs, title, tool_button
 
 _BRIEF_MS = 15_000
@@ -268,7 +268,7 @@ class LauncherApp(QMainWindow):
         row.addWidget(title('Devices'))
         row.addSpacing(6)
         self.file.setObjectName('configuration')
-        colour(self.file, 'quiet')
+        color(self.file, 'quiet')
         row.addWidget(self.file, 1)
         for symbol, name, hint, action in (
                 ('restart', 'restart_device', 'Restart the selected device',

@@ -211,7 +211,7 @@ class WindowKeeper(QObject):
         self._timelines.setCurrentWidget(window.playback.below if self._is_wide else window.live)
 
     def _show_dock(self) -> None:
-        """Show it with the launcher; a window manager hides it while that is minimised."""
+        """Show it with the launcher; a window manager hides it while that is minimized."""
         self.dock.setVisible(self._window.isVisible())
         self._show_rviz_place()
 

@@ -22,7 +22,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.scrolling import StillScroll
-from process_visualizer.gui.toolkit.theme import colour, set_sheet
+from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
 from process_visualizer.health.alarm_board import Action, Alarm, Condition, events_text
 from process_visualizer.health.device_state import Level
@@ -102,7 +102,7 @@ class AlarmStrip(QWidget):
         self._shown: Tuple[Alarm, ...] = ()
         self.summary = QLabel()
         self.summary.setObjectName('no_alarms')
-        colour(self.summary, 'quiet')
+        color(self.summary, 'quiet')
         self._chips = QWidget()
         self._column = QVBoxLayout(self._chips)
         self._column.setContentsMargins(0, 0, 0, 0)

@@ -88,7 +88,7 @@ class AlarmsModel(QObject):
         running, count = self._launch.running, len(self.recorded)
         if running is None or running.mode is not Mode.PLAYBACK or not count:
             return 'No alarms'
-        return f'No alarms here; the recording has {count}, in colour on the timeline'
+        return f'No alarms here; the recording has {count}, in color on the timeline'
 
     def events_since(self, time_s: float) -> Tuple[Event, ...]:
         """Return what happened from a time [s since the epoch] on."""

@@ -302,7 +302,7 @@ Apply = Callable[[str, RegionOfInterest], Any]
 
 
 class RegionModel(EditedValues[RegionOfInterest]):
-    """The boxes of the depth sensors that have one; numbers are centre and edge lengths [m]."""
+    """The boxes of the depth sensors that have one; numbers are center and edge lengths [m]."""
 
     _what = _moves_what = 'box'
 

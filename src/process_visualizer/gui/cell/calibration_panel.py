@@ -21,7 +21,7 @@ from process_visualizer.gui.cell.calibration_model import CalibrationModel, FitM
 from process_visualizer.gui.cell.edited_values import EditedValues
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import TextPlace
-from process_visualizer.gui.toolkit.theme import colour
+from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import NumberField, PoseFields, note, show_note
 from process_visualizer.robot.rotations import pose_difference
 
@@ -141,7 +141,7 @@ class CalibrationPanel(QWidget):
             text = f'Unsaved: {pose_difference(model.pose, model.saved_pose)} from {self._place()}.'
         self._state.setText(text)
         self._state.setToolTip(model.base.location.file if model.base is not None else '')
-        colour(self._state, 'warning' if model.is_unsaved else 'quiet')
+        color(self._state, 'warning' if model.is_unsaved else 'quiet')
 
     def _show_fit(self) -> None:
         fit = self._fit_model
@@ -149,7 +149,7 @@ class CalibrationPanel(QWidget):
         self._fit.setEnabled(fit.can_fit)
         self._fit.setText('Fitting…' if fit.is_fitting else 'Fit')
         show_note(self._found, fit.text)
-        colour(self._found, 'warning' if fit.is_refused else 'quiet')
+        color(self._found, 'warning' if fit.is_refused else 'quiet')
 
     def _show_recording(self) -> None:
         """The buttons that a recording needs."""
@@ -184,7 +184,7 @@ class CalibrationPanel(QWidget):
         self._fields.edited.connect(self._model.set_value)
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
-        colour(self._frame, 'quiet')
+        color(self._frame, 'quiet')
         self._fit.clicked.connect(self._fit_model.fit)
         self._set_up_recording()
 
@@ -226,13 +226,13 @@ class CalibrationPanel(QWidget):
         layout.addWidget(TextPlace(_TEXT_LINES, self._reason, self._state, self._found, self._then))
 
 
-_CENTER, _SIZE = ('centre x', 'centre y', 'centre z'), ('size x', 'size y', 'size z')
+_CENTER, _SIZE = ('center x', 'center y', 'center z'), ('size x', 'size y', 'size z')
 _REACH_M, _MIN_M, _STEP_M = 100.0, 0.001, 0.01
 _HINT = 'Arrow keys and wheel: 1 cm; with Ctrl ten times as much'
 
 
 class RegionPanel(QWidget):
-    """Sensor, centre and edge lengths, marker, save and revert; hidden if no sensor has a box."""
+    """Sensor, center and edge lengths, marker, save and revert; hidden if no sensor has a box."""
 
     def __init__(self, model: RegionModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -241,7 +241,7 @@ class RegionPanel(QWidget):
             model, 'region', 'The depth sensor whose cloud is cropped', 'Shows arrows at the '
             'middle of the box and a cube on each face; drag them with the tool Interact (I)')
         self._frame = QLabel()
-        colour(self._frame, 'quiet')
+        color(self._frame, 'quiet')
         self._fields = [self._field(index, name) for index, name in enumerate(_CENTER + _SIZE)]
         self._lay_out()
         model.changed.connect(self.refresh)

@@ -32,8 +32,8 @@ from process_visualizer.cell.model import Device
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.theme import ThemeFollower, colour, set_sheet, theme
-from process_visualizer.gui.toolkit.widgets import RowDelegate, colour_row, in_column, in_row
+from process_visualizer.gui.toolkit.theme import ThemeFollower, color, set_sheet, theme
+from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.health.device_state import DeviceState, Level, Line
 from process_visualizer.health.figures import count_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, counted
@@ -164,7 +164,7 @@ class DevicesView(QTreeWidget):
             item = QTreeWidgetItem([name.replace(f'/{device}/', '', 1), ''])
             item.setToolTip(_NAME, name)
             item.setData(_NAME, Qt.UserRole, (kind, device, name))
-            colour_row(item, _NAME, 'quiet')
+            color_row(item, _NAME, 'quiet')
             row = self._rows[device]
             nodes = sum(1 for it in self._children if it[:2] == (device, _NODE))
             row.insertChild(nodes if kind == _NODE else row.childCount(), item)
@@ -226,7 +226,7 @@ def _show(item: QTreeWidgetItem, line: Line) -> None:
     item.setData(_STATE, Qt.AccessibleTextRole, line.text)
     item.setData(_STATE, Qt.AccessibleDescriptionRole, _HINT if line.short else '')
     item.setData(_STATE, Qt.UserRole, int(line.level))
-    colour_row(item, _STATE, _COLORS[line.level])
+    color_row(item, _STATE, _COLORS[line.level])
     if line.level in _ICONS and line.text:
         item.setIcon(_STATE, icon(_ICONS[line.level]))
     else:
@@ -363,7 +363,7 @@ class DevicesPanel(QWidget):
         self._note = QLabel()
         self._note.setObjectName('problems_note')
         self._note.setWordWrap(True)
-        colour(self._note, 'quiet')
+        color(self._note, 'quiet')
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)

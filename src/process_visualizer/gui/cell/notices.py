@@ -27,7 +27,7 @@ from process_visualizer.gui.cell.launch_model import MixtureModel
 from process_visualizer.gui.toolkit.desktop import working_folder
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.sentences import listing, sentence
-from process_visualizer.gui.toolkit.theme import colour, set_sheet
+from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, NoticeFrame, tool_button
 
 
@@ -39,7 +39,7 @@ class ChangedNotice(QWidget):
         self._files = cell.files
         self._text = ElidedLabel()
         self._text.setObjectName('configuration_changed')
-        colour(self._text, 'quiet')
+        color(self._text, 'quiet')
         reload = QPushButton(icon('reload'), 'Reload (F5)')
         reload.setObjectName('reload_changed')
         reload.setToolTip('Read the configuration again; what runs stays as it is until Apply')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects that nobody modelled near a robot: which there are now, and when there were some."""
+"""Objects that nobody modeled near a robot: which there are now, and when there were some."""
 from __future__ import annotations
 
 import math

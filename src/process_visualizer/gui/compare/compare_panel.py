@@ -22,8 +22,8 @@ from process_visualizer.gui.compare.compare_model import Compared, CompareModel,
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.toolkit.scrolling import TextPlace
-from process_visualizer.gui.toolkit.theme import colour
-from process_visualizer.gui.toolkit.widgets import RowDelegate, colour_row, in_column, in_row
+from process_visualizer.gui.toolkit.theme import color
+from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.live_comparison import FinishedRun, beyond_text, since_text
 from process_visualizer.runs.comparison.wording import amount, band_text, clock, moment, verdict
@@ -57,7 +57,7 @@ class ComparePanel(QWidget):
         self.state.setObjectName('compare_state')
         self.state.setWordWrap(True)
         self.state.setTextFormat(Qt.PlainText)
-        colour(self.state, 'quiet')
+        color(self.state, 'quiet')
         self.find = _button('find_runs', 'Find runs', model.find_runs)
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
@@ -169,7 +169,7 @@ class ComparePanel(QWidget):
         found = None if compared is None else compared.comparisons[number]
         is_poor = found is None or bool(found.departures or found.why_not)
         item.setText(2, '' if compared is None else _short_verdict(found))
-        colour_row(item, 2, 'bad' if is_poor else 'good')
+        color_row(item, 2, 'bad' if is_poor else 'good')
         item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
 
     @property
@@ -235,7 +235,7 @@ def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
     ended = time.localtime(run.ended_s)
     item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock(run.ended_s - run.began_s),
                             run.verdict])
-    colour_row(item, 2, 'good' if run.is_good else 'bad')
+    color_row(item, 2, 'good' if run.is_good else 'bad')
     hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
     for column in range(3):
         item.setToolTip(column, hint)

@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.lanes.lane_choice import LaneChoice, LaneChoices
 from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct
-from process_visualizer.gui.toolkit.theme import readable_colour
+from process_visualizer.gui.toolkit.theme import readable_color
 from process_visualizer.gui.toolkit.widgets import RowDelegate
 
 # A list of lanes, with the curves that are overlaid below the first one of each.
@@ -57,17 +57,17 @@ class CurvesTree(QTreeWidget):
             first.addChildren(others)
             self.addTopLevelItem(first)
             _set_folded(first, choice.is_folded(keys))
-        self._colour()
+        self._color()
         self.expandAll()
         self.blockSignals(False)
         self.setCurrentItem(self.topLevelItem(0))
 
-    def _colour(self) -> None:
-        """Give the rows the colours that the curves have in their lanes."""
+    def _color(self) -> None:
+        """Give the rows the colors that the curves have in their lanes."""
         for items in self.lanes():
             for item, curve in zip(items, distinct([self._curves[key_of_item(it)]
                                                     for it in items])):
-                item.setForeground(0, readable_colour(curve.colour))
+                item.setForeground(0, readable_color(curve.color))
 
     def lanes(self) -> List[List[QTreeWidgetItem]]:
         """Return the items by their lanes, the first one of each first."""
@@ -133,7 +133,7 @@ class CurvesTree(QTreeWidget):
             for item in others:
                 top.addChildren(item.takeChildren())
                 _set_folded(item, False)
-        self._colour()
+        self._color()
         self.expandAll()
         self.blockSignals(False)
         self.rearranged.emit()

@@ -26,7 +26,7 @@ from process_visualizer.gui.lanes.lane_scale import (
     visible_scales,
 )
 from process_visualizer.gui.lanes.timeline_lanes import Lane
-from process_visualizer.gui.toolkit.theme import readable_colour, theme
+from process_visualizer.gui.toolkit.theme import readable_color, theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
 OPACITIES = 128  # steps of opacity, from transparent to opaque
@@ -53,14 +53,14 @@ def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
 
 _DEPARTED_PX = 2.0
 _HALO_PX = 6.0  # a band that is narrower than the curve's line is seen beside it
-_SHARED_ALPHA, _SHARED_LINE_ALPHA = 45, 120  # of a band in the colour of its curve
+_SHARED_ALPHA, _SHARED_LINE_ALPHA = 45, 120  # of a band in the color of its curve
 
 
 def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
               is_shared: bool) -> None:
     """Draw what good runs do behind the curve, and their middle as a thin line.
 
-    In a shared lane it has the colour of its curve.
+    In a shared lane it has the color of its curve.
     """
     rect, band = look.curve_rect, curve.band
     count = max(int(rect.width() * look.dots), 0)
@@ -68,7 +68,7 @@ def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
         return
     low, high = extremes(band.low, band.high, count, look.shares)
     step = rect.width() / count
-    area, line = _band_colours(curve, is_shared)
+    area, line = _band_colors(curve, is_shared)
     painter.save()
     painter.setClipRect(rect)
     painter.drawImage(rect, _area_picture(VisiblePart(low, high), rect, scale, look.dots, area,
@@ -82,7 +82,7 @@ def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
     painter.restore()
 
 
-def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: float, colour: QColor,
+def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: float, color: QColor,
                   halo_px: float) -> QImage:
     """Return the area of a band with its halo; a wide pen would take four times as long."""
     rows = int(rect.height() * dots)
@@ -97,13 +97,13 @@ def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: floa
     image = QImage(data, opaque.shape[1], rows, opaque.shape[1],
                    QImage.Format_Indexed8)
     image.setColorTable([
-        QColor(colour.red(), colour.green(), colour.blue(),
-               colour.alpha() * step // MAX_OPAQUE).rgba() for step in range(OPACITIES)])
+        QColor(color.red(), color.green(), color.blue(),
+               color.alpha() * step // MAX_OPAQUE).rgba() for step in range(OPACITIES)])
     return image.copy()  # the bytes belong to nobody else afterwards
 
 
 def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
-    """Draw a red line above the curves where one departs; in a shared lane its colour is below."""
+    """Draw a red line above the curves where one departs; in a shared lane its color is below."""
     rect = look.curve_rect
     count, is_shared = max(int(rect.width() * look.dots), 0), bool(lane.overlaid)
     for row, curve in enumerate(lane.curves):
@@ -117,14 +117,14 @@ def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
             painter.fillRect(place, QColor(theme().bad))
             if is_shared:
                 painter.fillRect(place.translated(0.0, (row + 1) * _DEPARTED_PX),
-                                 readable_colour(curve.colour))
+                                 readable_color(curve.color))
 
 
-def _band_colours(curve: Lane, is_shared: bool) -> Tuple[QColor, QColor]:
+def _band_colors(curve: Lane, is_shared: bool) -> Tuple[QColor, QColor]:
     """Those of the band and of its middle."""
     if not is_shared:
         return QColor(theme().band), QColor(theme().band_line)
-    area, line = readable_colour(curve.colour), readable_colour(curve.colour)
+    area, line = readable_color(curve.color), readable_color(curve.color)
     area.setAlpha(_SHARED_ALPHA)
     line.setAlpha(_SHARED_LINE_ALPHA)
     return area, line
@@ -190,11 +190,11 @@ def curve_picture(curve: Lane, width: int, height: int, dots: float) -> QPixmap:
 def _draw_scale(painter: QPainter, lane: Lane, rect: QRectF, scales: Scales) -> None:
     """Draw the unit, and below it the numbers with their lines, those of the first curve.
 
-    They have its colour if other curves have another scale.
+    They have its color if other curves have another scale.
     """
     right, scale = rect.left() - _BESIDE, scales[lane.scale_name]
-    colour = QColor(theme().quiet) if len(scales) == 1 else readable_colour(lane.colour)
-    painter.setPen(colour)
+    color = QColor(theme().quiet) if len(scales) == 1 else readable_color(lane.color)
+    painter.setPen(color)
     painter.drawText(QRectF(0.0, 1.0, right, TEXT_HEIGHT - 1),
                      Qt.AlignRight | Qt.AlignVCenter, lane.unit)
     font = QFont(painter.font())
@@ -212,7 +212,7 @@ def _draw_scale(painter: QPainter, lane: Lane, rect: QRectF, scales: Scales) -> 
 
 def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePart,
                 scale: ValueScale, is_filled: bool) -> None:
-    """Draw the values from low to high in full colour; filled: paler between them and 0, too."""
+    """Draw the values from low to high in full color; filled: paler between them and 0, too."""
     rect = look.curve_rect
     dots = _opacity(part, scale, int(rect.height() * look.dots), LINE * look.dots,
                     _SOFT if is_filled else 0.0)
@@ -222,7 +222,7 @@ def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePar
         dots += OPACITIES * _beyond(part, curve.limits, scale, len(dots))
     data = dots.tobytes()
     image = QImage(data, dots.shape[1], dots.shape[0], dots.shape[1], QImage.Format_Indexed8)
-    image.setColorTable(_colours(curve))
+    image.setColorTable(_colors(curve))
     painter.drawImage(rect, image)
 
 
@@ -238,22 +238,22 @@ def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
     return beyond.astype(np.uint8)
 
 
-def _colours(curve: Lane) -> List[int]:
-    """The colour of a curve with each opacity, and the one beyond its limits."""
-    beyond = curve.colour if curve.limits is None else curve.limits.color
+def _colors(curve: Lane) -> List[int]:
+    """The color of a curve with each opacity, and the one beyond its limits."""
+    beyond = curve.color if curve.limits is None else curve.limits.color
     opacity = np.rint(np.arange(OPACITIES) * (255 / MAX_OPAQUE)).astype(np.uint32) << 24
-    colours: List[int] = np.concatenate([
-        opacity | (readable_colour(colour).rgb() & 0xffffff) for colour in (curve.colour, beyond)
+    colors: List[int] = np.concatenate([
+        opacity | (readable_color(color).rgb() & 0xffffff) for color in (curve.color, beyond)
     ]).tolist()
-    return colours
+    return colors
 
 
 def _draw_limits(painter: QPainter, curve: Lane, rect: QRectF, scale: ValueScale,
                  is_shared: bool) -> None:
-    """Draw lines; in a shared lane their colour says of which curve they are."""
+    """Draw lines; in a shared lane their color says of which curve they are."""
     if curve.limits is None:
         return
-    line = readable_colour(curve.colour if is_shared else curve.limits.color)
+    line = readable_color(curve.color if is_shared else curve.limits.color)
     line.setAlpha(_LIMIT_ALPHA)
     for limit in curve.limit_values:
         if scale.low <= limit <= scale.high:

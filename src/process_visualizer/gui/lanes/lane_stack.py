@@ -24,7 +24,7 @@ from process_visualizer.gui.lanes.lane_scale import (
     range_text,
 )
 from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts
-from process_visualizer.gui.toolkit.theme import readable_colour, theme, translucent
+from process_visualizer.gui.toolkit.theme import readable_color, theme, translucent
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
 
@@ -195,7 +195,7 @@ class LaneStack(QObject):
         place = QRectF(rect.topLeft(), rect.bottomRight())
         place.setWidth(metrics.horizontalAdvance(text) + 2.0)
         painter.fillRect(place, translucent(theme().paper, _BACKGROUND_ALPHA))
-        painter.setPen(readable_colour(curve.colour))
+        painter.setPen(readable_color(curve.color))
         painter.drawText(place, Qt.AlignLeft | Qt.AlignVCenter, text)
 
 
@@ -213,16 +213,16 @@ def _draw_fold(painter: QPainter, rect: QRectF, is_folded: bool) -> None:
 
 
 def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:
-    """Draw the values at the right, in the colours of their lines; return where they begin."""
-    right, colours = rect.right(), theme()
+    """Draw the values at the right, in the colors of their lines; return where they begin."""
+    right, colors = rect.right(), theme()
     if texts.at_mouse:
-        right = _draw_left_of(painter, rect, right, texts.difference, colours.quiet)
-        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, colours.paper,
-                              colours.text) - 4.0
-    return _draw_left_of(painter, rect, right, texts.at_position, colours.accent)
+        right = _draw_left_of(painter, rect, right, texts.difference, colors.quiet)
+        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, colors.paper,
+                              colors.text) - 4.0
+    return _draw_left_of(painter, rect, right, texts.at_position, colors.accent)
 
 
-def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, colour: str,
+def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, color: str,
                   behind: str = '') -> float:
     """Draw a text that ends at a place [px]; return where the next one ends."""
     width = painter.fontMetrics().horizontalAdvance(text) + 2.0
@@ -232,6 +232,6 @@ def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, colo
                      else translucent(theme().paper, _BACKGROUND_ALPHA))
     margin = 3.0 if behind else 0.0
     painter.drawRoundedRect(place.adjusted(-margin, 0, margin, 0), margin, margin)
-    painter.setPen(QColor(colour))
+    painter.setPen(QColor(color))
     painter.drawText(place, Qt.AlignCenter, text)
     return place.left() - _BETWEEN

@@ -150,13 +150,13 @@ def draw_alarms(painter: QPainter, axis: TimeAxis, alarms: Alarms) -> None:
 
 
 def _draw_bars(painter: QPainter, axis: TimeAxis, bars: Sequence[Tuple[float, float]],
-               color: str) -> None:
+               shade: str) -> None:
     top = track_rect(axis).bottom() + 3
     for begin_s, end_s in bars:
         left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
         if right > left or axis.left < left < axis.right:
             painter.fillRect(QRectF(left, top, max(right - left, _MIN_ALARM), 4),
-                             QColor(color))
+                             QColor(shade))
 
 
 def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],
@@ -179,8 +179,8 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
 
 def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
     """Shade the repeated part; A and B are tabs with their letters."""
-    colour = QColor(theme().loop if loop.is_on else theme().loop_off)
-    shade = QColor(colour)
+    color = QColor(theme().loop if loop.is_on else theme().loop_off)
+    shade = QColor(color)
     shade.setAlpha(34 if loop.is_on else 22)
     left, right = _on_line(axis, loop.begin_s), _on_line(axis, loop.end_s)
     painter.fillRect(QRectF(QPointF(left, TRACK_TOP), QPointF(right, bottom)), shade)
@@ -190,8 +190,8 @@ def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> N
     for time_s, letter, outward in ((loop.begin_s, 'A', -1), (loop.end_s, 'B', 1)):
         x = axis.x(time_s)
         if axis.left - 1 <= x <= axis.right + 1:
-            painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
-            _draw_tab(painter, x, letter, outward, colour)
+            painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), color)
+            _draw_tab(painter, x, letter, outward, color)
 
 
 def _on_line(axis: TimeAxis, time_s: float) -> float:
@@ -199,10 +199,10 @@ def _on_line(axis: TimeAxis, time_s: float) -> float:
     return min(max(axis.x(time_s), axis.left), axis.right)
 
 
-def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
+def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, color: QColor) -> None:
     rect = QRectF(x if outward > 0 else x - _TAB, TRACK_TOP - 1, _TAB, _TAB)
     painter.setPen(Qt.NoPen)
-    painter.setBrush(colour)
+    painter.setBrush(color)
     painter.drawRoundedRect(rect, 2, 2)
     font = painter.font()
     small = painter.font()
@@ -224,10 +224,10 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
             continue
         end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
             else axis.right + SIDE
-        colour = QColor(theme().accent if row == hovered else theme().warning)
-        painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
+        color = QColor(theme().accent if row == hovered else theme().warning)
+        painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), color)
         painter.setPen(Qt.NoPen)
-        painter.setBrush(colour)
+        painter.setBrush(color)
         painter.drawPolygon(QPolygonF([QPointF(x, FLAGS_TOP + 2),
                                        QPointF(x + FLAG_WIDTH, FLAGS_TOP + 6),
                                        QPointF(x, FLAGS_TOP + 10)]))
@@ -243,16 +243,16 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
                   is_enabled: bool) -> None:
     """Draw the played part, the knob, and a line through all lanes."""
     groove, x = track_rect(axis), _on_line(axis, position_s)
-    colour = QColor(theme().accent if is_enabled else theme().disabled_text)
+    color = QColor(theme().accent if is_enabled else theme().disabled_text)
     painter.setPen(Qt.NoPen)
-    painter.setBrush(colour)
+    painter.setBrush(color)
     path = QPainterPath()
     path.addRoundedRect(QRectF(groove.left(), groove.top(), max(x - groove.left(), 0.0),
                                groove.height()), 3, 3)
-    painter.fillPath(path, colour)
+    painter.fillPath(path, color)
     if abs(axis.x(position_s) - x) > 1.0:
         return  # it is out of sight
-    painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
+    painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), color)
     painter.setPen(QPen(QColor(theme().on_signal), 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
 

@@ -26,14 +26,14 @@ class Lane:
     """A process variable over the whole recording, which is divided into columns of equal time.
 
     ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
-    used to find the value at the position; beyond its ``limits`` the curve has their colour. The
+    used to find the value at the position; beyond its ``limits`` the curve has their color. The
     ``band`` of good runs has as many columns. Other variables may be ``overlaid``: they share its
     lane. Of a folded lane only names and values are seen.
     """
 
     label: str
     unit: str
-    colour: Tuple[float, float, float]
+    color: Tuple[float, float, float]
     low: np.ndarray
     high: np.ndarray
     key: Key = ('', '', '')
@@ -98,7 +98,7 @@ class Lane:
         return tuple(limit for limit in limits if limit is not None)
 
 
-def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.ndarray,
+def lane_of(label: str, unit: str, color: Tuple[float, float, float], low: np.ndarray,
             high: np.ndarray, column_s: float) -> Lane:
     """Return a lane; between messages of a slow topic the last value holds.
 
@@ -106,11 +106,11 @@ def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.n
     """
     known = np.flatnonzero(~np.isnan(low))
     if len(known) < 2:
-        return Lane(label, unit, colour, low, high)
+        return Lane(label, unit, color, low, high)
     longest = max(_HELD_INTERVALS * float(np.median(np.diff(known))), _HELD_S / column_s)
     held = np.maximum.accumulate(np.where(np.isnan(low), -1, np.arange(len(low))))
     holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
-    return Lane(label, unit, colour, np.where(holds, low[held], np.nan),
+    return Lane(label, unit, color, np.where(holds, low[held], np.nan),
                 np.where(holds, high[held], np.nan))
 
 
@@ -170,15 +170,15 @@ def number_text(value: float, decimals: int, sign: str = '') -> str:
     return f'{round(value, decimals) + 0.0:{sign}.{decimals}f}'.replace('-', '−')
 
 
-# Puts the curves that share a lane into it, each with a colour of its own.
+# Puts the curves that share a lane into it, each with a color of its own.
 
-Colour = Tuple[float, float, float]
+Color = Tuple[float, float, float]
 
-_OTHERS: Tuple[Colour, ...] = (
+_OTHERS: Tuple[Color, ...] = (
     (0.0, 0.45, 0.70), (0.90, 0.60, 0.0), (0.80, 0.47, 0.65), (0.0, 0.62, 0.45), (0.84, 0.37, 0.0),
     (0.34, 0.71, 0.91), (0.45, 0.30, 0.75), (0.50, 0.50, 0.50))
-"""Those of Okabe and Ito, "Color universal design", told apart by colour-blind people too."""
-_DISTINCT = 0.45  # between two colours in a cube with sides of 1
+"""Those of Okabe and Ito, "Color universal design", told apart by color-blind people too."""
+_DISTINCT = 0.45  # between two colors in a cube with sides of 1
 
 
 def grouped_lanes(curves: Mapping[Key, Lane], choice: LaneChoice) -> List[Lane]:
@@ -194,17 +194,17 @@ def grouped_lanes(curves: Mapping[Key, Lane], choice: LaneChoice) -> List[Lane]:
 
 
 def distinct(curves: Sequence[Lane]) -> List[Lane]:
-    """Return curves of which a later one does not have the colour of an earlier one."""
+    """Return curves of which a later one does not have the color of an earlier one."""
     found: List[Lane] = []
     for curve in curves:
-        used = [it.colour for it in found]
-        colour = curve.colour
-        if used and _distance(colour, used) < _DISTINCT:
-            colour = max(_OTHERS, key=lambda it: _distance(it, used))
-        found.append(replace(curve, colour=colour))
+        used = [it.color for it in found]
+        color = curve.color
+        if used and _distance(color, used) < _DISTINCT:
+            color = max(_OTHERS, key=lambda it: _distance(it, used))
+        found.append(replace(curve, color=color))
     return found
 
 
-def _distance(colour: Colour, used: Sequence[Colour]) -> float:
-    """Return how far a colour is from the nearest one that is used."""
-    return min(math.dist(colour, it) for it in used)
+def _distance(color: Color, used: Sequence[Color]) -> float:
+    """Return how far a color is from the nearest one that is used."""
+    return min(math.dist(color, it) for it in used)

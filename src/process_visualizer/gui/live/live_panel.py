@@ -30,7 +30,7 @@ from process_visualizer.gui.live.live_timeline import LiveTimeline
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
 from process_visualizer.gui.playback.transport_view import RateBox
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.theme import colour, set_sheet
+from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, in_column, in_row
 from process_visualizer.health.near_objects import NearSpan
 
@@ -135,7 +135,7 @@ class LivePanel(QWidget):
         self.state = ElidedLabel(Qt.ElideRight)
         self.state.setText(_IDLE)
         self.state.setObjectName('live_state')
-        colour(self.state, 'quiet')
+        color(self.state, 'quiet')
         self.durations = QComboBox()
         self.durations.setObjectName('live_duration')
         self.durations.setAccessibleName('How much of the past is shown')

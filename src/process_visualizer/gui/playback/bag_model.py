@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Sequ
 from PyQt5.QtCore import QFileSystemWatcher, QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
-from process_visualizer.bagio.catalogue import Catalogue, missing_topics, read_catalogue
+from process_visualizer.bagio.catalog import Catalog, missing_topics, read_catalog
 from process_visualizer.bagio.marks import Mark, add_mark, marks_path
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
@@ -36,7 +36,7 @@ class RecordingGone(Exception):
         self.paths = paths
 
 
-def catalogue_of(paths: Sequence[str]) -> Catalogue:
+def catalog_of(paths: Sequence[str]) -> Catalog:
     """Return what bags hold; an indexed copy that is newer than its bag takes its place.
 
     Raises:
@@ -44,12 +44,12 @@ def catalogue_of(paths: Sequence[str]) -> Catalogue:
         BagError: a bag cannot be read.
     """
     try:
-        return read_catalogue(paths)
+        return read_catalog(paths)
     except BagUnindexed as error:
         copy = copy_path(error.file)
         if error.file == copy or error.file not in paths or not _is_newer(copy, error.file):
             raise
-        return catalogue_of([copy if path == error.file else path for path in paths])
+        return catalog_of([copy if path == error.file else path for path in paths])
 
 
 def holds_configuration(paths: Sequence[str]) -> bool:
@@ -62,8 +62,8 @@ def holds_configuration(paths: Sequence[str]) -> bool:
         return recorded_configuration(recording) is not None
 
 
-def catalogue_if_there(paths: Sequence[str]) -> Catalogue:
-    """Return what bags hold, as catalogue_of does.
+def catalog_if_there(paths: Sequence[str]) -> Catalog:
+    """Return what bags hold, as catalog_of does.
 
     Raises:
         RecordingGone: some are not there any more.
@@ -71,7 +71,7 @@ def catalogue_if_there(paths: Sequence[str]) -> Catalogue:
     gone = missing_of(paths)
     if gone:
         raise RecordingGone(gone)
-    return catalogue_of(paths)
+    return catalog_of(paths)
 
 
 def reindexed(path: str, progress: TaskProgress) -> Reindexed:
@@ -121,7 +121,7 @@ def recovered_text(result: Reindexed) -> str:
     Raises:
         BagError: its copy cannot be read.
     """
-    found = read_catalogue([result.path])
+    found = read_catalog([result.path])
     duration_s = found.duration_s
     if all(gap.begin_ns >= found.begin_ns + round(duration_s * 1e9) for gap in result.gaps):
         return f'Recovered the first {duration_s:.1f} s; the rest is unreadable.'
@@ -280,20 +280,20 @@ _NS_PER_S = 1_000_000_000
 Paths = Tuple[str, ...]
 
 
-def placed_marks(found: Optional[Catalogue]) -> Tuple[PlacedMark, ...]:
+def placed_marks(found: Optional[Catalog]) -> Tuple[PlacedMark, ...]:
     """Return the marks of a recording; of none, none."""
     return () if found is None else tuple(
         PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
 
 
-def placed_gaps(found: Optional[Catalogue]) -> Tuple[Tuple[float, float], ...]:
+def placed_gaps(found: Optional[Catalog]) -> Tuple[Tuple[float, float], ...]:
     """Return the parts that cannot be read, where that is known [s from the beginning]."""
     return () if found is None else tuple(
         ((gap.begin_ns - found.begin_ns) / _NS_PER_S, (gap.end_ns - found.begin_ns) / _NS_PER_S)
         for gap in found.gaps if gap.end_ns)
 
 
-class RecentRecordings:
+class Recentercordings:
     """``all`` are the last recordings, the newest first."""
 
     def __init__(self, where_recorded: Callable[[], str]) -> None:
@@ -343,7 +343,7 @@ class BagModel(QObject):
                  where_recorded: Callable[[], str] = lambda: '') -> None:
         """``where_recorded`` returns the folder into which recordings go."""
         super().__init__(parent)
-        self.recent = RecentRecordings(where_recorded)
+        self.recent = Recentercordings(where_recorded)
         self.curves = CurvesModel(tasks, session, self)
         self.curves.failed.connect(self.failed)
         self.played = PlayedTopics(session, self)
@@ -397,13 +397,13 @@ class BagModel(QObject):
 
     def open(self, paths: Sequence[str]) -> None:
         """Open the files of one recording in place of what is open."""
-        self._read(tuple(in_order(paths)), catalogue_of)
+        self._read(tuple(in_order(paths)), catalog_of)
 
     def _follow_cell(self) -> None:
         """For playback, open what was open when the window was closed, if nothing was since."""
         self.changed.emit()
         if self.session.mode is Mode.PLAYBACK and self._last:
-            self._read(self._last, catalogue_if_there)
+            self._read(self._last, catalog_if_there)
 
     # A bag without an index.
 
@@ -473,14 +473,14 @@ class BagModel(QObject):
 
     # Inside.
 
-    def _read(self, wanted: Paths, read: Callable[[Paths], Catalogue]) -> None:
+    def _read(self, wanted: Paths, read: Callable[[Paths], Catalog]) -> None:
         self.cancel_reindexing()
         self._unindexed, self._last, self._wanted = '', (), wanted
         self._tasks.run(_FILES, lambda: read(wanted), lambda found: self._take(wanted, found),
                         lambda error: self._refuse(wanted, error))
         self.changed.emit()
 
-    def _take(self, wanted: Paths, found: Catalogue) -> None:
+    def _take(self, wanted: Paths, found: Catalog) -> None:
         if wanted != self._wanted:
             return  # another one has been chosen meanwhile
         self._wanted, self._gone = (), ()

@@ -22,12 +22,12 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.bagio.catalogue import Catalogue, CatalogueTopic
+from process_visualizer.bagio.catalog import Catalog, CatalogTopic
 from process_visualizer.gui.playback.bag_model import BagModel, PlayedTopics
 from process_visualizer.gui.recording.topic_list import TopicTree
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import ThemeFollower, theme
-from process_visualizer.gui.toolkit.widgets import FoldButton, colour_row, in_column, in_row
+from process_visualizer.gui.toolkit.widgets import FoldButton, color_row, in_column, in_row
 from process_visualizer.health.device_state import recorded_rate_text
 from process_visualizer.health.figures import count_text, size_text
 from process_visualizer.playback.timeline import format_time
@@ -57,7 +57,7 @@ class PlayedTopicsTable(TopicTree):
         super().resizeEvent(event)
         self.setColumnHidden(_TYPE, event.size().width() < _WIDE_PX)
 
-    def show_topics(self, found: Catalogue) -> None:
+    def show_topics(self, found: Catalog) -> None:
         """Show the topics of a recording."""
         if self._found == found.topics:
             return
@@ -76,7 +76,7 @@ class PlayedTopicsTable(TopicTree):
             is_offered, is_ticked = self._played.is_offered(name), self._played.is_ticked(name)
             row.setData(_NAME, Qt.CheckStateRole,
                         (Qt.Checked if is_ticked else Qt.Unchecked) if is_offered else None)
-            colour_row(row, _NAME, 'text' if is_ticked else 'quiet')
+            color_row(row, _NAME, 'text' if is_ticked else 'quiet')
             row.setToolTip(_NAME, row.data(_NAME, Qt.UserRole) + (
                 '' if is_offered else '\nNo ticked device has it: it is not played'))
         self.blockSignals(False)
@@ -86,7 +86,7 @@ class PlayedTopicsTable(TopicTree):
             self._played.tick(row.text(_NAME), row.checkState(_NAME) == Qt.Checked)
 
 
-def _row(topic: CatalogueTopic) -> QTreeWidgetItem:
+def _row(topic: CatalogTopic) -> QTreeWidgetItem:
     row = QTreeWidgetItem([topic.name, count_text(topic.message_count), recorded_rate_text(topic),
                            topic.types[0].split('/')[-1]])
     row.setFlags(Qt.ItemIsEnabled | Qt.ItemIsUserCheckable | Qt.ItemNeverHasChildren)
@@ -190,7 +190,7 @@ class BagView(QWidget):
         self.recent.setEnabled(bool(self._bag.recent.all))
         self.recent.setToolTip('\n'.join(paths) or 'Recordings that were opened before')
 
-    def _facts(self, found: Optional[Catalogue]) -> str:
+    def _facts(self, found: Optional[Catalog]) -> str:
         if self._bag.is_loading:
             return 'Reading…'
         if found is None:
@@ -279,7 +279,7 @@ def name_of(paths: Sequence[str]) -> str:
     return os.path.basename(paths[0]) + more
 
 
-def facts_of(found: Catalogue) -> str:
+def facts_of(found: Catalog) -> str:
     """Return length, size and date of a recording in a line."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     is_recent = begin.year == datetime.now().year
@@ -288,14 +288,14 @@ def facts_of(found: Catalogue) -> str:
     return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
 
 
-def _contents(found: Catalogue, left_out: Sequence[str]) -> str:
+def _contents(found: Catalog, left_out: Sequence[str]) -> str:
     """Return how much is in a recording, and how many topics of it the operator does not want."""
     texts = [count_text(len(found.topics), 'topic'), count_text(found.message_count, 'message')]
     number = len(set(left_out) & set(found.topic_names))
     return ', '.join([*texts, f'{number} not ticked'] if number else texts)
 
 
-def _origin(found: Catalogue) -> str:
+def _origin(found: Catalog) -> str:
     """Return when a recording began, and its files."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
@@ -315,7 +315,7 @@ def _warnings(bag: BagModel) -> List[str]:
     if len(remarks) > _MAX_REMARKS:
         more = count_text(len(remarks) - _MAX_REMARKS, 'more such remark')
         lines.append((theme().warning, f'and {more}'))
-    return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
+    return [f'<span style="color: {color}">{text}</span>' for color, text in lines]
 
 
 def _whole_warnings(bag: BagModel) -> str:

@@ -109,11 +109,11 @@ def draw_moments(
 
 
 def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
-    colour = QColor({MomentKind.EVENT: theme().quiet, MomentKind.DEPARTURE: theme().bad,
+    color = QColor({MomentKind.EVENT: theme().quiet, MomentKind.DEPARTURE: theme().bad,
                      MomentKind.ANCHOR: theme().accent}[kind])
-    painter.fillRect(QRectF(round(x), _MIDDLE, 1, bottom - _MIDDLE), colour)
-    painter.setPen(QPen(colour, 1.4))
-    painter.setBrush(colour if kind is MomentKind.ANCHOR else QColor(theme().paper))
+    painter.fillRect(QRectF(round(x), _MIDDLE, 1, bottom - _MIDDLE), color)
+    painter.setPen(QPen(color, 1.4))
+    painter.setBrush(color if kind is MomentKind.ANCHOR else QColor(theme().paper))
     painter.drawPolygon(QPolygonF([QPointF(x, _MIDDLE - _SIZE), QPointF(x + _SIZE, _MIDDLE),
                                    QPointF(x, _MIDDLE + _SIZE), QPointF(x - _SIZE, _MIDDLE)]))
     painter.setBrush(Qt.NoBrush)

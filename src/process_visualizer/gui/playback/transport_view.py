@@ -66,7 +66,7 @@ class RateBox(QDoubleSpinBox):
         self.clearFocus()
 
 
-LABELLED = (0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
+LABELED = (0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
 _UNITS = 1000  # of the value, per factor of ten
 _DETENT_PX = 5.0
 _SIDE, _GROOVE_Y, _KNOB = 13.0, 10.0, 6.5
@@ -124,22 +124,22 @@ class SpeedSlider(QAbstractSlider):
         self._choose(1.0)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the groove, from 1 to the speed in colour, ticks with labels, and the knob."""
+        """Draw the groove, from 1 to the speed in color, ticks with labels, and the knob."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.Antialiasing)
-        colour = QColor(theme().accent if self.isEnabled() else theme().disabled_shape)
+        color = QColor(theme().accent if self.isEnabled() else theme().disabled_shape)
         left, right = sorted((self.x_of(1.0), self.x_of(self.speed)))
         painter.setPen(Qt.NoPen)
         painter.setBrush(QColor(theme().groove))
         painter.drawRoundedRect(QRectF(_SIDE - 2, _GROOVE_Y - 2, self.width() - 2 * _SIDE + 4, 4),
                                 2, 2)
-        painter.fillRect(QRectF(left, _GROOVE_Y - 2, right - left, 4), colour)
+        painter.fillRect(QRectF(left, _GROOVE_Y - 2, right - left, 4), color)
         self._draw_ticks(painter)
         painter.setPen(QPen(QColor(theme().on_signal), 1.5))
-        painter.setBrush(colour)
+        painter.setBrush(color)
         painter.drawEllipse(QPointF(self.x_of(self.speed), _GROOVE_Y), _KNOB, _KNOB)
         if self.hasFocus():
-            painter.setPen(QPen(colour, 1, Qt.DotLine))
+            painter.setPen(QPen(color, 1, Qt.DotLine))
             painter.setBrush(Qt.NoBrush)
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
 
@@ -151,7 +151,7 @@ class SpeedSlider(QAbstractSlider):
             x = self.x_of(speed)
             painter.setPen(QColor(theme().tick))
             painter.drawLine(QPointF(x, _GROOVE_Y + 6), QPointF(x, _GROOVE_Y + 9))
-            if speed in LABELLED:
+            if speed in LABELED:
                 painter.setPen(QColor(theme().quiet if self.isEnabled() else theme().disabled_text))
                 painter.drawText(QRectF(x - 20, _GROOVE_Y + 9, 40, 13), Qt.AlignCenter,
                                  f'{speed:g}')
@@ -219,14 +219,14 @@ class TimeLabel(QLabel):
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the position in full, the length quietly."""
         painter = QPainter(self)
-        colour = self.palette().color(QPalette.WindowText)
-        width = self._draw(painter, 0, self._position.rjust(len(self._end)), colour)
-        quiet = QColor(theme().quiet) if self.isEnabled() else colour
+        color = self.palette().color(QPalette.WindowText)
+        width = self._draw(painter, 0, self._position.rjust(len(self._end)), color)
+        quiet = QColor(theme().quiet) if self.isEnabled() else color
         self._draw(painter, width, f' / {self._end}', quiet)
 
-    def _draw(self, painter: QPainter, left: int, text: str, colour: QColor) -> int:
+    def _draw(self, painter: QPainter, left: int, text: str, color: QColor) -> int:
         width = self.fontMetrics().horizontalAdvance(text)
-        painter.setPen(colour)
+        painter.setPen(color)
         painter.drawText(QRect(left, 0, width + 2, self.height()), Qt.AlignVCenter, text)
         return left + width
 

@@ -36,7 +36,7 @@ from process_visualizer.gui.toolkit.scrolling import StillScroll
 from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
-    colour,
+    color,
     set_sheet,
     tabular_font,
     theme,
@@ -105,7 +105,7 @@ class RecordBar(QFrame):
         state = self._model.state
         figures, incoming = state.figures, state.snapshot.rate
         is_known = figures is not None and state.phase is not RecordingPhase.STARTING
-        colour(self._clock, 'text' if state.is_busy or is_known else 'quiet')
+        color(self._clock, 'text' if state.is_busy or is_known else 'quiet')
         if figures is None or not is_known:
             self._figures.setText(f'{size_text(incoming)}/s incoming' if incoming else ' ')
             return
@@ -123,7 +123,7 @@ class RecordBar(QFrame):
         bold.setBold(True)
         self._button.setFont(bold)
         self._dot.setPixmap(icon('record').pixmap(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX)))
-        colour(self._figures, 'quiet')
+        color(self._figures, 'quiet')
 
     def _lay_out(self) -> None:
         time = QHBoxLayout()
@@ -175,7 +175,7 @@ class DiskBar(QWidget):
         layout.setSpacing(3)
         layout.addWidget(self._bar)
         layout.addLayout(row)
-        colour(self._room, 'quiet')
+        color(self._room, 'quiet')
         self._paint(False)
 
     def show_room(self, free_bytes: Optional[int], total_bytes: Optional[int],
@@ -188,7 +188,7 @@ class DiskBar(QWidget):
         left = '' if time_left_s is None else long_time_text(time_left_s)
         self._time.setText(f'<b>The disk is full in {left}</b>' if is_low
                            else f'{left} left at this rate' if left else '')
-        colour(self._time, 'bad' if is_low else 'quiet')
+        color(self._time, 'bad' if is_low else 'quiet')
         self._paint(is_low)
 
     def _paint(self, is_low: bool) -> None:
@@ -255,7 +255,7 @@ class RecordingNotice(QWidget):
         self._icon.setVisible(bool(notice.icon))
         if notice.icon:
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
-        colour(self._text, 'text' if notice.icon else 'quiet')
+        color(self._text, 'text' if notice.icon else 'quiet')
         state = self._model.state
         is_idle = state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF)
         self._play.setVisible(is_idle and state.finished is not None)
@@ -420,7 +420,7 @@ class NameOptions(QWidget):
                   _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
                   _row(QLabel('Folder:'), self._folder, self._browse), self._problem)
         self._problem.setWordWrap(True)
-        colour(self._problem, 'warning')
+        color(self._problem, 'warning')
 
 
 def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
@@ -440,7 +440,7 @@ def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLine
 
 def _hint(text: str) -> QLabel:
     label = QLabel(text)
-    colour(label, 'quiet')
+    color(label, 'quiet')
     return label
 
 
@@ -521,7 +521,7 @@ class RecordingPanel(StillScroll):
         self._label.textEdited.connect(self._model.set_label)
         self._label.returnPressed.connect(self._on_mark)
         self._mark.setObjectName('mark')
-        self._mark.setToolTip('Write a labelled moment into the recording (M)')
+        self._mark.setToolTip('Write a labeled moment into the recording (M)')
         self._mark.clicked.connect(self._on_mark)
         self._save.setObjectName('save_recent')
         self._save.setToolTip('Write what just happened into a separate bag')

@@ -22,7 +22,7 @@ class RecorderClient(Protocol):
         """Stop; return the paths."""
 
     def mark(self, label: str) -> None:
-        """Write a labelled moment."""
+        """Write a labeled moment."""
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write the memory; return the path."""
@@ -41,7 +41,7 @@ class RecordingPhase(Enum):
 
 
 class RecordedMark(NamedTuple):
-    """A labelled moment of a recording: the time since its beginning."""
+    """A labeled moment of a recording: the time since its beginning."""
 
     time_s: float
     label: str

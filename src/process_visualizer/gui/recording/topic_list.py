@@ -12,12 +12,12 @@ from process_visualizer.gui.recording.recording_choices import (
     TopicHealth,
     TopicRow,
 )
-from process_visualizer.gui.toolkit.theme import colour
+from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import (
     ElidedLabel,
     FoldButton,
     RowDelegate,
-    colour_row,
+    color_row,
     in_column,
     in_row,
     small,
@@ -106,7 +106,7 @@ class TopicList(QWidget):
         self._tree.blockSignals(False)
         text, is_warning = summary(rows)
         self._summary.setText(text)
-        colour(self._summary, 'warning' if is_warning else 'quiet')
+        color(self._summary, 'warning' if is_warning else 'quiet')
 
     def lock(self, is_locked: bool) -> None:
         """Lock the check boxes during a recording."""
@@ -184,8 +184,8 @@ def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
     if item.text(_RATE) != text:
         item.setText(_RATE, text)
     is_warning = row.is_ticked and row.health in _UNHEALTHY
-    colour_row(item, _RATE, 'warning' if is_warning else 'quiet')
-    colour_row(item, _NAME, 'text' if row.is_ticked else 'quiet')
+    color_row(item, _RATE, 'warning' if is_warning else 'quiet')
+    color_row(item, _NAME, 'text' if row.is_ticked else 'quiet')
     lost = f'; {row.dropped} dropped, {row.lost} lost' if row.dropped or row.lost else ''
     item.setToolTip(_NAME, f'{row.name}{lost}')
 

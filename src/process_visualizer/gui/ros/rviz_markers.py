@@ -32,7 +32,7 @@ AXES = {'x': (_HALF, 0.0, 0.0, _HALF), 'y': (0.0, 0.0, _HALF, _HALF),
 class PoseMarker:
     """A marker for one frame at a time, with arrows and rings for all six degrees of freedom.
 
-    Needs an initialised rospy node. ``on_dragged`` is called repeatedly with the frame and its new
+    Needs an initialized rospy node. ``on_dragged`` is called repeatedly with the frame and its new
     pose, in rospy's thread, but not for poses set here. Make only one in a process: it keeps its
     topics until the process ends.
     """
@@ -142,13 +142,13 @@ def _vector(values: List[float]) -> Vector3:
 
 _SIZE_M = 0.25
 _CUBE_M = 0.03
-_COLOUR = ColorRGBA(0.95, 0.75, 0.2, 0.9)
+_COLOR = ColorRGBA(0.95, 0.75, 0.2, 0.9)
 
 
 class BoxMarker:
     """A box for one device at a time: arrows at its middle, a small cube on each face.
 
-    Needs an initialised rospy node. ``on_dragged`` is called repeatedly with the device and its new
+    Needs an initialized rospy node. ``on_dragged`` is called repeatedly with the device and its new
     box, in rospy's thread. Make only one in a process: it keeps its topics until the process ends.
     """
 
@@ -228,7 +228,7 @@ def _control(axis: str) -> InteractiveMarkerControl:
 
 def _face_control(face: str) -> InteractiveMarkerControl:
     control = _control('xyz'[FACES[face][0]])
-    cube = Marker(type=Marker.CUBE, color=_COLOUR)
+    cube = Marker(type=Marker.CUBE, color=_COLOR)
     cube.pose.orientation.w = 1.0
     cube.scale.x = cube.scale.y = cube.scale.z = _CUBE_M
     control.markers = [cube]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher's icons: SVG files in the folder ``icons``, in colours of the theme."""
+"""The launcher's icons: SVG files in the folder ``icons``, in colors of the theme."""
 from __future__ import annotations
 
 import functools
@@ -23,9 +23,9 @@ def names() -> Tuple[str, ...]:
 
 
 def icon(name: str) -> QIcon:
-    """Return an icon by its name; grey when disabled, in the accent colour when checked.
+    """Return an icon by its name; grey when disabled, in the accent color when checked.
 
-    Icons whose colour has a meaning (record, warning, ok, …) keep it when checked.
+    Icons whose color has a meaning (record, warning, ok, …) keep it when checked.
 
     Raises:
         FileNotFoundError: there is no icon of this name.
@@ -40,22 +40,22 @@ def _text(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=None)
-def _drawing(text: str, colour: str) -> QSvgRenderer:
-    """Return the drawing in a colour: QtSvg does not know ``currentColor``."""
-    return QSvgRenderer(text.replace('currentColor', colour).encode())
+def _drawing(text: str, color: str) -> QSvgRenderer:
+    """Return the drawing in a color: QtSvg does not know ``currentColor``."""
+    return QSvgRenderer(text.replace('currentColor', color).encode())
 
 
 class _Engine(QIconEngine):
-    """Draws an SVG text in any size, in colours of the theme (names of its fields)."""
+    """Draws an SVG text in any size, in colors of the theme (names of its fields)."""
 
-    def __init__(self, text: str, colour: str, checked: str) -> None:
+    def __init__(self, text: str, color: str, checked: str) -> None:
         super().__init__()
         self._text = text
-        self._colour = colour
+        self._color = color
         self._checked = checked
 
     def clone(self) -> QIconEngine:
-        return _Engine(self._text, self._colour, self._checked)
+        return _Engine(self._text, self._color, self._checked)
 
     def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
         pixmap = QPixmap(size)
@@ -68,11 +68,11 @@ class _Engine(QIconEngine):
     def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
         side = min(rect.width(), rect.height())
         name = 'disabled_shape' if mode == QIcon.Disabled \
-            else self._checked if state == QIcon.On else self._colour
+            else self._checked if state == QIcon.On else self._color
         painter.save()
         painter.setRenderHint(QPainter.Antialiasing)
-        colour = QColor(getattr(theme(), name)).name()
-        _drawing(self._text, colour).render(painter, QRectF(
+        color = QColor(getattr(theme(), name)).name()
+        _drawing(self._text, color).render(painter, QRectF(
             rect.x() + (rect.width() - side) / 2, rect.y() + (rect.height() - side) / 2,
             side, side))
         painter.restore()

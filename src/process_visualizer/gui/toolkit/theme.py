@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The colours of the launcher: a light theme and a dark one, each with one accent colour."""
+"""The colors of the launcher: a light theme and a dark one, each with one accent color."""
 from __future__ import annotations
 
 import gc
@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import QApplication, QPushButton, QRadioButton, QStyleFacto
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by what they are for, as Qt writes them (#rrggbb)."""
+    """Colors by what they are for, as Qt writes them (#rrggbb)."""
 
     accent: str
     text: str
@@ -39,7 +39,7 @@ class Theme:
     behind_bad: str  # backgrounds of notices
     behind_warning: str
     behind_good: str
-    used: str  # of a disk: the accent colour, quiet
+    used: str  # of a disk: the accent color, quiet
     shape: str  # of an icon without a meaning of its own
     waiting: str
     tick: str  # marks of a scale
@@ -107,24 +107,24 @@ def is_dark(palette: QPalette) -> bool:
                 < palette.color(QPalette.WindowText).lightness())
 
 
-# Keeps what was coloured once in step with the theme of the application.
+# Keeps what was colored once in step with the theme of the application.
 
-_COLOUR, _SHEET_KEY, _SELECTION = 'theme_colour', 'theme_sheet', 'theme_selection'
+_COLOR, _SHEET_KEY, _SELECTION = 'theme_color', 'theme_sheet', 'theme_selection'
 
 
-def colour(widget: QWidget, name: str) -> None:
-    """Set the colour of the widget's text while it is enabled: the name of a field of Theme."""
-    widget.setProperty(_COLOUR, name)
+def color(widget: QWidget, name: str) -> None:
+    """Set the color of the widget's text while it is enabled: the name of a field of Theme."""
+    widget.setProperty(_COLOR, name)
     chosen = QColor(getattr(theme(), name))
     if widget.palette().color(QPalette.Active, QPalette.WindowText) != chosen:
-        palette = QPalette()  # whose other colours are those of the application, also later
+        palette = QPalette()  # whose other colors are those of the application, also later
         for group in (QPalette.Active, QPalette.Inactive):
             palette.setColor(group, QPalette.WindowText, chosen)
         widget.setPalette(palette)
 
 
-def colour_selection(view: QWidget, name: str) -> None:
-    """Set the colour behind selected rows: the name of a field of Theme."""
+def color_selection(view: QWidget, name: str) -> None:
+    """Set the color behind selected rows: the name of a field of Theme."""
     view.setProperty(_SELECTION, name)
     palette = QPalette()
     palette.setColor(QPalette.Highlight, QColor(getattr(theme(), name)))
@@ -132,25 +132,25 @@ def colour_selection(view: QWidget, name: str) -> None:
 
 
 def set_sheet(widget: QWidget, sheet: str) -> None:
-    """Give a widget a style sheet in which <NAME> stands for the colour of that name in Theme."""
+    """Give a widget a style sheet in which <NAME> stands for the color of that name in Theme."""
     widget.setProperty(_SHEET_KEY, sheet)
-    coloured = with_colours(sheet)
-    if widget.styleSheet() != coloured:
-        widget.setStyleSheet(coloured)
+    colored = with_colors(sheet)
+    if widget.styleSheet() != colored:
+        widget.setStyleSheet(colored)
 
 
-def with_colours(sheet: str) -> str:
-    """Return a style sheet in which each <NAME> is replaced by the colour of the theme."""
+def with_colors(sheet: str) -> str:
+    """Return a style sheet in which each <NAME> is replaced by the color of the theme."""
     for name, value in asdict(theme()).items():
         sheet = sheet.replace(f'<{name}>', value)
     return sheet
 
 
-def recolour(app: QApplication) -> None:
-    """Colour all widgets anew, after the theme has changed."""
+def recolor(app: QApplication) -> None:
+    """Color all widgets anew, after the theme has changed."""
     for widget in app.allWidgets():
-        for name, renew in ((_COLOUR, colour), (_SHEET_KEY, set_sheet),
-                            (_SELECTION, colour_selection)):
+        for name, renew in ((_COLOR, color), (_SHEET_KEY, set_sheet),
+                            (_SELECTION, color_selection)):
             if widget.property(name):
                 renew(widget, widget.property(name))
 
@@ -228,22 +228,22 @@ class DesktopTheme(QObject):
             self.changed.emit()
 
 
-# Makes colours that were chosen for RViz readable behind and on those of the launcher.
+# Makes colors that were chosen for RViz readable behind and on those of the launcher.
 
 _MIN_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
 _SATURATION = 0.85
 _STEP = 0.05
 
 
-def readable_colour(colour: Tuple[float, float, float]) -> QColor:
-    """Return a colour (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
-    return QColor(_readable(colour, theme().paper))
+def readable_color(color: Tuple[float, float, float]) -> QColor:
+    """Return a color (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
+    return QColor(_readable(color, theme().paper))
 
 
 @lru_cache(maxsize=256)
-def _readable(colour: Tuple[float, float, float], paper_name: str) -> QColor:
-    """Curves ask for the same few colours at each picture."""
-    chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
+def _readable(color: Tuple[float, float, float], paper_name: str) -> QColor:
+    """Curves ask for the same few colors at each picture."""
+    chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in color))
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
     paper = QColor(paper_name)
@@ -253,15 +253,15 @@ def _readable(colour: Tuple[float, float, float], paper_name: str) -> QColor:
 
 
 def translucent(name: str, alpha: int) -> QColor:
-    """Return a colour of the theme (#rrggbb) with an opacity from 0 to 255."""
-    colour = QColor(name)
-    colour.setAlpha(alpha)
-    return colour
+    """Return a color of the theme (#rrggbb) with an opacity from 0 to 255."""
+    color = QColor(name)
+    color.setAlpha(alpha)
+    return color
 
 
-def _farther(colour: QColor, paper: QColor) -> QColor:
+def _farther(color: QColor, paper: QColor) -> QColor:
     """Darker on light paper; on dark paper brighter, and paler where that is not enough."""
-    hue, saturation, value, _alpha = colour.getHsvF()
+    hue, saturation, value, _alpha = color.getHsvF()
     if _luminance(paper) > 0.5:
         return QColor.fromHsvF(max(hue, 0.0), saturation, value * (1.0 - _STEP))
     return QColor.fromHsvF(max(hue, 0.0), saturation if value < 1.0 else saturation * 0.9,
@@ -269,13 +269,13 @@ def _farther(colour: QColor, paper: QColor) -> QColor:
 
 
 def contrast(one: QColor, other: QColor) -> float:
-    """Return the contrast ratio of WCAG 2.1 (1.4.3) of two colours, at least 1."""
+    """Return the contrast ratio of WCAG 2.1 (1.4.3) of two colors, at least 1."""
     darker, lighter = sorted(map(_luminance, (one, other)))
     return (lighter + 0.05) / (darker + 0.05)
 
 
-def _luminance(colour: QColor) -> float:
-    red, green, blue = (_linear(part) for part in colour.getRgbF()[:3])
+def _luminance(color: QColor) -> float:
+    red, green, blue = (_linear(part) for part in color.getRgbF()[:3])
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
@@ -283,7 +283,7 @@ def _linear(part: float) -> float:
     return part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4
 
 
-# The style of the launcher: one accent colour on a calm palette, light or dark.
+# The style of the launcher: one accent color on a calm palette, light or dark.
 
 _ROLES = {
     QPalette.Window: 'window', QPalette.WindowText: 'text', QPalette.Base: 'paper',
@@ -328,13 +328,13 @@ def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
 
 
 def apply_theme(app: QApplication, wanted: Theme) -> None:
-    """Give an application, and all of its widgets, the colours of a theme."""
+    """Give an application, and all of its widgets, the colors of a theme."""
     with _no_widget_collected():
         app.setPalette(palette(wanted))
         app.setPalette(_check_box_palette(wanted), 'QCheckBox')
-        recolour(app)
+        recolor(app)
         for widget in app.allWidgets():
-            if isinstance(widget, QRadioButton):  # the sheet keeps the colours of the last theme
+            if isinstance(widget, QRadioButton):  # the sheet keeps the colors of the last theme
                 widget.style().unpolish(widget)
                 widget.style().polish(widget)
 
@@ -357,38 +357,38 @@ def _no_widget_collected() -> Iterator[None]:
 
 
 def set_primary(button: QPushButton, is_primary: bool) -> None:
-    """Give a button the accent colour, or remove it."""
+    """Give a button the accent color, or remove it."""
     set_sheet(button, _PRIMARY if is_primary else '')
 
 
 def palette(wanted: Theme) -> QPalette:
-    """Return the colours of a theme."""
-    colours = QPalette()
+    """Return the colors of a theme."""
+    colors = QPalette()
     for role, name in _ROLES.items():
-        colours.setColor(role, QColor(getattr(wanted, name)))
+        colors.setColor(role, QColor(getattr(wanted, name)))
     for role in _ON_PRIMARY:
-        colours.setColor(role, QColor(Qt.white))
+        colors.setColor(role, QColor(Qt.white))
     for role in _DISABLED_ROLES:
-        colours.setColor(QPalette.Disabled, role, QColor(wanted.disabled_text))
-    colours.setColor(QPalette.Disabled, QPalette.Highlight, QColor(wanted.mid))
-    return colours
+        colors.setColor(QPalette.Disabled, role, QColor(wanted.disabled_text))
+    colors.setColor(QPalette.Disabled, QPalette.Highlight, QColor(wanted.mid))
+    return colors
 
 
 def _check_box_palette(wanted: Theme) -> QPalette:
-    colours = palette(wanted)
-    colour_indicators(colours, wanted)
-    return colours
+    colors = palette(wanted)
+    color_indicators(colors, wanted)
+    return colors
 
 
-def colour_indicators(colours: QPalette, wanted: Theme) -> None:
+def color_indicators(colors: QPalette, wanted: Theme) -> None:
     """Let boxes, ticks and dots be seen: Fusion's outline is darker than the window.
 
     What is written beside the box of a QCheckBox has another role than the tick.
     """
-    colours.setColor(QPalette.Base, QColor(wanted.indicator))
-    colours.setColor(QPalette.Text, QColor(wanted.indicator_tick))
-    colours.setColor(QPalette.Disabled, QPalette.Base, QColor(wanted.indicator_off))
-    colours.setColor(QPalette.Disabled, QPalette.Text, QColor(wanted.indicator_off_tick))
+    colors.setColor(QPalette.Base, QColor(wanted.indicator))
+    colors.setColor(QPalette.Text, QColor(wanted.indicator_tick))
+    colors.setColor(QPalette.Disabled, QPalette.Base, QColor(wanted.indicator_off))
+    colors.setColor(QPalette.Disabled, QPalette.Text, QColor(wanted.indicator_off_tick))
 
 
 def tabular_font(font: QFont) -> QFont:

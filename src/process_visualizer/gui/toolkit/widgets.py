@@ -33,9 +33,9 @@ from process_visualizer.cell.model import Pose
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
-    colour,
-    colour_indicators,
-    colour_selection,
+    color,
+    color_indicators,
+    color_selection,
     set_sheet,
     theme,
 )
@@ -55,7 +55,7 @@ def note(name: str) -> QLabel:
     label.setObjectName(name)
     label.setWordWrap(True)
     label.hide()
-    colour(label, 'quiet')
+    color(label, 'quiet')
     return label
 
 
@@ -180,15 +180,15 @@ _ICON_PX = 18
 class NoticeFrame(QFrame):
     """The object name of the frame is ``name``, that of its text ``name_text``.
 
-    ``colour`` is good, warning or bad (see Theme).
+    ``color`` is good, warning or bad (see Theme).
     """
 
-    def __init__(self, name: str, colour: str, parent: Optional[QWidget] = None,
+    def __init__(self, name: str, color: str, parent: Optional[QWidget] = None,
                  symbol: str = 'warning') -> None:
         super().__init__(parent)
         self.setObjectName(name)
-        set_sheet(self, f'QFrame#{name} {{ border: 1px solid <{colour}>; border-radius: 5px; '
-                        f'background: <behind_{colour}>; }}')
+        set_sheet(self, f'QFrame#{name} {{ border: 1px solid <{color}>; border-radius: 5px; '
+                        f'background: <behind_{color}>; }}')
         self._text = QLabel()
         self._text.setObjectName(f'{name}_text')
         self._text.setWordWrap(True)
@@ -317,24 +317,24 @@ class NumberField(QDoubleSpinBox):
             event.ignore()
 
 
-# Draws a selected row so that its icons and the colours of its texts keep their meaning.
+# Draws a selected row so that its icons and the colors of its texts keep their meaning.
 
-_COLOUR = Qt.UserRole + 64
+_COLOR = Qt.UserRole + 64
 
 
 class RowDelegate(QStyledItemDelegate):
     """Texts of a selected row stay red, amber or grey; its background is pale.
 
-    Ticks have the same colour in all rows, whatever that of the text; a box that stands for some
+    Ticks have the same color in all rows, whatever that of the text; a box that stands for some
     of several has a bar.
     """
 
     def __init__(self, view: QAbstractItemView) -> None:
         super().__init__(view)
-        colour_selection(view, 'selected')
+        color_selection(view, 'selected')
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Draw the row, and its box once more: Qt gives the tick the colour of the text."""
+        """Draw the row, and its box once more: Qt gives the tick the color of the text."""
         super().paint(painter, option, index)
         row = QStyleOptionViewItem(option)
         self.initStyleOption(row, index)
@@ -342,7 +342,7 @@ class RowDelegate(QStyledItemDelegate):
             return
         style = row.widget.style()
         row.rect = style.subElementRect(QStyle.SE_ItemViewItemCheckIndicator, row, row.widget)
-        colour_indicators(row.palette, theme())
+        color_indicators(row.palette, theme())
         row.state &= ~(QStyle.State_HasFocus | QStyle.State_On | QStyle.State_Off)
         is_partial = row.checkState == Qt.PartiallyChecked
         row.state |= QStyle.State_On if row.checkState == Qt.Checked else QStyle.State_Off
@@ -351,10 +351,10 @@ class RowDelegate(QStyledItemDelegate):
             painter.fillRect(_bar(row.rect), row.palette.brush(QPalette.Text))
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Give the text of a selected row the colour that it has otherwise."""
+        """Give the text of a selected row the color that it has otherwise."""
         super().initStyleOption(option, index)
         palette = option.palette
-        name = index.data(_COLOUR)
+        name = index.data(_COLOR)
         if name:
             palette.setColor(QPalette.Text, QColor(getattr(theme(), name)))
         palette.setBrush(QPalette.HighlightedText, palette.brush(QPalette.Text))
@@ -369,7 +369,7 @@ def _bar(box: QRect) -> QRect:
                  box.width() - 2 * margin, height)
 
 
-def colour_row(row: QTreeWidgetItem, column: int, name: str) -> None:
-    """Set the colour of a text that a RowDelegate draws: the name of a field of Theme."""
-    if row.data(column, _COLOUR) != name:
-        row.setData(column, _COLOUR, name)
+def color_row(row: QTreeWidgetItem, column: int, name: str) -> None:
+    """Set the color of a text that a RowDelegate draws: the name of a field of Theme."""
+    if row.data(column, _COLOR) != name:
+        row.setData(column, _COLOR, name)

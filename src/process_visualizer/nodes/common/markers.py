@@ -105,7 +105,7 @@ def shape_as_arrow(marker: Marker, foot: Vector, direction: Vector, length_m: fl
 
 def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,
                 color: Color) -> Marker:
-    """Return a text that faces the viewer, centred on a position (3,) [m] in a frame."""
+    """Return a text that faces the viewer, centered on a position (3,) [m] in a frame."""
     marker = _mortal_marker(namespace, TEXT_ID, frame)
     marker.type = Marker.TEXT_VIEW_FACING
     marker.text = text

@@ -165,7 +165,7 @@ class TopicReader(Generic[Quantity]):
             topic: the topic's name.
             message_type: the only type that is accepted ('package/Type'), or '' for each of
             decoders.
-            decoders: for each type, a function of the serialised message; it raises ValueError
+            decoders: for each type, a function of the serialized message; it raises ValueError
             (with the problem) for content that cannot be used.
             callback: called in the thread of the subscription; may raise ValueError likewise, or
                 DoubtfulMessage when it has used the content nevertheless.

@@ -108,9 +108,9 @@ def _moments(reference: Run, run: AnchoredRun) -> List[ReferenceMoment]:
     found = [_moment(run, reference_s, MomentKind.ANCHOR if any(
         abs(reference_s - it) < _SAME_S for it in anchored) else kind, label)
         for reference_s, kind, label in wanted]
-    labelled = [it.reference_s for it in found]
+    labeled = [it.reference_s for it in found]
     found += [_moment(run, it, MomentKind.ANCHOR, 'anchor') for it in anchored
-              if not any(abs(it - other) < _SAME_S for other in labelled)]
+              if not any(abs(it - other) < _SAME_S for other in labeled)]
     begin_s, end_s = comparison.run.begin_s, comparison.run.begin_s + comparison.run.duration_s
     return [it for it in found if begin_s <= it.position_s <= end_s]
 

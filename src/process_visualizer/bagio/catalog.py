@@ -13,7 +13,7 @@ from process_visualizer.cell.stored_configuration import StoredConfiguration
 from process_visualizer.ros_names import OWN_TOPICS
 
 
-class CatalogueTopic(NamedTuple):
+class CatalogTopic(NamedTuple):
     """A topic of a recording; more than one type means that only the first can be played.
 
     ``rate_hz`` is that between its first and last message, 0 where there are not two.
@@ -26,7 +26,7 @@ class CatalogueTopic(NamedTuple):
     is_latched: bool = False
 
 
-class Catalogue(NamedTuple):
+class Catalog(NamedTuple):
     """Contents of a recording; ``begin_ns`` is since the epoch.
 
     ``topics`` are those of the devices, by name, without what the recorder adds;
@@ -40,7 +40,7 @@ class Catalogue(NamedTuple):
     duration_s: float
     size_bytes: int
     message_count: int
-    topics: Tuple[CatalogueTopic, ...]
+    topics: Tuple[CatalogTopic, ...]
     marks: Tuple[Mark, ...] = ()
     problems: Tuple[str, ...] = ()
     configuration: Optional[StoredConfiguration] = None
@@ -57,7 +57,7 @@ class Catalogue(NamedTuple):
         return (mark.time_ns - self.begin_ns) / 1e9
 
 
-def read_catalogue(paths: Sequence[str]) -> Catalogue:
+def read_catalog(paths: Sequence[str]) -> Catalog:
     """Return what the bags of one recording hold.
 
     Raises:
@@ -69,7 +69,7 @@ def read_catalogue(paths: Sequence[str]) -> Catalogue:
         marks, bad_marks = _marks(recording)
         configuration = recorded_configuration(recording)
         topics = _topics(recording)
-        return Catalogue(
+        return Catalog(
             recording.paths, recording.begin_ns,
             (recording.end_ns - recording.begin_ns) / 1e9, recording.size_bytes,
             len(recording.index) + recording.index.left_out, topics, tuple(marks),
@@ -77,19 +77,19 @@ def read_catalogue(paths: Sequence[str]) -> Catalogue:
             recording.remarks)
 
 
-def missing_topics(catalogue: Catalogue,
+def missing_topics(catalog: Catalog,
                    devices: Sequence[Device]) -> Dict[str, Tuple[str, ...]]:
     """Return by device what it would play and the recording has not; nothing of complete ones."""
-    present = set(catalogue.topic_names)
+    present = set(catalog.topic_names)
     missing = {device.name: tuple(name for name in _recorded(device) if name not in present)
                for device in devices}
     return {name: topics for name, topics in missing.items() if topics}
 
 
-def unused_topics(catalogue: Catalogue, devices: Sequence[Device]) -> Tuple[str, ...]:
+def unused_topics(catalog: Catalog, devices: Sequence[Device]) -> Tuple[str, ...]:
     """Return the topics of the recording that no device plays."""
     played = {name for device in devices for name in _recorded(device)}
-    return tuple(name for name in catalogue.topic_names if name not in played)
+    return tuple(name for name in catalog.topic_names if name not in played)
 
 
 def _recorded(device: Device) -> List[str]:
@@ -104,19 +104,19 @@ def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
         return [], [str(error)]
 
 
-def _topics(recording: Recording) -> Tuple[CatalogueTopic, ...]:
+def _topics(recording: Recording) -> Tuple[CatalogTopic, ...]:
     names = {connection.topic for connection in recording.index.connections}
     topics = (_topic(recording, name) for name in sorted(names) if not name.startswith(OWN_TOPICS))
     return tuple(topic for topic in topics if topic.message_count)
 
 
-def _topic(recording: Recording, name: str) -> CatalogueTopic:
+def _topic(recording: Recording, name: str) -> CatalogTopic:
     index = recording.index
     numbers = index.connections_of(name)
     times_ns = index.time_ns[index.positions_of(numbers)]
     count = len(times_ns)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if count else 0.0
     types = dict.fromkeys(index.connections[number].type for number in numbers)
-    return CatalogueTopic(name, tuple(types), count,
+    return CatalogTopic(name, tuple(types), count,
                           (count - 1) / duration_s if duration_s else 0.0,
                           any(index.connections[number].latching for number in numbers))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colours: all in one place, and legible where they are used, in both themes (WCAG 2.1)."""
+"""Colors: all in one place, and legible where they are used, in both themes (WCAG 2.1)."""
 from __future__ import annotations
 
 import re
@@ -20,7 +20,7 @@ from process_visualizer.gui.toolkit.theme import (
     apply_style,
     apply_theme,
     contrast,
-    readable_colour,
+    readable_color,
     theme,
 )
 from process_visualizer.gui.toolkit.widgets import RowDelegate
@@ -39,36 +39,36 @@ INDICATORS = (('indicator', 'window'), ('indicator', 'paper'), ('indicator_tick'
               ('indicator_off_tick', 'indicator_off'))
 
 parts = st.floats(0.0, 1.0)
-themes = pytest.mark.parametrize('colours', [LIGHT, DARK], ids=['light', 'dark'])
+themes = pytest.mark.parametrize('colors', [LIGHT, DARK], ids=['light', 'dark'])
 
 
 @themes
 @pytest.mark.parametrize('text, behind', PAIRS)
-def test_texts_are_legible(colours: Theme, text: str, behind: str) -> None:
-    assert contrast(QColor(getattr(colours, text)),
-                    QColor(getattr(colours, behind))) >= TEXT_CONTRAST
+def test_texts_are_legible(colors: Theme, text: str, behind: str) -> None:
+    assert contrast(QColor(getattr(colors, text)),
+                    QColor(getattr(colors, behind))) >= TEXT_CONTRAST
 
 
 @themes
-def test_the_button_that_launches_is_legible(colours: Theme) -> None:
-    assert contrast(QColor(colours.primary), QColor('white')) >= TEXT_CONTRAST
+def test_the_button_that_launches_is_legible(colors: Theme) -> None:
+    assert contrast(QColor(colors.primary), QColor('white')) >= TEXT_CONTRAST
 
 
 @themes
 @pytest.mark.parametrize('shape', ['shape', 'waiting'])
-def test_icons_are_seen(colours: Theme, shape: str) -> None:
+def test_icons_are_seen(colors: Theme, shape: str) -> None:
     for behind in EVERYWHERE:
-        assert contrast(QColor(getattr(colours, shape)),
-                        QColor(getattr(colours, behind))) >= GRAPHICS_CONTRAST
+        assert contrast(QColor(getattr(colors, shape)),
+                        QColor(getattr(colors, behind))) >= GRAPHICS_CONTRAST
 
 
 @themes
-@given(colour=st.tuples(parts, parts, parts))
-def test_curves_are_seen_whatever_colour_the_configuration_gives(
-        qapp, colours: Theme, colour: 'tuple[float, float, float]') -> None:
-    if theme() != colours:
-        apply_theme(qapp, colours)
-    assert contrast(readable_colour(colour), QColor(colours.paper)) >= GRAPHICS_CONTRAST
+@given(color=st.tuples(parts, parts, parts))
+def test_curves_are_seen_whatever_color_the_configuration_gives(
+        qapp, colors: Theme, color: 'tuple[float, float, float]') -> None:
+    if theme() != colors:
+        apply_theme(qapp, colors)
+    assert contrast(readable_color(color), QColor(colors.paper)) >= GRAPHICS_CONTRAST
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +84,7 @@ def test_the_order_does_not_matter() -> None:
     assert contrast(white, white) == 1.0
 
 
-def test_colours_are_in_one_place() -> None:
+def test_colors_are_in_one_place() -> None:
     found: List[str] = [path.name for folder in ('views', 'app') for path in
                         (GUI / folder).rglob('*.py')
                         if LITERAL.search(path.read_text(encoding='utf-8'))]
@@ -103,14 +103,14 @@ def pixels(widget: QWidget, area: QRect) -> List[QColor]:
     return [image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height())]
 
 
-def close_to(colour: QColor, name: str) -> bool:
+def close_to(color: QColor, name: str) -> bool:
     wanted = QColor(getattr(theme(), name))
-    return max(abs(a - b) for a, b in zip(colour.getRgb(), wanted.getRgb())) < 60
+    return max(abs(a - b) for a, b in zip(color.getRgb(), wanted.getRgb())) < 60
 
 
 @themes
-def test_ticks_of_rows_are_seen_whatever_colour_the_row_has(qtbot, qapp, colours: Theme) -> None:
-    apply_style(qapp, colours)
+def test_ticks_of_rows_are_seen_whatever_color_the_row_has(qtbot, qapp, colors: Theme) -> None:
+    apply_style(qapp, colors)
     tree = QTreeWidget()
     tree.setItemDelegate(RowDelegate(tree))
     qtbot.addWidget(tree)
@@ -118,7 +118,7 @@ def test_ticks_of_rows_are_seen_whatever_colour_the_row_has(qtbot, qapp, colours
     for state in states:
         item = QTreeWidgetItem(tree, ['curve'])
         item.setCheckState(0, state)
-        item.setForeground(0, QColor(colours.indicator))  # as the box: no contrast at all
+        item.setForeground(0, QColor(colors.indicator))  # as the box: no contrast at all
     tree.show()
     inked = {}
     for row, state in enumerate(states):
@@ -134,8 +134,8 @@ def test_ticks_of_rows_are_seen_whatever_colour_the_row_has(qtbot, qapp, colours
 @themes
 @pytest.mark.parametrize('before', [None, LIGHT, DARK], ids=['at first', 'light', 'dark'])
 def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(
-        qtbot, qapp, colours: Theme, before: Optional[Theme]) -> None:
-    apply_style(qapp, before or colours)
+        qtbot, qapp, colors: Theme, before: Optional[Theme]) -> None:
+    apply_style(qapp, before or colors)
     group = QWidget()
     qtbot.addWidget(group)
     layout = QVBoxLayout(group)
@@ -147,7 +147,7 @@ def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(
     for button in buttons:
         button.grab()  # draws it once
     if before is not None:
-        apply_theme(qapp, colours)
+        apply_theme(qapp, colors)
     for button in buttons:
         found = pixels(button, QRect(0, 0, 16, button.height()))
         ink = sum(close_to(it, 'text') for it in found)

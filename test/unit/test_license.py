@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Each source file names the project's licence."""
+"""Each source file names the project's license."""
 from __future__ import annotations
 
 import subprocess
@@ -21,7 +21,7 @@ def sources() -> List[Path]:
             and (path.suffix in ENDINGS or path.read_bytes()[:2] == SHEBANG)]
 
 
-def test_each_source_names_the_licence() -> None:
+def test_each_source_names_the_license() -> None:
     assert sources()
     assert [str(path) for path in sources()
             if not any(LINE in line for line in path.read_text('utf-8').splitlines()[:2])] == []
