@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Feeds what reads bytes and texts in C++ with bad input, under the address and undefined behavior
+// Feeds what reads bytes and texts in C++ with bad input, under the address and undefined behaviour
 // sanitizers: ./run_tests sanitizers. Each input is told by its number.
 //
 // usage: fuzz_readers [INPUTS [FIRST]]

@@ -47,7 +47,7 @@ from process_visualizer.nodes.robot.message_reader import (  # noqa: E402
 )
 from process_visualizer.playback.player_control import PlayerControl  # noqa: E402
 from process_visualizer.playback.timeline import CommandRefused, Timeline  # noqa: E402
-from process_visualizer.robot.frames import Frame, Frametere  # noqa: E402
+from process_visualizer.robot.frames import Frame, FrameTree  # noqa: E402
 
 Fed = Callable[[int], bool]
 """Takes the input of a number; returns whether it was refused, and raises what is a find."""
@@ -169,7 +169,7 @@ def requests(_folder: Path) -> Fed:
     """Feed the player's commands and ``~set_frame`` with any numbers, in any order."""
     playback: Any = SimpleNamespace(not_begun=lambda position_ns: ())  # all topics have begun
     control = PlayerControl(Timeline(0, 10 ** 10, FakeClock()), playback)
-    tree = Frametere([Frame('world', name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for name in 'abc'])
+    tree = FrameTree([Frame('world', name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for name in 'abc'])
 
     def feed(number: int) -> bool:
         chance = random.Random(number)
@@ -198,7 +198,7 @@ def requests(_folder: Path) -> Fed:
     return feed
 
 
-def _assert_no_loop(tree: Frametere) -> None:
+def _assert_no_loop(tree: FrameTree) -> None:
     parents = {frame.child: frame.parent for frame in tree.frames()}
     for name in parents:
         for _ in range(len(parents) + 1):

@@ -58,9 +58,9 @@ void FlatObject::begin(Size view) {
   has_begun_ = true;
 }
 
-void FlatObject::addCorner(Point corner, const Ogre::ColorValue& color) {
+void FlatObject::addCorner(Point corner, const Ogre::ColourValue& color) {
   addPosition(corner);
-  object_->color(color);
+  object_->colour(color);
 }
 
 void FlatObject::addCorner(Point corner, Point texture) {
@@ -140,7 +140,7 @@ void PlatePicture::draw(Point corner, Size view) {
 namespace {
 
 constexpr float kWidth = 1.5F, kRimWidth = 3.5F, kDotWidth = 6, kDotRimWidth = 8;
-const Ogre::ColorValue kRim(0.05F, 0.06F, 0.08F, 0.5F);
+const Ogre::ColourValue kRim(0.05F, 0.06F, 0.08F, 0.5F);
 
 }  // namespace
 
@@ -159,7 +159,7 @@ void LeaderLines::draw(const std::vector<Leader>& leaders, Size view, float pixe
 
 /// With a dark rim, so that it is seen on every background.
 void LeaderLines::addLeader(const Leader& leader, float pixel_ratio) {
-  const Ogre::ColorValue color(leader.color.red, leader.color.green, leader.color.blue);
+  const Ogre::ColourValue color(leader.color.red, leader.color.green, leader.color.blue);
   addLine(leader.begin, leader.end, kRimWidth * pixel_ratio, kRim);
   addLine(leader.end, leader.end, kDotRimWidth * pixel_ratio, kRim);
   addLine(leader.begin, leader.end, kWidth * pixel_ratio, color);
@@ -167,7 +167,7 @@ void LeaderLines::addLeader(const Leader& leader, float pixel_ratio) {
 }
 
 /// A line with square ends; without length it is a dot.
-void LeaderLines::addLine(Point begin, Point end, float width, const Ogre::ColorValue& color) {
+void LeaderLines::addLine(Point begin, Point end, float width, const Ogre::ColourValue& color) {
   const float x = end.x - begin.x, y = end.y - begin.y, length = std::hypot(x, y);
   const float half = width / 2;
   const Point along = length > 0 ? Point{half * x / length, half * y / length} : Point{half, 0};

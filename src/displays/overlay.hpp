@@ -32,7 +32,7 @@ class FlatObject {
   /// Begins anew, with what is to be seen in a view.
   void begin(Size view);
   /// Adds a corner, px; the four corners of a quadrangle follow each other, all around it.
-  void addCorner(Point corner, const Ogre::ColorValue& color);
+  void addCorner(Point corner, const Ogre::ColourValue& color);
   /// Adds a corner that shows a point of the material's texture, from 0 to 1.
   void addCorner(Point corner, Point texture);
   void end();
@@ -87,7 +87,7 @@ class LeaderLines {
 
  private:
   void addLeader(const Leader& leader, float pixel_ratio);
-  void addLine(Point begin, Point end, float width, const Ogre::ColorValue& color);
+  void addLine(Point begin, Point end, float width, const Ogre::ColourValue& color);
 
   FlatObject object_;
 };

@@ -190,7 +190,7 @@ std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_
 
 }  // namespace
 
-/// Nodelet that finds what nobody modeled in the clouds on `~input`: `~objects` (for each cloud),
+/// Nodelet that finds what nobody modelled in the clouds on `~input`: `~objects` (for each cloud),
 /// `~markers` for RViz, and `~unknown`, the points that belong to no model.
 class ObjectFinderNodelet : public nodelet::Nodelet {
  private:

@@ -137,7 +137,7 @@ sensor_msgs::PointCloud2 freePart(const sensor_msgs::PointCloud2& cloud,
 
 namespace {
 
-constexpr int kFewNeighbors = 4;  // of eight
+constexpr int kFewNeighbours = 4;  // of eight
 
 /// The distance of each pixel's point from the sensor where it is free; where it is not, it is like
 /// no other.
@@ -167,9 +167,9 @@ void markStrayPoints(const Points& points, std::vector<Label>& labels) {
     int alike = 0;
     for (const std::ptrdiff_t step : around) {
       if (std::abs(ranges[pixel + step] - ranges[pixel]) < tolerance) ++alike;
-      if (alike == kFewNeighbors) break;
+      if (alike == kFewNeighbours) break;
     }
-    if (alike < kFewNeighbors) labels[image.points[pixel]] = Label::kStray;
+    if (alike < kFewNeighbours) labels[image.points[pixel]] = Label::kStray;
   }
 }
 

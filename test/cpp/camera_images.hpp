@@ -51,7 +51,7 @@ inline sensor_msgs::CameraInfo makeInfo(std::uint32_t width, std::uint32_t heigh
   return info;
 }
 
-/// A depth of 0.5 to 2.5 m everywhere (in a tenth of the pixels none), and any colors.
+/// A depth of 0.5 to 2.5 m everywhere (in a tenth of the pixels none), and any colours.
 inline CameraImages makeImages(const std::string& depth_encoding = "16UC1",
                                const std::string& color_encoding = "rgb8", std::uint32_t width = 64,
                                std::uint32_t height = 48) {
@@ -60,12 +60,12 @@ inline CameraImages makeImages(const std::string& depth_encoding = "16UC1",
   std::mt19937 generator(1);
   for (std::uint32_t row = 0; row < height; ++row) {
     for (std::uint32_t column = 0; column < width; ++column) {
-      const std::uint16_t millimeters = generator() % 10 == 0 ? 0 : 500 + generator() % 2000;
+      const std::uint16_t millimetres = generator() % 10 == 0 ? 0 : 500 + generator() % 2000;
       if (depth_encoding == "32FC1")
         setDepth<float>(images.depth, column, row,
-                        millimeters == 0 ? NAN : static_cast<float>(millimeters) / 1000);
+                        millimetres == 0 ? NAN : static_cast<float>(millimetres) / 1000);
       else
-        setDepth<std::uint16_t>(images.depth, column, row, millimeters);
+        setDepth<std::uint16_t>(images.depth, column, row, millimetres);
     }
   }
   for (std::uint8_t& byte : images.color.data) byte = generator();

@@ -79,7 +79,7 @@ class DepthCamera {
     return depths;
   }
 
-  /// Draws the pixels whose centers lie in a triangle in front of the camera.
+  /// Draws the pixels whose centres lie in a triangle in front of the camera.
   void draw(const cloud::Triangle& triangle, std::int8_t thing) {
     const auto& [a, b, c] = triangle;
     if (std::min({a.z(), b.z(), c.z()}) < 0.05F) return;

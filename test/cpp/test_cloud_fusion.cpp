@@ -74,8 +74,8 @@ Eigen::Isometry3d tilted() {
 
 using Place = std::array<int, 3>;
 
-Place placeOf(const Eigen::Vector3f& position, float cubes_per_meter) {
-  const Eigen::Vector3f place = position * cubes_per_meter;
+Place placeOf(const Eigen::Vector3f& position, float cubes_per_metre) {
+  const Eigen::Vector3f place = position * cubes_per_metre;
   return {static_cast<int>(std::floor(place.x())), static_cast<int>(std::floor(place.y())),
           static_cast<int>(std::floor(place.z()))};
 }
@@ -147,7 +147,7 @@ TEST(VoxelGrid, IsEmptyAfterClear) {
   EXPECT_EQ(grid.cloud({}).width, 1u);
 }
 
-TEST(VoxelGrid, MakesPointsWithoutColorGrey) {
+TEST(VoxelGrid, MakesPointsWithoutColourGrey) {
   auto cloud = makeCloud(anyPoints(1, 6));
   cloud.fields.pop_back();
   VoxelGrid grid(0.01);

@@ -199,7 +199,7 @@ TEST(LabelStyle, TextsOfOnePlateAreReadableToo) {
     EXPECT_GE(contrast(readableOn(plate, text), worstBackground(plate)), kReadableContrast);
 }
 
-TEST(LabelStyle, AReadableColorStaysAsItIs) {
+TEST(LabelStyle, AReadableColourStaysAsItIs) {
   const Rgb green{0.65F, 0.93F, 0.68F};
   EXPECT_FLOAT_EQ(readableOn(plateFor({green}), green).red, green.red);
 }

@@ -84,7 +84,7 @@ std::string refusal(const Points& cloud, const SurfaceCloud& model) {
   return "";
 }
 
-TEST(PoseFit, RecoversTwentyMillimetersAndTwoDegrees) {
+TEST(PoseFit, RecoversTwentyMillimetresAndTwoDegrees) {
   const SurfaceCloud model = cell();
   const Points cloud = seen(model, 0.003);
   const Eigen::Vector3d eye = kSensor.cast<double>();

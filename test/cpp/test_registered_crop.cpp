@@ -37,8 +37,8 @@ PointCloud2 crop(const CameraImages& images, const Box& box = kEverything,
 float depthAt(const Image& depth, std::uint32_t column, std::uint32_t row) {
   const std::uint8_t* bytes = &depth.data[row * depth.step];
   if (depth.encoding == "32FC1") return reinterpret_cast<const float*>(bytes)[column];
-  const std::uint16_t millimeters = reinterpret_cast<const std::uint16_t*>(bytes)[column];
-  return millimeters == 0 ? kNaN : millimeters * 0.001f;
+  const std::uint16_t millimetres = reinterpret_cast<const std::uint16_t*>(bytes)[column];
+  return millimetres == 0 ? kNaN : millimetres * 0.001f;
 }
 
 /// The depth in the image's own unit, with which depth_image_proc calculates.
@@ -47,7 +47,7 @@ float rawDepthAt(const Image& depth, std::uint32_t column, std::uint32_t row) {
   return reinterpret_cast<const std::uint16_t*>(&depth.data[row * depth.step])[column];
 }
 
-/// Red, green and blue of a color image's pixel.
+/// Red, green and blue of a colour image's pixel.
 std::array<std::uint8_t, 3> colorAt(const Image& color, std::uint32_t column, std::uint32_t row) {
   const int channels = sensor_msgs::image_encodings::numChannels(color.encoding);
   const std::uint8_t* pixel = &color.data[row * color.step + column * channels];
@@ -153,7 +153,7 @@ TEST(RegisteredCrop, IsEmptyWhereTheBoxIsEmpty) {
   EXPECT_EQ(cloud.fields.size(), 4u);
 }
 
-/// Colors that tell where they are: red the column, green the row.
+/// Colours that tell where they are: red the column, green the row.
 void markPixels(Image& color) {
   for (std::uint32_t row = 0; row < color.height; ++row)
     for (std::uint32_t column = 0; column < color.width; ++column) {
@@ -248,10 +248,10 @@ TEST_P(KnownPlane, IsWhereItIs) {
   EXPECT_EQ(cloud.width, 640U * 480);
   const double rms = rmsFrom(plane, cloud);
   EXPECT_LT(rms, most);
-  EXPECT_GT(rms, 0.0001);  // depths are whole millimeters
+  EXPECT_GT(rms, 0.0001);  // depths are whole millimetres
 }
 
-/// Goal: 2 mm. Whole millimeters alone make 0.3 mm; at 1 m a Kinect's steps and noise make 1.3 mm.
+/// Goal: 2 mm. Whole millimetres alone make 0.3 mm; at 1 m a Kinect's steps and noise make 1.3 mm.
 INSTANTIATE_TEST_SUITE_P(RegisteredCrop, KnownPlane,
                          testing::Values(PlaneCase{0.7, 0.1, false, false, 0.0004},
                                          PlaneCase{2.0, 0.4, false, false, 0.0004},

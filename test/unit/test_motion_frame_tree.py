@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.robot.frames import Frame, Frametere
+from process_visualizer.robot.frames import Frame, FrameTree
 
 ZERO = (0.0, 0.0, 0.0)
 
 
 def tree():
-    return Frametere([Frame('world', 'base'), Frame('tool', 'force'), Frame('base', 'camera')])
+    return FrameTree([Frame('world', 'base'), Frame('tool', 'force'), Frame('base', 'camera')])
 
 
 def test_a_frame_moves_and_keeps_its_parent():
@@ -58,12 +58,12 @@ def test_what_is_refused_changes_nothing(parent, child, xyz, problem):
 ])
 def test_wrong_frames_are_refused(frames, problem):
     with pytest.raises(ValueError, match=problem):
-        Frametere(frames)
+        FrameTree(frames)
 
 
 @given(st.lists(st.tuples(st.sampled_from('abcde'), st.sampled_from('bcdef')), max_size=30))
 def test_every_frame_has_a_way_to_a_root(moves):
-    frames = Frametere([Frame('a', child) for child in 'bcdef'])
+    frames = FrameTree([Frame('a', child) for child in 'bcdef'])
     for parent, child in moves:
         try:
             frames.move(parent, child, ZERO, ZERO)

@@ -14,7 +14,7 @@ from simulated_node import SimulatedNode
 from process_visualizer.nodes.frame_publisher import FramePublisher
 from process_visualizer.parameters.cell_parameters import read_frames
 from process_visualizer.parameters.reading import ParameterError
-from process_visualizer.robot.frames import Frametere
+from process_visualizer.robot.frames import FrameTree
 from process_visualizer.ros_names import SILENT_NODE_KEY
 from process_visualizer.srv import SetFrameRequest, SetFrameResponse
 
@@ -67,7 +67,7 @@ def watch() -> Watch:
 @pytest.fixture
 def node(watch: Watch) -> SimulatedNode:
     found = SimulatedNode('/cell_frames')
-    FramePublisher(found, Frametere(read_frames(FRAMES)), watch, watch.connect)
+    FramePublisher(found, FrameTree(read_frames(FRAMES)), watch, watch.connect)
     return found
 
 

@@ -47,7 +47,7 @@ struct NearestPlace {
   float distance;
 };
 
-/// A surface as points, for distances that may be large: right to half a millimeter from 0.1 m on,
+/// A surface as points, for distances that may be large: right to half a millimetre from 0.1 m on,
 /// to `kSpacing` at the surface itself.
 class SurfaceSamples {
  public:

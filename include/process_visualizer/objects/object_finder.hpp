@@ -47,7 +47,7 @@ struct Rim {
   bool is_cut;               ///< whether it may go on behind something
 };
 
-/// Something that nobody modeled, in the global frame.
+/// Something that nobody modelled, in the global frame.
 struct FoundObject {
   UprightBox box;  ///< around what is seen of it
   std::size_t points;

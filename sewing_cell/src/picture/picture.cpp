@@ -65,8 +65,8 @@ class Seen {
   Seen(const std::array<Vector, 3>& corners, const Picture& picture) {
     for (int i = 0; i < 3; ++i) {
       const double inverse = 1.0 / corners[i][2];
-      at_[i] = {picture.center_u + picture.focal_px * corners[i][0] * inverse,
-                picture.center_v + picture.focal_px * corners[i][1] * inverse, inverse};
+      at_[i] = {picture.centre_u + picture.focal_px * corners[i][0] * inverse,
+                picture.centre_v + picture.focal_px * corners[i][1] * inverse, inverse};
     }
     for (int axis = 0; axis < 2; ++axis) {
       const auto [low, high] = std::minmax({at_[0][axis], at_[1][axis], at_[2][axis]});
@@ -78,7 +78,7 @@ class Seen {
 
   bool hasPixels() const { return first_[0] <= last_[0] && first_[1] <= last_[1]; }
 
-  void fill(const Picture& picture, const std::array<std::uint8_t, 3>& color) const {
+  void fill(const Picture& picture, const std::array<std::uint8_t, 3>& colour) const {
     const double area = edge(0, 1).at(at_[2][0], at_[2][1]);
     if (!(std::abs(area) > 0.0)) return;
     std::array<Plane, 3> weights;  // of the corner opposite to each edge, 1 at that corner
@@ -87,7 +87,7 @@ class Seen {
     for (int row = first_[1]; row <= last_[1]; ++row) {
       Span span{static_cast<double>(first_[0]), static_cast<double>(last_[0])};
       for (const Plane& weight : weights) span.cut(weight, row);
-      fillRow(picture, row, span, inverse, color);
+      fillRow(picture, row, span, inverse, colour);
     }
   }
 
@@ -112,14 +112,14 @@ class Seen {
   }
 
   static void fillRow(const Picture& picture, int row, const Span& span, const Plane& inverse,
-                      const std::array<std::uint8_t, 3>& color) {
+                      const std::array<std::uint8_t, 3>& colour) {
     const int last = static_cast<int>(std::floor(span.last));
     for (int column = static_cast<int>(std::ceil(span.first)); column <= last; ++column) {
       const std::size_t pixel = static_cast<std::size_t>(row) * picture.width + column;
       const auto depth = static_cast<float>(1.0 / inverse.at(column, row));
       if (!(depth < picture.depth_m[pixel])) continue;
       picture.depth_m[pixel] = depth;
-      std::copy(color.begin(), color.end(), picture.color + 3 * pixel);
+      std::copy(colour.begin(), colour.end(), picture.colour + 3 * pixel);
     }
   }
 
@@ -128,12 +128,12 @@ class Seen {
 };
 
 /// The more a triangle faces the camera, the brighter it is.
-std::array<std::uint8_t, 3> lit(const std::uint8_t* color, const std::array<Vector, 3>& corners) {
+std::array<std::uint8_t, 3> lit(const std::uint8_t* colour, const std::array<Vector, 3>& corners) {
   const Vector normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
   const double facing = std::abs(normal[2]) / std::sqrt(dot(normal, normal));
   const double light = kAmbient + (1.0 - kAmbient) * facing;
   std::array<std::uint8_t, 3> shade;
-  for (int i = 0; i < 3; ++i) shade[i] = static_cast<std::uint8_t>(light * color[i]);
+  for (int i = 0; i < 3; ++i) shade[i] = static_cast<std::uint8_t>(light * colour[i]);
   return shade;
 }
 
@@ -153,7 +153,7 @@ void draw(const Mesh& mesh, const Pose& camera_from_mesh, const Picture& picture
     for (Vector& corner : corners) corner = moved(camera_from_mesh, corner);
     if (std::min({corners[0][2], corners[1][2], corners[2][2]}) < kNearest) continue;
     const Seen seen(corners, picture);
-    if (seen.hasPixels()) seen.fill(picture, lit(mesh.colors + 3 * i, corners));
+    if (seen.hasPixels()) seen.fill(picture, lit(mesh.colours + 3 * i, corners));
   }
 }
 

@@ -9,21 +9,21 @@ namespace sewing_cell {
 
 using Vector = std::array<double, 3>;
 
-/// A pinhole camera's picture, row by row. The depth is in m, along the camera's z axis; the color
+/// A pinhole camera's picture, row by row. The depth is in m, along the camera's z axis; the colour
 /// has three bytes for each pixel.
 struct Picture {
   int width, height;
-  double focal_px, center_u, center_v;
+  double focal_px, centre_u, centre_v;
   float* depth_m;
-  std::uint8_t* color;
+  std::uint8_t* colour;
 };
 
-/// Triangles, anticlockwise as seen from outside: nine coordinates (m) and three bytes of color
+/// Triangles, anticlockwise as seen from outside: nine coordinates (m) and three bytes of colour
 /// for each.
 struct Mesh {
   std::size_t count;
   const float* corners;
-  const std::uint8_t* colors;
+  const std::uint8_t* colours;
 };
 
 /// A rigid transform: the upper three rows of its matrix, row by row.

@@ -22,7 +22,7 @@ from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
 from process_visualizer.parameters.cell_parameters import read_frames
-from process_visualizer.robot.frames import Frame, Frametere
+from process_visualizer.robot.frames import Frame, FrameTree
 from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH, STATIC_TF_TOPIC
@@ -35,7 +35,7 @@ _PERIOD_S, _LISTEN_S = 0.2, 0.1
 class FramePublisher:
     """Publishes the frames, latched and all in one message, and moves them with a service."""
 
-    def __init__(self, node: NodeHandle, tree: Frametere, master: Optional[Master] = None,
+    def __init__(self, node: NodeHandle, tree: FrameTree, master: Optional[Master] = None,
                  connect: Connect = connecting) -> None:
         """Advertise, and publish the frames; ask ``scene_watch``, as it asks all others.
 
@@ -106,7 +106,7 @@ def main() -> None:
     """Run the node; it ends with status 1 when its frames are wrong."""
     start_node(CELL_FRAMES)
     try:
-        FramePublisher(NodeHandle(), Frametere(read_frames(rospy.get_param('~frames', []))))
+        FramePublisher(NodeHandle(), FrameTree(read_frames(rospy.get_param('~frames', []))))
     except ValueError as error:
         rospy.logfatal('parameter %s: %s', rospy.resolve_name('~frames'), error)
         sys.exit(1)

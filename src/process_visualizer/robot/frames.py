@@ -23,7 +23,7 @@ class Frame:
     ypr: Triple = (0.0, 0.0, 0.0)
 
 
-class Frametere:
+class FrameTree:
     """The frames by name; every change that would make tf2 fail is refused."""
 
     def __init__(self, frames: Iterable[Frame]) -> None:

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from process_visualizer.runs.alignment.live_alignment import (
     PERIOD_S,
+    FollowedSpan,
     LiveAlignment,
     PhaseHistory,
-    RunSpan,
 )
 
 RATE_HZ, DURATION_S, GO_S, STOP_S = 30.0, 14.0, 2.0, 12.0
-SPAN = RunSpan('go', 'stop')
+SPAN = FollowedSpan('go', 'stop')
 EVENTS = {'go': (GO_S,), 'stop': (STOP_S,)}
 Path = Callable[[np.ndarray], np.ndarray]
 

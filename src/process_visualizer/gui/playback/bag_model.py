@@ -293,7 +293,7 @@ def placed_gaps(found: Optional[Catalog]) -> Tuple[Tuple[float, float], ...]:
         for gap in found.gaps if gap.end_ns)
 
 
-class Recentercordings:
+class RecentRecordings:
     """``all`` are the last recordings, the newest first."""
 
     def __init__(self, where_recorded: Callable[[], str]) -> None:
@@ -343,7 +343,7 @@ class BagModel(QObject):
                  where_recorded: Callable[[], str] = lambda: '') -> None:
         """``where_recorded`` returns the folder into which recordings go."""
         super().__init__(parent)
-        self.recent = Recentercordings(where_recorded)
+        self.recent = RecentRecordings(where_recorded)
         self.curves = CurvesModel(tasks, session, self)
         self.curves.failed.connect(self.failed)
         self.played = PlayedTopics(session, self)

@@ -20,7 +20,7 @@ from process_visualizer.nodes.ghost.ghost_robot import GhostArrow, GhostRobot, J
 from process_visualizer.nodes.ghost.live_follower import LiveFollower, LiveJoints
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC
-from process_visualizer.runs.alignment.live_alignment import RunSpan
+from process_visualizer.runs.alignment.live_alignment import FollowedSpan
 from process_visualizer.srv import (
     FollowGhost,
     FollowGhostRequest,
@@ -64,7 +64,7 @@ class GhostDisplay:
 
     def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
         joints = {it.device: LiveJoints(self._node, it.device) for it in request.robots}
-        span = RunSpan(request.begin, request.end) if request.begin and request.end else None
+        span = FollowedSpan(request.begin, request.end) if request.begin and request.end else None
         try:
             robots = tuple(self._robot(it, joints[it.device]) for it in request.robots)
             follower = None if not robots else LiveFollower(

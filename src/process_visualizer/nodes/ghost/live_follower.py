@@ -19,7 +19,7 @@ from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import GHOST_PHASE_TOPIC
-from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, RunSpan
+from process_visualizer.runs.alignment.live_alignment import PERIOD_S, FollowedSpan, LiveAlignment
 from process_visualizer.runs.event import Passages
 
 
@@ -95,7 +95,7 @@ class LiveFollower:
 
     def __init__(self, node: NodeHandle, robots: Sequence[GhostRobot],
                  joints: Mapping[str, LiveJoints], events: Sequence[GhostEvent],
-                 span: Optional[RunSpan]) -> None:
+                 span: Optional[FollowedSpan]) -> None:
         """Take the robots of the reference, and the joints of the live ones by device.
 
         Raises:

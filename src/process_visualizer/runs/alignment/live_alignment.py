@@ -155,7 +155,7 @@ _MAX_GAP_S = 5.0
 """After this, without anything known in between, the run may be anywhere."""
 
 
-class RunSpan(NamedTuple):
+class FollowedSpan(NamedTuple):
     """The names of the events that begin and end a run."""
 
     begin: str
@@ -170,7 +170,7 @@ class LiveAlignment:
     """
 
     def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
-                 span: Optional[RunSpan] = None, period_s: float = PERIOD_S) -> None:
+                 span: Optional[FollowedSpan] = None, period_s: float = PERIOD_S) -> None:
         """Take the reference: its places (n, d) [m], and when [s] its events come."""
         self._tracker = PhaseTracker(reference, period_s)
         self._events, self._span = events, span
