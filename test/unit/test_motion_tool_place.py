@@ -8,7 +8,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from process_visualizer.nodes.robot.message_reader import ToolPose
+from process_visualizer.nodes.robot.message_reader import StaticFrames, ToolPose
 from process_visualizer.nodes.robot.tool_placing import (
     ToolDifference,
     ToolPlace,
@@ -68,7 +68,8 @@ class Watched:
             'base_frame': 'base', 'tool_frame': 'tool',
             'topics': {'tool_center_frame': {'name': '/pose'}}}, '/r/robot_proc'), 'r')
         self.placer = ToolPlacer(node, parameters, Kinematics(ARM),  # type: ignore[arg-type]
-                                 complaints)  # type: ignore[arg-type]
+                                 complaints,  # type: ignore[arg-type]
+                                 StaticFrames(node, complaints))  # type: ignore[arg-type]
 
     def _say(self, _about: str, text: str, *_values: Any, **_more: Any) -> None:
         self.said = text
