@@ -8,7 +8,6 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.bagio.bag_errors import BagDamaged
-from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.bagio.message_layout import Data
 from process_visualizer.bagio.number_places import Locator
 from process_visualizer.bagio.recording import Recording
@@ -16,62 +15,9 @@ from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.curves.source_locators import measured_s, source_locators
+from process_visualizer.curves.topic_messages import positions_between, topic_period_s
 from process_visualizer.playback.playback_event import MOMENT_NS
-from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity, sending_period_s
-
-
-class TopicMessages(NamedTuple):
-    """Messages with the bag times [ns] at which they were recorded; complete up to ``end_ns``."""
-
-    times_ns: List[int]
-    messages: List[memoryview]
-    end_ns: int
-
-
-def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: int, end_ns: int,
-                   largest_bytes: int) -> TopicMessages:
-    """Return the messages of some connections between two bag times [ns], both included.
-
-    Those that cannot be read are left out. Of more than ``largest_bytes`` in all the first ones
-    are returned, at least those of one time. Chunks that have to be decompressed are kept by the
-    recording, so that playback, which comes to them soon, need not do it again.
-    """
-    times_ns: List[int] = []
-    messages: List[memoryview] = []
-    size = 0
-    for position in positions_between(recording.index, connections, begin_ns, end_ns):
-        try:
-            message = recording.message(position)
-        except BagDamaged:
-            continue  # playback reports it
-        time_ns = int(recording.index.time_ns[position])
-        size += len(message)
-        if messages and size > largest_bytes and time_ns > times_ns[-1]:
-            return TopicMessages(times_ns, messages, times_ns[-1])
-        times_ns.append(time_ns)
-        messages.append(message)
-    return TopicMessages(times_ns, messages, end_ns)
-
-
-def topic_period_s(recording: Recording, connections: Sequence[int]) -> float:
-    """Return the period [s] of a topic's messages over the whole recording; 0 for too few."""
-    positions = recording.index.positions_of(list(connections))
-    times_ns = recording.index.time_ns[positions]
-    return sending_period_s((times_ns - recording.begin_ns) / 1e9)
-
-
-def positions_between(index: BagIndex, connections: Sequence[int], begin_ns: int,
-                      end_ns: int) -> List[int]:
-    """Return the positions, rising, of the messages of some connections between two bag times."""
-    bounds = index.count_before(begin_ns), index.count_until(end_ns)
-    parts = []
-    for connection in connections:
-        positions = index.positions(connection)
-        first, behind = np.searchsorted(positions, bounds)
-        parts.append(positions[first:behind])
-    found: List[int] = np.sort(np.concatenate(parts)).tolist() if parts else []
-    return found
-
+from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity
 
 _NS_PER_S = 1_000_000_000
 _MAX_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at

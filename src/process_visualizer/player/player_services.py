@@ -9,7 +9,7 @@ import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.curves.position_values import (
+from process_visualizer.curves.topic_messages import (
     TopicMessages,
     topic_messages,
     topic_period_s,

@@ -20,7 +20,8 @@ from process_visualizer.bagio.report_text import as_json, as_text
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.curves.curves import read_curves
-from process_visualizer.curves.position_values import PositionValues, topic_messages
+from process_visualizer.curves.position_values import PositionValues
+from process_visualizer.curves.topic_messages import topic_messages
 from process_visualizer.playback.message_loader import MessageLoader
 from process_visualizer.playback.playback_event import EventMaker
 

@@ -11,7 +11,7 @@ from bag_files import Row, compressions, in_time, rows_of_messages, some_rows, t
 from hypothesis import given, settings
 
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.curves.position_values import topic_messages
+from process_visualizer.curves.topic_messages import topic_messages
 
 PLENTY_BYTES = 1 << 20
 

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The messages of a topic in a part of a recording, whatever is being played.
+
+A module of its own, as the player starts with it and needs nothing else of the curves.
+"""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Sequence
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.bag_index import BagIndex
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.robot.recorded_velocity import sending_period_s
+
+
+class TopicMessages(NamedTuple):
+    """Messages with the bag times [ns] at which they were recorded; complete up to ``end_ns``."""
+
+    times_ns: List[int]
+    messages: List[memoryview]
+    end_ns: int
+
+
+def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: int, end_ns: int,
+                   largest_bytes: int) -> TopicMessages:
+    """Return the messages of some connections between two bag times [ns], both included.
+
+    Those that cannot be read are left out. Of more than ``largest_bytes`` in all the first ones
+    are returned, at least those of one time. Chunks that have to be decompressed are kept by the
+    recording, so that playback, which comes to them soon, need not do it again.
+    """
+    times_ns: List[int] = []
+    messages: List[memoryview] = []
+    size = 0
+    for position in positions_between(recording.index, connections, begin_ns, end_ns):
+        try:
+            message = recording.message(position)
+        except BagDamaged:
+            continue  # playback reports it
+        time_ns = int(recording.index.time_ns[position])
+        size += len(message)
+        if messages and size > largest_bytes and time_ns > times_ns[-1]:
+            return TopicMessages(times_ns, messages, times_ns[-1])
+        times_ns.append(time_ns)
+        messages.append(message)
+    return TopicMessages(times_ns, messages, end_ns)
+
+
+def topic_period_s(recording: Recording, connections: Sequence[int]) -> float:
+    """Return the period [s] of a topic's messages over the whole recording; 0 for too few."""
+    positions = recording.index.positions_of(list(connections))
+    times_ns = recording.index.time_ns[positions]
+    return sending_period_s((times_ns - recording.begin_ns) / 1e9)
+
+
+def positions_between(index: BagIndex, connections: Sequence[int], begin_ns: int,
+                      end_ns: int) -> List[int]:
+    """Return the positions, rising, of the messages of some connections between two bag times."""
+    bounds = index.count_before(begin_ns), index.count_until(end_ns)
+    parts = []
+    for connection in connections:
+        positions = index.positions(connection)
+        first, behind = np.searchsorted(positions, bounds)
+        parts.append(positions[first:behind])
+    found: List[int] = np.sort(np.concatenate(parts)).tolist() if parts else []
+    return found
