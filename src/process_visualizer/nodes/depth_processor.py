@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): a depth sensor's clouds with current stamps.
 
-RViz discards old data, such as the clouds of a foreign recording. Stamps that are of today are
+RViz discards old data, such as the clouds of a foreign recording. Stamps that are current are
 kept, so that RViz draws a cloud where its frame was when the cloud was taken. The clouds pass
 through as the received bytes; only their header is rewritten.
 """
