@@ -21,7 +21,9 @@ from process_visualizer.shown_text import shown
 
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
-_SHUTDOWN_S = 1.2
+_SHUTDOWN_S = 5.0
+"""Enough to unregister many topics while a busy master hears that from all nodes at once: a node
+that ends before stays in the master's list. Less than the 15 s after which roslaunch kills it."""
 """For the whole shutdown, which includes unregistering at the master and at every node."""
 
 
@@ -68,7 +70,7 @@ def at_shutdown(hook: Callable[[], None]) -> None:
 def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """Wait until ROS shuts the node down, then end its process with code 0.
 
-    The cleanups are called at the shutdown. They and rospy have 1.2 s in all; then the process
+    The cleanups are called at the shutdown. They and rospy have 5 s in all; then the process
     ends even if something hangs, for which roslaunch would wait 15 s.
     """
     begin = _limit(0)
@@ -79,7 +81,7 @@ def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
 
 
 def end_process(code: int) -> NoReturn:
-    """Shut the node down, if there is one, and end the process, after 1.2 s at most.
+    """Shut the node down, if there is one, and end the process, after 5 s at most.
 
     rospy writes to each subscriber in a thread that is not a daemon. If the subscriber leaves
     while the node shuts down, that thread may never end, and the interpreter would wait for it for
