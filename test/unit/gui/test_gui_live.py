@@ -170,6 +170,16 @@ def test_the_present_moves_away_from_curves_that_stand_still(stand: Stand) -> No
     assert stand.timeline.time_text(0.0, 0) == 'now' and not stand.panel._clock.isActive()
 
 
+@pytest.mark.parametrize('time_s, on_axis, at_mouse', [
+    (-7.05, '−7 s', '−7.05 s'), (-120.93, '−2:01 min', '−2:00.93 min'),
+    (-120.0, '−2:00 min', '−2:00.00 min'), (-119.999, '−2:00 min', '−2:00.00 min'),
+    (-69.96, '−1:10 min', '−1:09.96 min'), (-0.004, 'now', 'now')])
+def test_times_are_written_alike_on_the_axis_and_at_the_mouse(
+        stand: Stand, time_s: float, on_axis: str, at_mouse: str) -> None:
+    texts = [stand.timeline.time_text(time_s, decimals) for decimals in (0, 2)]
+    assert texts == [on_axis, at_mouse]
+
+
 def test_nobody_who_does_not_look_is_read_to(stand: Stand) -> None:
     stand.come(stand.parts[0])
     stand.panel.hide()

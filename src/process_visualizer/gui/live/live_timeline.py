@@ -242,7 +242,7 @@ def _before_now(time_s: float, decimals: int) -> str:
     """A time below 0 in words: how long it is before the present."""
     if time_s > -0.5 * 10.0 ** -decimals:
         return 'now'
-    minutes, seconds = divmod(-time_s, 60.0)
-    if minutes and not decimals:
-        return f'−{minutes:.0f}:{seconds:02.0f} min'
-    return f'−{-time_s:.{decimals}f} s'
+    minutes, seconds = divmod(round(-time_s, decimals), 60.0)
+    if not minutes:
+        return f'−{seconds:.{decimals}f} s'
+    return f'−{minutes:.0f}:{"0" * (seconds < 10.0)}{seconds:.{decimals}f} min'
