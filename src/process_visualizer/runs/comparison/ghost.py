@@ -26,7 +26,7 @@ from process_visualizer.robot.arrows import (
     MIN_ARROW_M,
     arrow_feet,
 )
-from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.frames import meant_frame
 from process_visualizer.robot.joints import JointTrack
 from process_visualizer.robot.kinematics import Kinematics, Placement
@@ -45,15 +45,8 @@ def robot_models(cell: Cell) -> Models:
     robots = [it for it in cell.devices if it.type is DeviceType.ROBOT]
     with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
         found: Dict[str, Optional[RobotDescription]] = dict(
-            zip((it.name for it in robots), pool.map(_model, robots)))
+            zip((it.name for it in robots), pool.map(usable_description, robots)))
     return {name: model for name, model in found.items() if model is not None}
-
-
-def _model(device: Device) -> Optional[RobotDescription]:
-    try:
-        return describe_device(device)
-    except ModelError:
-        return None
 
 
 # The robots of the reference, in step with the runs of a recording that were held against it.

@@ -25,7 +25,7 @@ from process_visualizer.cell.model import (
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
 from process_visualizer.curves.source_locators import SourceLocators, joint_locator, joint_matching
-from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
+from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.robot.tool_frame import base_frame
@@ -99,17 +99,10 @@ def joint_series(recording: Recording, devices: Sequence[Device]) -> List[Series
     found: List[Series] = []
     for device in devices:
         topics = device.topics_for(TopicFunction.JOINT_STATES)
-        description = _description(device) if device.type is DeviceType.ROBOT else None
+        description = usable_description(device) if device.type is DeviceType.ROBOT else None
         if topics and description is not None:
             found += _series(recording, device, topics, description)
     return found
-
-
-def _description(device: Device) -> Optional[RobotDescription]:
-    try:
-        return describe_device(device)
-    except ModelError:
-        return None
 
 
 def _series(recording: Recording, device: Device, topics: Sequence[Topic],
