@@ -10,7 +10,6 @@ from PyQt5.QtWidgets import (
     QButtonGroup,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QMenu,
     QPushButton,
     QRadioButton,
@@ -23,7 +22,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import set_primary
-from process_visualizer.gui.toolkit.widgets import ElidedButton, title
+from process_visualizer.gui.toolkit.widgets import ElidedButton, WrappedLabel, title
 
 
 class RvizMenu(QMenu):
@@ -84,10 +83,7 @@ class LaunchView(QWidget):
         self._modes = QButtonGroup(self)
         self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
         self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
-        self.status = QLabel()
-        self.status.setObjectName('status')
-        self.status.setWordWrap(True)
-        self.status.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.status = WrappedLabel('status')
         self._texts = TextPlace(_STATUS_LINES, self.status)
         self.launch = QPushButton('Launch nodes')
         self.launch.setObjectName('launch')

@@ -41,7 +41,13 @@ from process_visualizer.gui.toolkit.theme import (
     tabular_font,
     theme,
 )
-from process_visualizer.gui.toolkit.widgets import in_column, in_row, small, tool_button
+from process_visualizer.gui.toolkit.widgets import (
+    WrappedLabel,
+    in_column,
+    in_row,
+    small,
+    tool_button,
+)
 from process_visualizer.health.figures import clock_text, count_text, long_time_text, size_text
 
 _CLOCK_PERIOD_MS = 100
@@ -228,10 +234,7 @@ class RecordingNotice(QWidget):
         super().__init__(parent)
         self._model = model
         self._icon = QLabel()
-        self._text = QLabel()
-        self._text.setObjectName('record_notice')
-        self._text.setWordWrap(True)
-        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._text = WrappedLabel('record_notice')
         self._play = QPushButton(icon('play'), 'Play it')
         self._play.setObjectName('play_recording')
         self._play.setToolTip('Quit the nodes and play this bag')

@@ -6,7 +6,7 @@ import math
 from typing import Callable, List, Optional, Union
 
 from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QWheelEvent
+from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QResizeEvent, QWheelEvent
 from PyQt5.QtWidgets import (
     QAbstractItemView,
     QDoubleSpinBox,
@@ -63,6 +63,52 @@ def show_note(label: QLabel, text: str) -> None:
     """Show a text, or nothing where there is none."""
     label.setText(text)
     label.setVisible(bool(text))
+
+
+class WrappedLabel(QLabel):
+    """Plain text of several lines; a name such as /arm/joints begins a line rather than being cut.
+
+    Qt ends lines behind any slash, also behind the first one of a name.
+    """
+
+    def __init__(self, name: str) -> None:
+        """``name`` is the object name."""
+        super().__init__()
+        self.setObjectName(name)
+        self.setWordWrap(True)
+        self.setTextFormat(Qt.PlainText)
+        self.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._given = ''
+
+    def text(self) -> str:
+        """Return the text as it was set."""
+        return self._given
+
+    def setText(self, text: str) -> None:
+        """Show a text."""
+        self._given = text
+        self._wrap()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Wrap the text for the new width."""
+        super().resizeEvent(event)
+        self._wrap()
+
+    def _wrap(self) -> None:
+        text = '\n'.join(map(self._wrapped, self._given.split('\n')))
+        if text != super().text():
+            super().setText(text)
+
+    def _wrapped(self, text: str) -> str:
+        """A paragraph with a line break before each name that does not fit into its line."""
+        first, *words = text.split(' ')
+        shown = line = first
+        for word in words:
+            longer = f'{line} {word}'
+            fits = self.fontMetrics().horizontalAdvance(longer) <= self.contentsRect().width()
+            shown += f'{" " if fits or "/" not in word else chr(10)}{word}'
+            line = longer if fits else word
+        return shown
 
 
 def title(text: str) -> QLabel:
@@ -189,11 +235,7 @@ class NoticeFrame(QFrame):
         self.setObjectName(name)
         set_sheet(self, f'QFrame#{name} {{ border: 1px solid <{color}>; border-radius: 5px; '
                         f'background: <behind_{color}>; }}')
-        self._text = QLabel()
-        self._text.setObjectName(f'{name}_text')
-        self._text.setWordWrap(True)
-        self._text.setTextFormat(Qt.PlainText)
-        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._text = WrappedLabel(f'{name}_text')
         self._sign, self._symbol = QLabel(), symbol
         self._draw_sign()
         ThemeFollower(self, self._draw_sign)
