@@ -89,8 +89,8 @@ std::string partPath(const std::string& path, unsigned part) {
 void createFolder(const std::string& folder) {
   checkPrintable(folder);
   if (folder.empty() || folder[0] != '/')
-    throw RecordingError("the folder \"" + folder +
-                         "\" has to be written as a whole path, beginning with /");
+    throw RecordingError("enter a full path (starting with /) instead of the folder \"" + folder +
+                         "\"");
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error)
@@ -386,7 +386,7 @@ void BagFile::rescue() {
     position += count;
   }
   ::close(original);
-  if (count < 0) fail("was removed while it was written, and cannot be read any more");
+  if (count < 0) fail("was removed while it was written, and can no longer be read");
 }
 
 void BagFile::rename() {

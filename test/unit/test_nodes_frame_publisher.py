@@ -84,7 +84,7 @@ def test_the_watch_is_watched(node: SimulatedNode, watch: Watch) -> None:
     silent = told(False)[-1]
     assert (silent.level, silent.message) == (
         DiagnosticStatus.WARN,
-        'scene_watch is not responding: nobody says which other nodes do not answer')
+        'scene_watch is not responding: nodes that hang are not reported')
     assert {it.key: it.value for it in silent.values}[SILENT_NODE_KEY] == '/scene_watch'
     assert told(True)[-1].level == DiagnosticStatus.OK
     watch.is_there = False

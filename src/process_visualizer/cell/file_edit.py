@@ -232,7 +232,7 @@ class PoseEditor:
         """
         found = self._cell.device(device)
         if found.roi is None:
-            raise PoseEditError(f'{found.location}: the device "{device}" has no <roi> any more')
+            raise PoseEditError(f'{found.location}: the device "{device}" no longer has a <roi>')
         return self._save_element(device, 'roi', found.roi.location, lambda data, tag: with_vectors(
             data, tag, {'xyz': region.center, 'size': region.size}))
 

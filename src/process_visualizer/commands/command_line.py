@@ -66,8 +66,8 @@ _COMMANDS = {
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
     'new': 'write a configuration for what is running, or for the contents of a bag',
     'runs': 'list the runs of recordings: the cycles between the events of the configuration',
-    'compare': 'hold runs against good ones: what differed, where, and when first; exit code 0 if '
-               'they stay within the band of the good ones, 2 if one leaves it',
+    'compare': 'compare runs with good ones: what differed, where, and when first; exit code 0 if '
+               'all are in range, 2 if one is not, 3 if one could not be judged',
     'share': 'write runs as one page that any browser opens: robots, arrows, curves, verdict',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',

@@ -35,7 +35,7 @@ def add_compare_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('--reference', metavar='GOOD', nargs='+', required=True,
                          help='good runs; the first is the one on whose clock runs are compared')
     command.add_argument('--band', metavar='RATE', type=float,
-                         help='how often a good run may leave the band, such as 0.05')
+                         help='how often a good run may be out of range, such as 0.05')
     command.add_argument('--tolerance', metavar='SHARE', type=float, default=RELATIVE_TOLERANCE,
                          help='without a rate: how far runs may differ, as a share of the range')
     command.add_argument('--json', action='store_true', help='output for programs')
@@ -70,9 +70,9 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 
 
 def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Compare runs with good ones; return 0 if all stay within the band, 2 if one leaves it.
+    """Compare runs with good ones; return 0 if all are in range, 2 if one is not.
 
-    3 is returned if none leaves it, but there is nothing by which one of them can be judged.
+    3 is returned if none is out of range, but there is nothing by which one can be judged.
 
     Raises:
         TooFewRuns: for the rate that was asked for.

@@ -174,7 +174,7 @@ def execute_new(options: argparse.Namespace) -> int:
         raise FileExistsError(f'{error}; --force overwrites it') from error
     for path in paths:
         say(path)
-    say(f'{new.summary}; read its comments, then: '
+    say(f'{new.summary}. Read the comments in the file: some values need your decision. Then: '
         f'rosrun process_visualizer cell check {options.output}')
     return 0
 

@@ -55,7 +55,7 @@ def add_share_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('runs', metavar='RUN', nargs='+',
                          help='a recording, or one run of it: BAG or BAG#NUMBER')
     command.add_argument('--reference', metavar='GOOD', nargs='+', default=[],
-                         help='good runs that they are held against')
+                         help='good runs to compare them with')
     command.add_argument('--from', dest='begin', metavar='TIME',
                          help='of the recording, such as 0:05 or 12.5')
     command.add_argument('--to', dest='end', metavar='TIME', help='the same')

@@ -63,7 +63,7 @@ class FramePublisher:
         self._lookup.is_silent = False
         self._pulses.step(self._node.monotonic_s(), _LISTEN_S)
         is_silent = self._pulses.nodes[_WATCH].problem == SILENT
-        self._silent.tell({_WATCH: SilentNode('', 'nobody says which other nodes do not answer')}
+        self._silent.tell({_WATCH: SilentNode('', 'nodes that hang are not reported')}
                           if is_silent else {})
         return _PERIOD_S
 

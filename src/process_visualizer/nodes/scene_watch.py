@@ -41,7 +41,7 @@ ITSELF = 'the cell'
 ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
-    f'/{GHOST}': 'the other run is out of date'}
+    f'/{GHOST}': 'the reference run is old'}
 """The program's own nodes, and what it means that one is gone. Player and recorder come and go."""
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06

@@ -62,7 +62,7 @@ def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
               span: PageSpan) -> Dict[str, Any]:
     """Return the texts of a run, as the page has them; times are those of the recording."""
     words: Dict[str, Any] = {'name': run.name, 'begin': span.begin_s, 'end': span.end_s,
-                             'state': 'plain', 'verdict': 'not held against good runs',
+                             'state': 'plain', 'verdict': 'not compared with good runs',
                              'notes': list(notes), 'departures': [], 'moments': _moments(run, span)}
     if comparison is None:
         return words
@@ -94,7 +94,7 @@ _NO_ROWS = RowsOfJoints(np.empty(0), {})
 
 
 class Judged(NamedTuple):
-    """A run, what came of it, and the good runs that it was held against."""
+    """A run, what came of it, and the good runs that it was compared with."""
 
     run: Run
     comparison: Optional[Comparison] = None

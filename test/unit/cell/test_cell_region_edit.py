@@ -57,5 +57,5 @@ def test_a_device_without_a_box(tmp_path: Path) -> None:
     path.write_text('<visualizer><device type="other" name="a"/></visualizer>', encoding='utf-8')
     cell = XmlParser().parse(str(path))
     region = RegionOfInterest('world', (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), cell.devices[0].location)
-    with pytest.raises(PoseEditError, match='no <roi>'):
+    with pytest.raises(PoseEditError, match='no longer has a <roi>'):
         PoseEditor(cell).save_region('a', region)

@@ -64,7 +64,7 @@ def test_a_recording_without_a_whole_run_is_shown_as_it_is(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     html = shared(tmp_path, write_bag(tmp_path, part_of_s=(0.0, 4.0)))
     assert 'all of it is shown' in capsys.readouterr().err
-    assert PageReader(html).data['runs'][0]['verdict'] == 'not held against good runs'
+    assert PageReader(html).data['runs'][0]['verdict'] == 'not compared with good runs'
 
 
 @pytest.mark.parametrize(('words', 'problem'), [

@@ -395,7 +395,7 @@ class WarningsView(TextDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self._device, self._states = device, states
         self.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
-        self.text.setPlaceholderText('No warnings any more: the problems are over.')
+        self.text.setPlaceholderText('No more warnings: the problems are over.')
         self.text.setAccessibleName(f'Warnings of {device}')
         states.changed.connect(self.refresh)
         self.refresh()

@@ -69,7 +69,7 @@ def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, 
 _MIDDLE, _SIZE, _REACH = TRACK_TOP + 5.0, 4.5, 6.0  # px
 _TIPS = {
     MomentKind.EVENT: 'where the good run has "{}". If it belongs elsewhere, drag it there.',
-    MomentKind.DEPARTURE: '"{}" begins to depart. Drag it if the good run is aligned wrongly.',
+    MomentKind.DEPARTURE: '"{}" begins to differ. Drag it if the good run is aligned wrongly.',
     MomentKind.ANCHOR: '"{}" of the good run, where you have put it. "Reset alignment" undoes it.'}
 
 
