@@ -19,6 +19,7 @@ from PyQt5.QtWidgets import (
 from rospy import Time
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app import launcher_app
 from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
@@ -182,6 +183,13 @@ def test_a_message_that_comes_again_is_shown_once(window: LauncherApp) -> None:
     assert window.statusBar().currentMessage() == 'The disk is full'
 
 
+def test_what_the_status_bar_says_goes_by_itself(window: LauncherApp, qtbot: Any,
+                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(launcher_app, '_BRIEF_MS', 1)
+    window._launcher.failed.emit('the disk is full')
+    qtbot.waitUntil(lambda: window.statusBar().currentMessage() == '')
+
+
 def test_the_window_is_not_closed_while_a_recording_goes_on_unless_that_is_wanted(
         window: LauncherApp, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(type(window._launcher.recording), 'is_recording',
@@ -320,6 +328,22 @@ def test_quitting_asks_where_something_would_be_lost(
         'Not saved, but kept in this window: the crop box of kinect. Quit all nodes?')
     answer(window, qtbot, is_yes=True)
     assert quitting.quits == 1
+
+
+def test_quitting_asks_while_something_is_recorded(
+        quitting: Quitting, window: LauncherApp, qtbot: Any,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(window._launcher.recording), 'is_recording',
+                        property(lambda _: True))
+    for is_yes in (False, True):
+        quitting.command.quit()
+        assert quitting.question() == (
+            'A recording is in progress. Finish it and quit all nodes?')
+        assert window.findChild(QAbstractButton, 'yes').text() == 'Finish and quit'
+        answer(window, qtbot, is_yes)
+        quitting.wait(GRACE_S + 0.1)
+        assert quitting.quits == is_yes
+    monkeypatch.undo()
 
 
 def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: Quitting) -> None:

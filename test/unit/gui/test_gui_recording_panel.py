@@ -166,6 +166,18 @@ def test_a_silent_topic_is_seen(find, running, client, qtbot):
     assert not item(find, 0, 0).flags() & Qt.ItemIsUserCheckable
 
 
+def test_a_recorder_that_says_nothing_is_told_until_it_speaks(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    running._silence.silent.emit()
+    assert text(find, 'record_notice') == (
+        'The recorder is not responding. It may still be recording. Commands take effect when it '
+        'responds.')
+    assert find(QPushButton, 'record').text() == 'Stop'
+    running.take_state(told('recording', files=(client.path,)))
+    assert text(find, 'record_notice') == 'Into seam.bag'
+
+
 def test_low_disk_warns(find, running, client, qtbot):
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
