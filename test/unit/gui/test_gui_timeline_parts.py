@@ -104,7 +104,8 @@ class TestTexts:
 
     @pytest.mark.parametrize('at_position, at_mouse, texts', [
         (5.0, None, ('5.0 N', '', '')), (5.0, 4.0, ('5.0', '4.0', 'Δ −1.0 N')),
-        (4.04, 5.26, ('4.0', '5.3', 'Δ +1.3 N')), (NAN, 5.0, ('–', '5.0', 'Δ – N')),
+        (4.04, 5.26, ('4.0', '5.3', 'Δ +1.3 N')), (NAN, 5.0, ('no data', '5.0', 'Δ – N')),
+        (NAN, None, ('no data', '', '')), (5.0, NAN, ('5.0', 'no data', 'Δ – N')),
         (None, None, ('… N', '', '')), (None, 5.0, ('…', '5.0', 'Δ – N'))])
     def test_values(self, at_position: float, at_mouse: float, texts: tuple) -> None:
         assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts
@@ -112,7 +113,7 @@ class TestTexts:
     def test_what_good_runs_have_is_beside_the_value(self) -> None:
         found = lane_texts(self.LANE, 20.0, 19.24, None, 17.7).at_position
         assert found == '19.2 N  (reference 17.7, Δ +1.5)'
-        assert lane_texts(self.LANE, 20.0, NAN, None, 17.7).at_position == '– N'
+        assert lane_texts(self.LANE, 20.0, NAN, None, 17.7).at_position == 'no data'
         assert lane_texts(self.LANE, 20.0, 19.2, 5.0, 17.7).at_position == '19.2'
 
     def test_good_is_the_middle_of_the_band(self) -> None:

@@ -121,6 +121,9 @@ def lane_label(device: str, label: str) -> str:
     return f'{device}  {_IN_WORDS.get(label, label)}'
 
 
+_NO_DATA = 'no data'
+
+
 class LaneTexts(NamedTuple):
     """A lane's value at the position, the one at the mouse, and their difference; '' for none.
 
@@ -140,14 +143,18 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
     no mouse. What is ``good`` at the position is told beside the value, with the difference.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
-    known = '…' if at_position is None else number_text(at_position, decimals)
+    known = '…' if at_position is None else _value_text(at_position, decimals)
     if at_mouse is None:
-        return LaneTexts(f'{known} {lane.unit}'.rstrip()
-                         + _beside_good(at_position, good, decimals))
+        unit = '' if known == _NO_DATA else lane.unit
+        return LaneTexts(f'{known} {unit}'.rstrip() + _beside_good(at_position, good, decimals))
     difference = math.nan if at_position is None else (
         round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
-    return LaneTexts(known, number_text(at_mouse, decimals),
+    return LaneTexts(known, _value_text(at_mouse, decimals),
                      f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
+
+
+def _value_text(value: float, decimals: int) -> str:
+    return _NO_DATA if math.isnan(value) else number_text(value, decimals)
 
 
 def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -> str:
