@@ -7,7 +7,8 @@ from typing import Any, List
 
 import numpy as np
 import pytest
-from cycle_bags import write_bag
+import rosbag
+from cycle_bags import BEGIN_S, write_bag
 from held_tasks import HeldTasks
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget
@@ -109,6 +110,21 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
     departures.itemClicked.emit(departures.topLevelItem(0), 0)
     assert stand.sought == [pytest.approx(27.0, abs=0.1)]
+
+
+def test_where_there_is_no_data_the_verdict_says_so(stand: Stand, tmp_path: Path) -> None:
+    whole, stand.path = stand.path, str(tmp_path / 'gap.bag')
+    with rosbag.Bag(whole) as before, rosbag.Bag(stand.path, 'w') as after:
+        for topic, message, time in before.read_messages():
+            if not 15.0 <= time.to_sec() - BEGIN_S < 16.5:
+                after.write(topic, message, time)
+    stand.find()
+    stand.tick(0, 3)
+    stand.compare()
+    verdicts = column(stand.panel.runs, 2)
+    assert [verdicts[1], verdicts[3]] == ['in range, no data in places', 'in range']
+    hint = stand.panel.runs.topLevelItem(1).toolTip(2)
+    assert 'not judged: arm tool force from 0:1' in hint and '(no data)' in hint
 
 
 def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:

@@ -260,6 +260,10 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         assert f'not judged: robot tool force from {clock(begin_s - 0.4)[:-1]}' in text
         assert '(no data' in text
         assert json.loads(as_json(good, [found]))['runs'][0]['not_judged']
+        notes = [it.text for it in elements(comparison_page(good, [found]), 'p')]
+        assert any('run 77: not judged: robot tool force from ' in (it or '') for it in notes)
+        bands = timeline_bands(good.times_s, [found], found.run.duration_s, 140)
+        assert not any(it.departed.any() for it in bands.values())
 
 
 @pytest.mark.parametrize('at_s', [2.9, 4.3, 5.01, 8.6, 10.2])

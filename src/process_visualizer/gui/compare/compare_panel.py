@@ -26,7 +26,14 @@ from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.live_comparison import FinishedRun, beyond_text, since_text
-from process_visualizer.runs.comparison.wording import amount, band_text, clock, moment, verdict
+from process_visualizer.runs.comparison.wording import (
+    amount,
+    band_text,
+    clock,
+    moment,
+    unjudged_texts,
+    verdict,
+)
 from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
@@ -170,7 +177,8 @@ class ComparePanel(QWidget):
         is_poor = found is None or bool(found.departures or found.why_not)
         item.setText(2, '' if compared is None else _short_verdict(found))
         color_row(item, 2, 'bad' if is_poor else 'good')
-        item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
+        item.setToolTip(2, '' if found is None else '\n'.join(
+            (verdict(found), *found.notes, *unjudged_texts(found))))
 
     @property
     def _row(self) -> int:
@@ -255,7 +263,8 @@ def _short_verdict(found: Optional[Comparison]) -> str:
     if found.why_not:
         return 'not judged'
     if not found.departures:
-        return 'in range'
+        is_part = any(not it.too_seldom for it in found.unjudged)
+        return 'in range, no data in places' if is_part else 'in range'
     first = found.departures[0]
     return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
 

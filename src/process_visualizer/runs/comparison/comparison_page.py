@@ -164,6 +164,8 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
     if len(comparisons) > 1:
         parts += [f'<p>{escape(drift_text(it))}.</p>' for it in drifts(comparisons)]
         parts.append(_summary(comparisons))
+    parts += [f'<p class="note">{escape(f"{it.run.name}: {text}")}</p>'
+              for it in comparisons if not it.departures for text in unjudged_texts(it)]
     pictures = dict(zip(map(id, comparisons), scenes))
     drawn = {id(it) for it in sorted(poor, key=lambda it: -it.badness)[:_MAX_DRAWN]}
     for it in poor:
