@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot whose joints are on several topics: in playback all count, in whatever order they are."""
+"""A robot whose joints come in parts: on several topics in any order, or on one, one by one."""
 from __future__ import annotations
 
 import math
@@ -22,6 +22,7 @@ from process_visualizer.parameters.robot_parameters import RobotParameters
 LENGTH_MS = 6000
 NEAR_M_PER_S = 0.004
 ARM, LIFT, GRIPPER = '/arm/joints', '/lift/joints', '/gripper/joints'
+ALL = '/driver/joints'
 JOINTS = {LIFT: ('base_link', 'lift', 'prismatic'), ARM: ('lift', 'arm', 'continuous'),
           GRIPPER: ('tool', 'finger', 'prismatic')}
 MODEL = '<robot name="r"><link name="base_link"/><link name="tool"/>' + ''.join(
@@ -55,14 +56,17 @@ def velocity(time_s: float) -> np.ndarray:
 
 
 def rows() -> List[Row]:
-    """Return an arm and a lift at 100 Hz, and between their messages a gripper at 50 Hz."""
+    """Return an arm and a lift at 100 Hz, and between their messages a gripper at 50 Hz.
+
+    Each message is on a topic of its own, and on that of all.
+    """
     found = []
     for topic, step_ms, late_ms, value in ((ARM, 10, 0, turn), (LIFT, 10, 0, height),
                                            (GRIPPER, 20, 5, lambda time_s: 0.01 * time_s)):
         for time_ms in range(late_ms, LENGTH_MS, step_ms):
-            found.append(Row(topic, time_ms, JointState(
+            found += [Row(name, time_ms, JointState(
                 header=Header(stamp=stamp(time_ms)), name=[f'{JOINTS[topic][1]}_joint'],
-                position=[value(time_ms / 1000.0)])))
+                position=[value(time_ms / 1000.0)])) for name in (topic, ALL)]
     return found
 
 
@@ -89,10 +93,10 @@ class Stand:
                                    atol=NEAR_M_PER_S)
 
 
-ORDERS = [(ARM, LIFT, GRIPPER), (GRIPPER, ARM, LIFT), (LIFT, GRIPPER, ARM)]
+ORDERS = [(ARM, LIFT, GRIPPER), (GRIPPER, ARM, LIFT), (LIFT, GRIPPER, ARM), (ALL,)]
 
 
-@pytest.fixture(params=ORDERS, ids=['arm first', 'gripper first', 'lift first'])
+@pytest.fixture(params=ORDERS, ids=['arm first', 'gripper first', 'lift first', 'one topic'])
 def stand(request: pytest.FixtureRequest, bag: str) -> Iterator[Stand]:
     found = Stand(bag, request.param)
     yield found

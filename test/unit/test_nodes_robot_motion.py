@@ -249,12 +249,14 @@ def test_a_driver_without_poses_has_velocity_and_force_at_the_tool_of_the_model(
     assert 'v no data for' in robot.text()
 
 
-def test_two_publishers_that_contradict_each_other_are_named(robot: RobotStage) -> None:
+@pytest.mark.parametrize('topic, value', [('/r/tcf', 0.5), ('/ft/ft', 12.0)])
+def test_two_publishers_that_contradict_each_other_are_named(robot: RobotStage, topic: str,
+                                                             value: float) -> None:
     def drive(_time_s: float) -> None:
-        for publisher, place in (('/driver', 0.5), ('/simulator', 0.0)):
-            message = any_message(array(place, 0.0, 0.3, 0.0, 0.0, 0.0))
+        for publisher, there in (('/driver', value), ('/simulator', 0.0)):
+            message = any_message(array(there, 0.0, 0.3, 0.0, 0.0, 0.0))
             message._connection_header['callerid'] = publisher
-            robot.send('/r/tcf', message)
+            robot.send(topic, message)
     robot.run(1.0, drive)
-    assert robot.warnings('/r/tcf', '2 nodes publish on this topic, /driver, /simulator')
+    assert robot.warnings(topic, '2 nodes publish on this topic, /driver, /simulator')
     assert robot.reports('2 nodes publish')

@@ -57,6 +57,12 @@ def test_summary(line: Line, level: Level, text: str) -> None:
     assert (line.level, line.text) == (level, text)
 
 
+def test_of_several_silent_topics_the_number_is_told() -> None:
+    lines = {topic.name: live_line(SILENT) for topic in ARM.topics}
+    state = device_state(ARM, PartReport('arm', PartState.RUNNING, (UP,)), lines)
+    assert (state.summary.level, state.summary.text) == (Level.WARNING, 'No data from 2 topics')
+
+
 def test_device_that_does_not_run_says_nothing() -> None:
     state = device_state(ARM, None, {'/arm/q': live_line(SILENT)})
     assert state.summary == Line(Level.OFF, '')
