@@ -110,6 +110,27 @@ def test_sought_stepped_and_backwards(stand: Stand) -> None:
         stand.check(lambda by=direction: stand.player.step(by))  # type: ignore[misc]
 
 
+@pytest.mark.parametrize('topics', [(ALL,), (ARM, LIFT)], ids=['one topic', 'two topics'])
+def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(
+        tmp_path: Path, topics: Sequence[str]) -> None:
+    """Though nothing was sent of it for seconds; the arm moves all the time."""
+    seldom = [Row(name, row.time_ms, row.message) for row in rows() for name in (ALL, row.topic)
+              if row.topic == ARM or (row.topic == LIFT and row.time_ms in (0, 30))]
+    stand = Stand(write_bag(tmp_path / 'seldom.bag', seldom), topics)
+    for position_s in (4.0, 1.0, 2.25):
+        stand.robot.forget()
+        stand.player.seek(position_s)
+        stand.robot.node.advance(0.3)
+        np.testing.assert_allclose(stand.robot.velocity()[:2], velocity(position_s)[:2],
+                                   atol=NEAR_M_PER_S)
+    stand.player.play()
+    stand.robot.node.advance(1.0)
+    stand.robot.forget()
+    stand.robot.node.advance(1.0)
+    assert len(stand.robot.twists) > 20 and stand.robot.reports('recorded velocity') == []
+    stand.player.close()
+
+
 @pytest.mark.parametrize('rate', [1.0, -1.0])
 def test_played(stand: Stand, rate: float) -> None:
     stand.player.seek(3.0)

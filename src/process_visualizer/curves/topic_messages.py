@@ -24,8 +24,10 @@ class TopicMessages(NamedTuple):
 
 
 def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: int, end_ns: int,
-                   largest_bytes: int) -> TopicMessages:
+                   largest_bytes: int, before: Sequence[int] = ()) -> TopicMessages:
     """Return the messages of some connections between two bag times [ns], both included.
+
+    Those at the positions ``before`` come first.
 
     Those that cannot be read are left out. Of more than ``largest_bytes`` in all the first ones
     are returned, at least those of one time. Chunks that have to be decompressed are kept by the
@@ -34,7 +36,8 @@ def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: i
     times_ns: List[int] = []
     messages: List[memoryview] = []
     size = 0
-    for position in positions_between(recording.index, connections, begin_ns, end_ns):
+    between = positions_between(recording.index, connections, begin_ns, end_ns)
+    for position in [*before, *between]:
         try:
             message = recording.message(position)
         except BagDamaged:

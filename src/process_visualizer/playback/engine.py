@@ -140,6 +140,10 @@ class Playback:
         """
         return self._events.not_begun(bag_ns)
 
+    def held(self, topic: str, bag_ns: int) -> List[int]:
+        """Return where the newest messages of each joint before a bag time are: see EventMaker."""
+        return self._events.held(topic, bag_ns)
+
     def prepare(self) -> None:
         """Begin to read what comes first, before ``run``."""
         state = self._timeline.state

@@ -8,7 +8,12 @@ from typing import Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, 
 
 from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.bagio.message_definition import Connection
-from process_visualizer.bagio.message_parts import can_be_emptied, emptied, shows_markers
+from process_visualizer.bagio.message_parts import (
+    can_be_emptied,
+    emptied,
+    lasts,
+    shows_markers,
+)
 from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader, first_stamp
 from process_visualizer.playback.scene import PartialMessages, Scene, SensorTimes, StaticScene
 
@@ -94,6 +99,17 @@ class EventMaker:
         absent = self._scene.absent_topics(self._index.count_until(bag_ns), self._moment)
         return [topic for topic in absent
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
+
+    def held(self, topic: str, bag_ns: int) -> List[int]:
+        """Return the positions (rising) of the newest messages of each joint before a bag time.
+
+        Of a topic that does not tell of joints it is nothing.
+        """
+        if topic not in self._scene.topics:
+            return []
+        shown = [it for it in self._scene.positions_of(topic, self._index.count_before(bag_ns))
+                 if lasts(self._connection_of(it))]
+        return sorted({*shown, *self._partial.beside(shown, bag_ns)})
 
     def _again(self, position: int) -> List[LoadedMessage]:
         """Return what is to be seen again before the message at a position, instead of it."""

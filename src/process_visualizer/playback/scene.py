@@ -272,14 +272,15 @@ class PartialMessages:
     def _groups_of(self, position: int) -> Groups:
         """The groups in which the source of a message tells of lasting parts; none of others."""
         source = self._scene.source_of(position)
-        if source not in self._groups:
-            self._groups[source] = {}
+        if source not in self._groups:  # no other thread may see it before it is known
+            groups: Groups = {}
             if lasts(self._index.connections[int(self._index.connection[position])]):
                 positions = self._scene.messages_of(source)
                 spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
                 samples = np.union1d(positions[:SAMPLES // 2], positions[spread])
                 if len(self._grouped(samples)) > 1:
-                    self._groups[source] = self._grouped(positions)
+                    groups = self._grouped(positions)
+            self._groups[source] = groups
         return self._groups[source]
 
     def _grouped(self, positions: np.ndarray) -> Groups:

@@ -204,7 +204,8 @@ class BagPlayer:
                        if settings.clock_hz else None)
         self.control = PlayerControl(self._timeline, self._playback)
         self._thread: Optional[threading.Thread] = None
-        self._reading = TopicReadingService(recording, self._topics, self._node)
+        self._reading = TopicReadingService(recording, self._topics, self._node,
+                                            self._playback.held)
         self._state = StatePublisher(self.state_message, self._node)
         self._services: Optional[PlayerServices] = None
         self._pauses_beside_others = settings.pauses_beside_others

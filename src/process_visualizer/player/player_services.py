@@ -143,12 +143,19 @@ _MAX_S = 1e9  # from the beginning of a recording; times farther away are invali
 
 
 class TopicReadingService:
-    """Offers ~read: the messages of a topic between two positions, as they were recorded."""
+    """Offers ~read: the messages of a topic between two positions, as they were recorded.
 
-    def __init__(self, recording: Recording, topics: Sequence[PublishedTopic],
-                 node: NodeHandle) -> None:
-        """Advertise it for the topics that are played."""
-        self._recording = recording
+    A joint is where it was told of last: the newest message of each joint comes first, however old
+    it is.
+    """
+
+    def __init__(self, recording: Recording, topics: Sequence[PublishedTopic], node: NodeHandle,
+                 held: Callable[[str, int], Sequence[int]]) -> None:
+        """Advertise it for the topics that are played.
+
+        ``held`` returns where such messages are, of a recorded topic at a bag time [ns].
+        """
+        self._recording, self._held = recording, held
         self._begin_ns = recording.begin_ns
         self._topics = {node.resolve(topic.name): topic for topic in topics}
         self._periods_s: Dict[str, float] = {}
@@ -165,9 +172,10 @@ class TopicReadingService:
         if not -_MAX_S < request.begin <= request.end < _MAX_S:
             return ReadTopicResponse(success=False, message='begin and end must be positions in '
                                      f's, not {request.begin} and {request.end}')
+        begin_ns = self._bag_ns(request.begin)
         return self._answer(topic, topic_messages(
-            self._recording, topic.numbers, self._bag_ns(request.begin),
-            self._bag_ns(request.end), MAX_BYTES))
+            self._recording, topic.numbers, begin_ns, self._bag_ns(request.end), MAX_BYTES,
+            self._held(topic.connection.topic, begin_ns)))
 
     def _answer(self, topic: PublishedTopic, found: TopicMessages) -> ReadTopicResponse:
         return ReadTopicResponse(

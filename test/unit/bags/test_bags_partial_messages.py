@@ -193,6 +193,21 @@ def test_a_joint_that_was_told_of_long_ago_is_where_it_was(tmp_path: Path) -> No
         assert seen == {('/joints', 'torso'): 7.0, ('/joints', 'arm'): count - 1.0}
 
 
+def test_what_holds_of_joints_before_a_time_is_the_newest_of_each(tmp_path: Path) -> None:
+    told = [Told(number * 0.01, '/joints', '/a',
+                 joints(float(number), ['torso' if number == 7 else 'arm']))
+            for number in range(100)]
+    told += [Told(number * 0.01, '/whole', '/b', joints(0.0, ['a', 'b'])) for number in range(9)]
+    events = Player(write(tmp_path / 'a.bag', told)).events
+    begin_ns = 1000 * 10 ** 9
+    alone = Player(write(tmp_path / 'b.bag', told[:100])).events
+    assert alone.held('/joints', begin_ns + 505_000_000) == [7, 50]
+    assert alone.held('/joints', begin_ns + 35_000_000) == [3]  # nothing of the torso so far
+    assert alone.held('/joints', begin_ns) == []
+    assert len(events.held('/whole', begin_ns + 500_000_000)) == 1
+    assert events.held('/none', begin_ns) == []
+
+
 def test_efforts_without_positions_replace_no_positions(tmp_path: Path) -> None:
     told = [Told(0.0, '/joints', '/a', joints(1.0, ['arm'])),
             Told(0.5, '/joints', '/a', JointState(name=['arm'], effort=[2.0]))]

@@ -46,7 +46,7 @@ def node(recording: Recording) -> SimulatedNode:
     topics = [PublishedTopic(it.topic, it, False, [number])
               for number, it in enumerate(recording.index.connections)]
     found = SimulatedNode('/r/bag_player')
-    TopicReadingService(recording, topics, found)
+    TopicReadingService(recording, topics, found, lambda _topic, _bag_ns: ())
     return found
 
 

@@ -146,12 +146,14 @@ class RecordedReader:
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
         topics = [self._node.resolve(it) for it in self._joints.topics]
+        # Those of before the part count beside others that come: one may be sent when it moves.
         joints = [it for it in (self._messages(topic, reach) for topic in topics) if it]
         self._needs_joints = bool(joints)
         if not joints and reading is not None:
             return reading._replace(problem=f'{reading.problem}; record {" and ".join(topics)} too,'
                                     ' from which it can be computed')
-        return self._decoded(part, tool, joints)
+        come = any(it.messages and it.messages[-1][0] >= reach.begin_s for it in joints)
+        return self._decoded(part, tool, joints if come else [])
 
     def _messages(self, topic: str, part: PosePart) -> Optional[_Messages]:
         """Return the messages of a topic; None if it is not played."""
