@@ -14,13 +14,16 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.number_columns import Numbers
+from process_visualizer.curves.samples import part_numbers
 from process_visualizer.curves.source_locators import measured_s, source_locators
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
 from process_visualizer.playback.playback_event import MOMENT_NS
+from process_visualizer.robot.kinematics import Joint
 from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity
 
 _NS_PER_S = 1_000_000_000
 _MAX_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
+_SELDOM = 3  # fewer messages around a position do not tell where a joint is
 
 Key = Tuple[str, str, str]
 
@@ -81,6 +84,7 @@ class _Topic:
         self._locators = source_locators(recording, source, devices)
         self._positions = recording.index.positions_of(self._locators.connections)
         self._kept: Dict[_Row, Optional[_Numbers]] = {}
+        self._whole: Dict[int, Numbers] = {}  # by part, of joints that seldom come
         self._period_s = 0.0
         if source.quantity is Quantity.SPEED:
             self._period_s = topic_period_s(recording, self._locators.connections)
@@ -116,8 +120,8 @@ class _Topic:
 
     def _speed(self, time_ns: int) -> Optional[float]:
         around = [self._rows(part, time_ns) for part in range(len(self._locators.parts))]
-        numbers = self._locators.joined(partial(measured_s, self._recording), [
-            self._read(part, rows) for part, rows in enumerate(around)])
+        numbers = self._locators.joined(partial(measured_s, self._recording), self._with_rests([
+            self._read(part, rows) for part, rows in enumerate(around)], time_ns))
         self._keep([row for rows in around for row in rows])
         if not len(numbers.positions):
             return None
@@ -128,10 +132,30 @@ class _Topic:
 
     def _rows(self, part: int, time_ns: int) -> List[_Row]:
         """Return the messages around a bag time [ns] that hold a part of the source."""
-        margin_ns = round(MARGIN_S * _NS_PER_S)
         return [_Row(part, position) for position in positions_between(
-            self._recording.index, tuple(self._locators.parts[part]), time_ns - margin_ns,
-            time_ns + margin_ns)]
+            self._recording.index, tuple(self._locators.parts[part]), *_around(time_ns))]
+
+    def _with_rests(self, parts: Sequence[Numbers], time_ns: int) -> Sequence[Numbers]:
+        """The numbers around a time, with those before and behind of joints that seldom come.
+
+        They are sent when they move: while others come, they are where they were.
+        """
+        path = self._locators.path
+        if path is None or max(len(it.positions) for it in parts) < _SELDOM:
+            return parts
+        return [self._with_neighbors(part, time_ns)
+                if isinstance(moving, Joint) and len(it.positions) < _SELDOM else it
+                for part, (moving, it) in enumerate(zip(path.moving, parts))]
+
+    def _with_neighbors(self, part: int, time_ns: int) -> Numbers:
+        if part not in self._whole:
+            self._whole[part] = part_numbers(self._recording, self._locators.parts[part])
+        whole, index = self._whole[part], self._recording.index
+        begin_ns, end_ns = _around(time_ns)
+        first, behind = np.searchsorted(
+            whole.positions, (index.count_before(begin_ns), index.count_until(end_ns)))
+        rows = slice(max(int(first) - 1, 0), int(behind) + 1)
+        return Numbers(*(column[rows] for column in whole))
 
     def _read(self, part: int, rows: Sequence[_Row]) -> Numbers:
         """Return what some messages hold of a part of the source that can be used."""
@@ -155,6 +179,12 @@ class _Topic:
 
     def _keep(self, rows: Sequence[_Row]) -> None:
         self._kept = {row: self._kept[row] for row in rows if row in self._kept}
+
+
+def _around(time_ns: int) -> Tuple[int, int]:
+    """From when to when [bag ns] messages tell of the velocity at a time."""
+    margin_ns = round(MARGIN_S * _NS_PER_S)
+    return time_ns - margin_ns, time_ns + margin_ns
 
 
 def _numbers_in(locator: Locator, data: Data) -> Optional[_Numbers]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from process_visualizer.bagio.number_places import Locator
 from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
@@ -72,6 +73,21 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
     _collect(recording, [part for parts in columns for part in parts], most,
              on_progress or (lambda _: None), is_cancelled)
     return [_samples(recording, it, parts, by_stamp) for it, parts in zip(series, columns)]
+
+
+def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
+    """Return all numbers of a part of a source, in the order of the recording.
+
+    Args:
+        recording: to read.
+        part: what finds the numbers, by connection.
+
+    Raises:
+        BagError: a file cannot be read as a bag.
+    """
+    columns = {number: NumberColumns(locator) for number, locator in part.items()}
+    _collect(recording, [columns], None, lambda _: None, lambda: False)
+    return joined_numbers(tuple(it.numbers() for it in columns.values()))
 
 
 def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 """Locators of the numbers of a process variable in the messages of a recording."""
 from __future__ import annotations
 
+import math
 from typing import (
     Any,
     Callable,
@@ -251,30 +252,44 @@ class SourceLocators(NamedTuple):
     def joined(self, measured: MeasuringTimes, parts: Sequence[Numbers]) -> Numbers:
         """Return the source's numbers, given those of its parts, and when those were measured.
 
-        Of a tool, they are its positions at the times of what moves it and is the nearest to it:
-        a recorded transform, if there is one.
+        Of a tool, they are its positions at the times of what moves it: the recorded transform that
+        is the nearest to it, if there is one, else the joint that is sent most often. A joint that
+        is sent only when it moves is where it was, while others come.
         """
         path = self.path
         if path is None:
             return parts[0]
+        counts = [len(it.positions) for it in parts]
         leader = next((row for row, it in enumerate(path.moving)
-                       if isinstance(it, SentTransform)), 0)
-        times_s = measured(parts[leader])
-        values = {moving: _at(times_s, measured(part), part.values, moving)
-                  for moving, part in zip(path.moving, parts)}
+                       if isinstance(it, SentTransform)), counts.index(max(counts)))
+        known_s = [measured(part) for part in parts]
+        times_s = known_s[leader]
+        latest_s = max((it[-1] for it, moving in zip(known_s, path.moving)
+                        if len(it) and not isinstance(moving, SentTransform)), default=math.inf)
+        values = {moving: _at(times_s, it, part.values, moving, latest_s)
+                  for moving, it, part in zip(path.moving, known_s, parts)}
         positions = path.places(values).positions
         known = np.isfinite(positions).all(axis=1)
         return Numbers(parts[leader].positions[known], positions[known],
                        parts[leader].stamps_ns[known])
 
 
-def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray,
-        moving: MovingPart) -> np.ndarray:
+_EQUAL = 0.02
+"""So near [rad or m], a joint of which nothing was sent in between has not moved."""
+
+
+def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: MovingPart,
+        latest_s: float) -> np.ndarray:
+    """The numbers of a part at times; ``latest_s`` is when a joint came last."""
     if isinstance(moving, SentTransform):
         return interpolated(times_s, known_s, values, GAP_S, slice(3, 7))
+    is_usable = np.isfinite(values).all(axis=1)
+    known_s, values = known_s[is_usable], values[is_usable]
     if moving.kind == 'continuous':
         values = np.unwrap(values, axis=0)
-    return interpolated(times_s, known_s, values, GAP_S)
+    if len(known_s) and known_s[-1] < latest_s:
+        known_s, values = np.append(known_s, latest_s), np.append(values, values[-1:], axis=0)
+    return interpolated(times_s, known_s, values, GAP_S, equal=_EQUAL)
 
 
 def measured_s(recording: Recording, numbers: Numbers,

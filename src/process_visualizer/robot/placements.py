@@ -49,8 +49,8 @@ def of_joint(joint: Joint, positions: np.ndarray) -> Placements:
     return constant(joint.origin).then(moved)
 
 
-def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray,
-                 longest_s: float, rotation: Optional[slice] = None) -> np.ndarray:
+def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, longest_s: float,
+                 rotation: Optional[slice] = None, equal: float = -1.0) -> np.ndarray:
     """Return values (m, k) at times, on straight lines between those that are known.
 
     Rows are NaN before the first and behind the last known one, and between two that are further
@@ -62,6 +62,8 @@ def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray,
         values: (n, k).
         longest_s: the limit [s].
         rotation: the columns of x y z w, which go the shorter way.
+        equal: between values that differ by no more than this there is no limit; below 0 there
+            always is.
     """
     if not len(known_s):
         return np.full((len(times_s), values.shape[1]), np.nan)
@@ -74,7 +76,8 @@ def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray,
         against = (first[:, rotation] * second[:, rotation]).sum(axis=1) < 0.0
         second[against, rotation] *= -1.0
     found: np.ndarray = first + share[:, np.newaxis] * (second - first)
-    is_outside = (times_s < known_s[0]) | (times_s > known_s[-1]) | (span_s > longest_s)
+    is_far = (span_s > longest_s) & (np.abs(second - first).max(axis=1) > equal)
+    is_outside = (times_s < known_s[0]) | (times_s > known_s[-1]) | is_far
     found[is_outside] = np.nan
     return found
 

@@ -182,6 +182,20 @@ TWO_JOINTS = """<robot name="r">
 </robot>"""
 
 
+@pytest.mark.parametrize('sent_s', [[0.0], [0.0, 0.02, 2.5], [0.0, 1.2, 2.4, 3.6]])
+def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(
+        tmp_path: Path, sent_s: List[float]) -> None:
+    """The slide, and its twin, rest behind the joint that turns; NaN says nothing."""
+    (tmp_path / 'robot.urdf').write_text(TWO_JOINTS)
+    (tmp_path / 'cell.xml').write_text(CELL.replace('FRAME', 'tool'))
+    rows = [Row('/joints', time_s, JointState(name=['j'], position=[TURN_RAD_PER_S * time_s]))
+            for time_s in times(125)]
+    rows += [Row('/joints', time_s, JointState(name=['slide'], position=[value]))
+             for time_s, value in [*((it, 0.1) for it in sent_s), (2.0, math.nan)]]
+    assert_speed(tmp_path / 'a.bag', XmlParser().parse(str(tmp_path / 'cell.xml')).devices, rows,
+                 TURN_RAD_PER_S * (0.1 + 0.1 + 2 * 0.1))
+
+
 @pytest.mark.parametrize('offset', [
     '<param name="joint_proc/joint_offsets/slide" value="0.2"/>',
     '<rosparam ns="joint_proc">joint_offsets: {slide: 0.2, j: deg(90)}</rosparam>',
