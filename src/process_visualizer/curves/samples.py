@@ -14,6 +14,7 @@ from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.source_locators import SourceLocators, measured_s, source_locators
 from process_visualizer.robot.recorded_velocity import speeds
+from process_visualizer.ros_names import JOINT_STATE
 
 
 class ReadingCancelled(Exception):
@@ -103,7 +104,8 @@ def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], mo
              on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
     """Read the messages and hand them to the columns."""
     index = recording.index
-    chosen = [_spread(index.positions_of(tuple(part)), most) for part in parts]
+    chosen = [_spread(index.positions_of(tuple(part)), most, all(
+        index.connections[number].type == JOINT_STATE for number in part)) for part in parts]
     positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
     done = 0
     for batch in record_batches(recording, positions):
@@ -117,11 +119,22 @@ def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], mo
         on_progress(done / len(positions))
 
 
-def _spread(positions: np.ndarray, most: Optional[int]) -> np.ndarray:
-    """Return a limited number of the positions, evenly spread."""
+_GOLDEN = 0.6180339887498949
+
+
+def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) -> np.ndarray:
+    """Return a limited number of the positions, evenly spread.
+
+    Joint states of several groups of joints ``may_take_turns``: then not every second or third
+    one, which would always be that of the same group.
+    """
     if most is None or len(positions) <= most:
         return positions
-    return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]
+    if not may_take_turns:
+        return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]
+    turn = np.arange(most)
+    places = (turn + turn * _GOLDEN % 1.0) * (len(positions) / (most + 1.0))
+    return positions[np.unique(places.astype(np.int64))]
 
 
 def _samples(recording: Recording, series: Series,

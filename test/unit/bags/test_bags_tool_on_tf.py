@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves import curves as curves_module
 from process_visualizer.curves.curves import Curve, read_curves
 from process_visualizer.curves.position_values import PositionValues
 
@@ -180,6 +181,20 @@ TWO_JOINTS = """<robot name="r">
     <limit lower="-9" upper="9" effort="1" velocity="9"/>
     <mimic joint="r/slide" multiplier="2" offset="0.1"/></joint>
 </robot>"""
+
+
+def test_of_groups_that_take_turns_none_is_left_out(tmp_path: Path,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of very many messages some are read, such as two of three."""
+    devices = joints_only(tmp_path, '')
+    rows = [Row('/joints', time_s + 0.001 * number, JointState(name=[name], position=[position]))
+            for time_s in times(100)
+            for number, (name, position) in enumerate((
+                ('one', 0.0), ('other', 0.0), ('j', TURN_RAD_PER_S * (time_s + 0.002))))]
+    for share in (2 / 3, 1 / 2, 1 / 3):
+        monkeypatch.setattr(curves_module, 'MAX_MESSAGES', int(share * len(rows)))
+        (curve,) = curves(tmp_path / 'a.bag', devices, rows)
+        assert curve.high[3:-3] == pytest.approx(TURN_RAD_PER_S * 0.3, rel=NEAR)
 
 
 @pytest.mark.parametrize('sent_s', [[0.0], [0.0, 0.02, 2.5], [0.0, 1.2, 2.4, 3.6]])
