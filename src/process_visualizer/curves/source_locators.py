@@ -287,7 +287,8 @@ def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: Mo
     known_s, values = known_s[is_usable], values[is_usable]
     if moving.kind == 'continuous':
         values = np.unwrap(values, axis=0)
-    if len(known_s) and known_s[-1] < latest_s:
+    ends_s = [*known_s[-2:], latest_s]
+    if len(known_s) == 1 or (len(known_s) and np.diff(ends_s).max() > GAP_S):  # it comes seldom
         known_s, values = np.append(known_s, latest_s), np.append(values, values[-1:], axis=0)
     return interpolated(times_s, known_s, values, GAP_S, equal=_EQUAL)
 

@@ -20,6 +20,7 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands import scene_pictures
 from process_visualizer.commands.command_line import main
+from process_visualizer.runs.comparison.ghost import reference_tracks
 from process_visualizer.runs.recorded.run_reader import read_run
 
 Bag = Callable[..., str]
@@ -143,6 +144,42 @@ def test_a_driver_of_joints_only_may_begin_later_or_be_slower(
     out = capsys.readouterr().out
     assert 'other.bag: in range' in out
     assert re.search(said, out) and ('took' in out) == bool(said)
+
+
+def test_joints_that_come_one_by_one_give_tool_and_ghost(tmp_path: Path) -> None:
+    """The tool is in the global frame, in which the base is turned."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
+        '<base frame="root" xyz="1 2 0" rpy="1.5707963 0 0"/>'
+        '<topic name="joints" type="joint_states"/></device></visualizer>')
+
+    def angles(time_s: np.ndarray) -> np.ndarray:
+        return np.array([np.sin(time_s), 0.5 * time_s])
+
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        for row in range(400):
+            for number, name in enumerate('ab'):
+                time_s = row / 100 + 0.004 * number
+                state = JointState(name=[name], position=[angles(time_s)[number]])
+                state.header.stamp = genpy.Time.from_sec(1000 + time_s)
+                bag.write('/joints', state, genpy.Time.from_sec(1000 + time_s))
+    cell = XmlParser().parse(str(tmp_path / 'cell.xml'))
+    with Recording([str(tmp_path / 'a.bag')]) as recording:
+        run = read_run(recording, cell)
+    for number, name in enumerate('ab'):
+        joint = run.by_key['arm', f'joint {name}']
+        np.testing.assert_allclose(joint.values, angles(joint.times_s)[number], atol=1e-6)
+    motion, = run.motions
+    a, b = angles(motion.times_s)
+    along, aside = 0.6 * np.cos(a) + 0.4 * np.cos(a + b), 0.6 * np.sin(a) + 0.4 * np.sin(a + b)
+    assert len(motion.times_s) > 390
+    np.testing.assert_allclose(motion.positions, np.column_stack(
+        (1.0 - aside, 2.0 + along, 0.0 * along)), atol=1e-4)
+    track, = reference_tracks(cell, run)
+    found = track.there.at(2.222)
+    assert found is not None
+    np.testing.assert_allclose([found['a'], found['b']], angles(np.array(2.222)), atol=1e-4)
 
 
 def test_what_has_a_stamp_was_measured_then(tmp_path: Path) -> None:
