@@ -53,6 +53,7 @@ TEST(JointMatching, NamesMatchWithAndWithoutAPrefix) {
 TEST(JointMatching, JointsOfAnotherRobotAreTold) {
   const JointMatching matching("r", kJoints);
   EXPECT_THROW(matching.match({{"x"}, {1.0}}), ForeignJoints);
+  EXPECT_THROW(matching.match({{"left_wheel", "right_wheel"}, {}}), ForeignJoints);  // velocities
   try {
     matching.match({{"a", "b"}, {1.0}});
     FAIL() << "two names with one position fit";
