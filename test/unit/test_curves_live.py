@@ -180,3 +180,24 @@ def test_a_tool_moves_by_the_joints_of_a_topic_that_comes_later(tmp_path: Path) 
         live.add(part._replace(connections=part.connections[:known]))
     [speed] = live.window(5.0).curves
     assert speed.value == pytest.approx(0.5 * 0.6, rel=0.01)
+
+
+def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(tmp_path: Path) -> None:
+    """It has been known since the beginning, at which nothing of the arm had come."""
+    (tmp_path / 'arm.urdf').write_text(ARM.replace('<link name="base"/>', '<link name="base"/>'
+        '<link name="cart"/>').replace('<parent link="base"/>', '<parent link="cart"/>').replace(
+        '</robot>', '<joint name="rail" type="prismatic"><parent link="base"/>'
+        '<child link="cart"/><limit lower="0" upper="9" effort="1" velocity="1"/></joint></robot>'))
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
+        '<base frame="base"/><tool frame="tool"/><topic name="joints" type="joint_states"/>'
+        '</device></visualizer>')
+    rows = [Row('/joints', 0, JointState(name=['rail'], position=[2.0]))]
+    rows += [Row('/joints', time_ms, JointState(name=['turn'], position=[time_ms * 5e-4]))
+             for time_ms in range(100, 8000, 10)]
+    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), 0.5):
+        live.add(part)
+    [speed] = live.window(5.0).curves
+    assert speed.value == pytest.approx(0.5 * 0.6, rel=0.01)
+    assert np.isfinite(speed.high).mean() > 0.8
