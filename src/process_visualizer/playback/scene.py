@@ -126,6 +126,10 @@ class Scene:
         """Return the positions (rising) of a source's messages."""
         return self._index.positions_of(self._numbers[source])
 
+    def messages_by_connection(self, source: int) -> List[np.ndarray]:
+        """Return the same for each of the source's connections that has messages."""
+        return [self._index.positions(number) for number in self._numbers[source]]
+
     def source_of(self, position: int) -> int:
         """Return the source of the message at a position."""
         return self._sources[int(self._index.connection[position])]
@@ -176,7 +180,7 @@ MAX_AGE_NS = 3_000_000_000
 MOST = 200  # messages that are looked at
 ALWAYS = 20  # that are looked at even where all that is known of the source has been found
 SAMPLES = 60
-"""Messages of a source, half of them the first, that show whether it tells of joints by groups."""
+"""Messages of each publisher, half of them the first, that show whether joints come in groups."""
 
 Groups = Dict[FrozenSet[bytes], np.ndarray]
 """The positions (rising) of a source's messages, by the keys of which they tell."""
@@ -275,11 +279,9 @@ class PartialMessages:
         if source not in self._groups:  # no other thread may see it before it is known
             groups: Groups = {}
             if lasts(self._index.connections[int(self._index.connection[position])]):
-                positions = self._scene.messages_of(source)
-                spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
-                samples = np.union1d(positions[:SAMPLES // 2], positions[spread])
-                if len(self._grouped(samples)) > 1:
-                    groups = self._grouped(positions)
+                samples = [_samples(it) for it in self._scene.messages_by_connection(source)]
+                if len(self._grouped(np.concatenate(samples))) > 1:
+                    groups = self._grouped(self._scene.messages_of(source))
             self._groups[source] = groups
         return self._groups[source]
 
@@ -305,6 +307,12 @@ class PartialMessages:
     @staticmethod
     def _keys(parts: Parts) -> Set[bytes]:
         return {part.key for part in parts if part != CLEARS}
+
+
+def _samples(positions: np.ndarray) -> np.ndarray:
+    """Some positions of messages: the first ones, and others that are spread over all."""
+    spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
+    return np.union1d(positions[:SAMPLES // 2], positions[spread])
 
 
 class _Versions(NamedTuple):

@@ -109,8 +109,8 @@ def see(seen: Seen, topic: str, message: Any) -> None:
 class Player:
     """Events of a bag, and what is seen once they are published."""
 
-    def __init__(self, path: str) -> None:
-        self.recording = Recording([path])
+    def __init__(self, *paths: str) -> None:
+        self.recording = Recording(paths)
         self.events = EventMaker(self.recording.index, MessageLoader(self.recording),
                                  self.recording.begin_ns)
 
@@ -191,6 +191,20 @@ def test_a_joint_that_was_told_of_long_ago_is_where_it_was(tmp_path: Path) -> No
         seen: Seen = {}
         player.show(seen, player.events.scene(count).messages)
         assert seen == {('/joints', 'torso'): 7.0, ('/joints', 'arm'): count - 1.0}
+
+
+def test_a_joint_of_another_node_that_sends_seldom_is_where_it_was(tmp_path: Path) -> None:
+    """As that of a gripper, on the same topic as the arm's driver."""
+    arm = [Told(number * 0.01, '/joints', '/arm', joints(float(number), ['arm']))
+           for number in range(4000)]
+    gripper = [Told(25.005, '/joints', '/gripper', joints(2.0, ['finger']))]
+    player = Player(*(write(tmp_path / f'{told[0].caller[1:]}.bag', told)
+                      for told in (arm, gripper)))
+    for count, finger in ((3901, True), (2400, False)):
+        seen: Seen = {}
+        player.show(seen, player.events.scene(count).messages)
+        found = {('/joints', 'finger'): 2.0} if finger else {}
+        assert seen == {**found, ('/joints', 'arm'): 3899.0 if finger else 2399.0}
 
 
 def test_what_holds_of_joints_before_a_time_is_the_newest_of_each(tmp_path: Path) -> None:
