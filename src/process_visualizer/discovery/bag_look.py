@@ -183,6 +183,8 @@ _MOMENTS, _MOMENTS_OF_TF = 16, 64
 """Number of messages that are read of each publisher, evenly spread over the recording."""
 _STATIC = (STATIC_TF_TOPIC, CALIBRATION)
 _MAX_STATIC = 500
+_TURNS = 16
+"""Joint states and transforms from the beginning, which have all parts that are sent regularly."""
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
                     'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',
                     'stereo_msgs/DisparityImage'})
@@ -226,7 +228,10 @@ def _positions(positions: np.ndarray, total: int, connection: Connection) -> Lis
     kind = short_name(connection.type)
     if not len(positions) or kind in _LARGE:
         return [int(it) for it in positions[:1]]
-    return _spread(positions, total, _MOMENTS_OF_TF if kind in TF_TYPES else _MOMENTS)
+    found = _spread(positions, total, _MOMENTS_OF_TF if kind in TF_TYPES else _MOMENTS)
+    if kind == JOINT_STATE or kind in TF_TYPES:  # their parts may take turns
+        found = sorted({*found, *positions[:_TURNS].tolist()})
+    return found
 
 
 def _spread(positions: np.ndarray, total: int, count: int) -> List[int]:

@@ -18,6 +18,7 @@ from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
 
 _MOMENTS = 40
 _AROUND = 3  # joint states before a moment and after it, one of which was measured before, after
+_GROUPS = 8  # of joints that are sent in messages of their own
 _SAME_CLOCK_S = 0.5
 MIN_MOVED_M = 0.05
 MIN_SAMPLES = 8
@@ -108,17 +109,25 @@ def _samples(recording: Recording, number: int, place: _Timed) -> Iterator[Sampl
     positions = recording.index.positions(number)
     times_ns = recording.index.time_ns[positions]
     at = int(np.searchsorted(times_ns, round(place.bag_s * 1e9)))
-    near = [it for position in positions[max(at - _AROUND, 0):at + _AROUND]
-            for it in _joints(recording, number, int(position))]
-    if len(near) < 2 or any(it.value.keys() != near[0].value.keys() for it in near):
-        return
+
+    def around(count: int) -> List[_Timed]:
+        return [it for position in positions[max(at - count, 0):at + count]
+                for it in _joints(recording, number, int(position))]
+
+    near = around(_AROUND)
+    if any(it.value.keys() != near[0].value.keys() for it in near):
+        near = around(_AROUND * _GROUPS)
     has_stamps = all(it.stamp_s and abs(it.stamp_s - place.stamp_s) < _SAME_CLOCK_S for it in near)
     near.sort(key=lambda it: it.stamp_s if has_stamps else it.bag_s)
-    times = [it.stamp_s if has_stamps else it.bag_s for it in near]
     time_s = place.stamp_s if has_stamps else place.bag_s
-    if times[0] <= time_s <= times[-1] or not has_stamps:
-        yield Sample({name: float(np.interp(time_s, times, [it.value[name] for it in near]))
-                      for name in near[0].value}, place.value)
+    tracks: Dict[str, List[Tuple[float, float]]] = defaultdict(list)
+    for it in near:
+        for name, value in it.value.items():
+            tracks[name].append((it.stamp_s if has_stamps else it.bag_s, value))
+    if tracks and all(len(it) > 1 and (it[0][0] <= time_s <= it[-1][0] or not has_stamps)
+                      for it in tracks.values()):
+        yield Sample({name: float(np.interp(time_s, *zip(*it))) for name, it in tracks.items()},
+                     place.value)
 
 
 def _joints(recording: Recording, number: int, position: int) -> Iterator[_Timed]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import pytest
 import rosbag
@@ -86,15 +86,17 @@ def tf_message(rows: List[Tuple[str, str, Placement]], stamp: Time) -> TFMessage
 
 
 def model_line(tmp_path: Path, messages: Callable[[int, Time], List[Tuple[str, Any]]],
-               late_s: float = 0.0, namespace: str = 'robot') -> Tuple[str, str]:
+               late_s: float = 0.0, namespace: str = 'robot',
+               groups: Sequence[Sequence[str]] = (JOINTS,)) -> Tuple[str, str]:
     """The file's comment on the model of a bag's robot, and the name of the model."""
     path = str(tmp_path / 'a.bag')
     with rosbag.Bag(path, 'w') as bag:
         for number in range(300):
             stamp = Time.from_sec(1000.0 + 0.02 * number)
             values = positions(number)
-            state = JointState(Header(stamp=stamp), JOINTS, [values[it] for it in JOINTS], [], [])
-            bag.write(f'/{namespace}/joint_states', state, stamp + Duration.from_sec(late_s))
+            for names in groups:
+                state = JointState(Header(stamp=stamp), names, [values[it] for it in names], [], [])
+                bag.write(f'/{namespace}/joint_states', state, stamp + Duration.from_sec(late_s))
             for topic, message in messages(number, stamp):
                 bag.write(topic, message, stamp)
     text = from_bags([path]).text
@@ -112,6 +114,13 @@ def test_by_the_tool_on_tf(tmp_path: Path, name: str) -> None:
     assert found == name
     assert comment.startswith('chosen of those with the same joints, as its joints bring it to '
                               'tool0_controller in /tf: 0.0 mm off; the others: arm')
+
+
+def test_by_the_tool_if_joints_come_one_by_one(tmp_path: Path) -> None:
+    comment, found = model_line(tmp_path, lambda number, stamp: [('/tf', tf_message(
+        [('base', 'tool0_controller', place('arm5', 'tool0', 'base', number))], stamp))],
+        groups=[[it] for it in JOINTS])
+    assert found == 'arm5' and 'tool0_controller in /tf: 0.0 mm off' in comment
 
 
 MOVED: Dict[str, Tuple[str, Optional[Placement], Optional[Placement]]] = {

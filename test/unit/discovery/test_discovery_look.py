@@ -88,6 +88,17 @@ def test_what_a_bag_shows(tmp_path: Path, compression: str) -> None:
     assert temperature.high > 45.0
 
 
+@pytest.mark.parametrize('cycles', [30, 135, 240])
+def test_of_groups_of_joints_that_take_turns_all_are_seen(tmp_path: Path, cycles: int) -> None:
+    """However many messages there are, some of which are read."""
+    groups = ('left', 'right', 'torso')
+    bag = write_bag(tmp_path / 'a.bag', [('/joints', lambda _, name=name: JointState(
+        name=[name], position=[0.0])) for name in groups], cycles)
+    with Recording([bag]) as recording:
+        [topic] = look_into(recording).topics
+    assert set(topic.joints) == set(groups)
+
+
 def test_frames_of_markers(tmp_path: Path) -> None:
     markers = MarkerArray([Marker(header=Header(frame_id=it)) for it in ('/a', 'b', '')])
     with Recording([write_bag(tmp_path / 'a.bag', [('/m', lambda _: markers)])]) as recording:
