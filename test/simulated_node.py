@@ -37,6 +37,11 @@ class SimulatedSubscriber:
 
     def __init__(self, message_class: Any, callback: Callable[[Any], None]) -> None:
         self.message_class, self.callback, self.is_open = message_class, callback, True
+        self.connections = 1
+
+    def get_num_connections(self) -> int:
+        """Return how many publishers the test pretends."""
+        return self.connections
 
     def take(self, message: Any) -> None:
         """Receive a message, as bytes if the subscription is one for any type."""
@@ -245,6 +250,11 @@ class SimulatedNode:
         self.log.append(('error', text))
 
     # What the test calls.
+
+    def end_publishers(self, topic: str) -> None:
+        """Let all publishers of a topic disappear."""
+        for subscriber in self._subscribers[self.resolve(topic)]:
+            subscriber.connections = 0
 
     def advance(self, duration_s: float) -> None:
         """Let time pass, and call what is due, each at its time."""

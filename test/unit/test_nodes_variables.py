@@ -231,8 +231,15 @@ def test_never_any_data() -> None:
     assert is_grey(display.text_marker())
 
 
+def send_regularly(display: Display, period_s: float, count: int = 6) -> None:
+    for _ in range(count):
+        display.send(Float64(0.5))
+        display.wait(period_s)
+
+
 def test_stopped_data_are_grey_until_they_come_again() -> None:
     display = Display({'color': [1.0, 0.0, 0.0]})
+    send_regularly(display, 0.1)
     assert display.shown(Float64(0.5)) == 'v 0.50 m/s'
     display.wait(0.45)  # 0.6 s: younger than 0.7 s
     assert display.text() == 'v 0.50 m/s'
@@ -244,6 +251,38 @@ def test_stopped_data_are_grey_until_they_come_again() -> None:
     assert is_grey(display.arrow()) and is_grey(display.text_marker())
     assert display.shown(Float64(0.25)) == 'v 0.25 m/s'
     assert display.arrow().color.r == 1.0 > display.arrow().color.g
+
+
+def test_a_driver_that_was_held_up_for_a_moment_has_a_rate_nevertheless() -> None:
+    display = Display({})
+    send_regularly(display, 0.1, 60)
+    display.wait(1.0)
+    send_regularly(display, 0.1, 60)
+    display.wait(0.9)
+    assert display.text().startswith('v no data for ')
+
+
+def test_a_value_that_is_sent_on_change_holds_until_nobody_publishes_it() -> None:
+    display = Display({'unit': '', 'label': 'state'}, stale_after=0.7)
+    assert display.shown(Float64(3), 'state') == 'state 3.00'
+    for pause_s, value in ((20.0, 4), (0.2, 5), (0.1, 6), (40.0, 7), (90.0, 8)):
+        display.wait(pause_s)
+        assert display.text('state') == f'state {value - 1}.00'
+        assert not is_grey(display.text_marker('state'))
+        display.shown(Float64(value), 'state')
+    display.node.end_publishers('/speed')
+    display.wait(3.0)
+    assert display.text('state').startswith('state no data for 3')
+    assert is_grey(display.text_marker('state'))
+
+
+def test_a_slow_topic_has_stopped_when_it_is_silent_for_three_times_as_long_as_usual() -> None:
+    display = Display({})
+    send_regularly(display, 2.0)
+    display.wait(3.9)  # 5.9 s after the last one
+    assert display.text() == 'v 0.50 m/s'
+    display.wait(0.2)
+    assert display.text().startswith('v no data for 6')
 
 
 def played(node: SimulatedNode, is_paused: bool) -> PlayerState:
@@ -277,7 +316,7 @@ def test_bad_message_leaves_the_last_good_state(message: Any, problem: str) -> N
     display = Display({})
     display.shown(Float32(0.5))
     for _ in range(5):
-        display.shown(message)
+        display.shown(message)  # its topic has a rate
     assert display.arrow().scale.x == pytest.approx(0.25)
     assert display.text() in ('v no data for 0.8 s', 'v no data for 0.9 s')
     (level, text), = display.node.log

@@ -128,7 +128,7 @@ class SewingTransformer:
                            for which in ('upper', 'lower')}
         self._playback = PlaybackFollower(node)
         self._log = RefreshRate(LOG_PERIOD_S)
-        self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
+        self._board = ValueBoard(parameters.text_height_m)
         self._feed: Optional[SensorReading] = None
         self._edges: Dict[str, SensorReading] = {}
         self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1, latch=True)
@@ -160,8 +160,7 @@ class SewingTransformer:
         """Return the machine and the arrows, and the numbers too when it is time for them."""
         shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
                  self._edge_display('lower', 2, now_s)]
-        markers = self._board.markers([value for value in shown if value], now_s,
-                                      self._node.ros_s())
+        markers = self._board.markers([value for value in shown if value], self._node.ros_s())
         if self._parameters.mesh:
             markers.append(mesh_marker('machine', self._parameters.base_frame,
                                        self._parameters.mesh))
@@ -174,7 +173,7 @@ class SewingTransformer:
         sample = VectorSample(FEED_DIRECTION * self._feed.value, self._parameters.needle_frame,
                               self._feed.time_s, self.FEED_FOOT)
         text = value_text(style, self._feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._shown('feed_rate', style, sample, text, 0)
+        return self._shown('feed_rate', style, sample, text, 0, now_s)
 
     def _edge_display(self, which: str, line: int, now_s: float) -> Optional[ShownValue]:
         upper = which == 'upper'
@@ -186,14 +185,14 @@ class SewingTransformer:
         sample = VectorSample(edge_vector(edge.value, setpoint), self._parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._shown(f'edge_{which}', style, sample, text, line)
+        return self._shown(f'edge_{which}', style, sample, text, line, now_s)
 
     def _shown(self, namespace: str, style: ArrowStyle, sample: VectorSample, text: str,
-               line: int) -> ShownValue:
+               line: int, now_s: float) -> ShownValue:
         """Return an arrow, with its text on one of the machine's three lines."""
         place = ValuePlace(self._parameters.needle_frame, self._parameters.text_position, line, 3)
         return ShownValue(namespace, sample, style.length_m(sample.vector), style.diameter_m,
-                          style.color, text, place)
+                          style.color, text, place, sample.age_s(now_s) > self.STALE_AFTER_S)
 
 
 def main() -> None:

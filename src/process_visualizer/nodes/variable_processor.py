@@ -90,12 +90,20 @@ class ShownVariable:
         colors = self._parameters.colors
         return colors.color if self._value is None else colors.of(self._value)
 
-    def text(self, age_s: float, stale_after_s: float) -> str:
+    def is_stale(self, age_s: float, stale_after_s: float) -> bool:
+        """Return whether a value of this age is out of date.
+
+        One that comes slowly, or only when it changes, holds for longer than ``stale_after_s``.
+        """
+        return (age_s > stale_after_s and
+                (self._value is None or age_s > self._source.holds_for_s(stale_after_s)))
+
+    def text(self, age_s: float, is_stale: bool) -> str:
         """Return the last value, or how long there has been none."""
         parameters = self._parameters
         if self._value is None:
             return f'{parameters.label} no data'.lstrip()
-        if age_s > stale_after_s:
+        if is_stale:
             return format_age(parameters.label, age_s)
         return variable_text(parameters.label, self._value, parameters.unit,
                              self._offset(), parameters.scale_m)
@@ -133,7 +141,7 @@ class VariableProcessor:
                   if not variable.is_shown and variable.colors.limits.exist]
         self._node = node
         self._parameters = replace(parameters, variables=shown)
-        self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
+        self._board = ValueBoard(parameters.text_height_m)
         self._namespaces = marker_namespaces(shown)
         self._playback = PlaybackFollower(node)
         topics = {variable.topic: NewestMessage(node, variable.topic, self._playback.data_time_s)
@@ -160,20 +168,22 @@ class VariableProcessor:
 
     def _show(self) -> None:
         if self._variables and self._publisher.get_num_connections() > 0:
-            data_s = self._playback.data_time_s()
             self._publisher.publish(MarkerArray(self._board.markers(
-                self._shown(data_s), data_s, self._node.ros_s())))
+                self._shown(self._playback.data_time_s()), self._node.ros_s())))
 
     def _shown(self, data_s: float) -> List[ShownValue]:
         samples = [variable.sample() for variable in self._variables]
-        texts = [variable.text(sample.age_s(data_s), self._parameters.stale_after_s)
-                 for variable, sample in zip(self._variables, samples)]
         places = text_places(self._parameters, [sample.vector for sample in samples])
-        lengths_m = [math.hypot(*sample.vector) for sample in samples]
-        return [ShownValue(namespace, sample, length_m if length_m > MIN_ARROW_M else 0.0,
-                           VARIABLE_DIAMETER_M, variable.color(), text, place)
-                for namespace, variable, sample, length_m, text, place in zip(
-                    self._namespaces, self._variables, samples, lengths_m, texts, places)]
+        shown = []
+        for namespace, variable, sample, place in zip(
+                self._namespaces, self._variables, samples, places):
+            length_m, age_s = math.hypot(*sample.vector), sample.age_s(data_s)
+            is_stale = variable.is_stale(age_s, self._parameters.stale_after_s)
+            shown.append(ShownValue(
+                namespace, sample, length_m if length_m > MIN_ARROW_M else 0.0,
+                VARIABLE_DIAMETER_M, variable.color(), variable.text(age_s, is_stale), place,
+                is_stale))
+        return shown
 
 
 def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:

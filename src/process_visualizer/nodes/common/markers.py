@@ -183,7 +183,10 @@ class ValuePlace(NamedTuple):
 
 
 class ShownValue(NamedTuple):
-    """A value as an arrow and a text; namespace is that of its markers."""
+    """A value as an arrow and a text, gray if it is out of date.
+
+    ``namespace`` is that of its markers.
+    """
 
     namespace: str
     sample: VectorSample
@@ -192,39 +195,33 @@ class ShownValue(NamedTuple):
     color: Color
     text: str
     place: ValuePlace
+    is_stale: bool
 
 
 class ValueBoard:
     """Makes the markers of values: arrows each time, texts only as often as they can be read."""
 
-    def __init__(self, text_height_m: float, stale_after_s: float) -> None:
-        """The height of texts is in m; values older than ``stale_after_s`` are grey."""
+    def __init__(self, text_height_m: float) -> None:
+        """The height of texts is in m."""
         self._text_height_m = text_height_m
-        self._stale_after_s = stale_after_s
         self._texts = RefreshRate(TEXT_PERIOD_S)
 
-    def markers(self, values: Sequence[ShownValue], now_s: float,
-                wall_s: Optional[float] = None) -> List[Marker]:
+    def markers(self, values: Sequence[ShownValue], wall_s: float) -> List[Marker]:
         """Return the arrows, and the texts too when it is time for them.
 
         Args:
             values: the values to show.
-            now_s: the present time of the clock that times the values; it may be paused.
-            wall_s: the present time of a clock that is never paused, if that is another one.
+            wall_s: the present time of a clock that is never paused.
         """
         markers = [_arrow(it.namespace, it.sample, it.length_m, it.diameter_m,
-                          STALE_COLOR if self._is_stale(it.sample, now_s) else it.color)
-                   for it in values]
-        if self._texts.is_due(now_s if wall_s is None else wall_s):
-            markers += [self._text(value, now_s) for value in values]
+                          STALE_COLOR if it.is_stale else it.color) for it in values]
+        if self._texts.is_due(wall_s):
+            markers += [self._text(value) for value in values]
         return markers
 
-    def _text(self, value: ShownValue, now_s: float) -> Marker:
+    def _text(self, value: ShownValue) -> Marker:
         place = value.place
-        stale = self._is_stale(value.sample, now_s)
         return text_marker(value.namespace, place.frame, place.position,
                            line_of_block(value.text, place.line, place.line_count),
-                           self._text_height_m, text_color(None if stale else value.color))
-
-    def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
-        return sample.age_s(now_s) > self._stale_after_s
+                           self._text_height_m,
+                           text_color(None if value.is_stale else value.color))
