@@ -17,6 +17,7 @@ namespace {
 
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kJointState[] = "sensor_msgs/JointState";
+constexpr char kDynamicState[] = "control_msgs/DynamicJointState";
 constexpr std::uint64_t kNsPerS = 1000000000;
 
 /// std_msgs/Float32MultiArray: the elements behind the layout's data_offset.
@@ -36,30 +37,61 @@ std::vector<double> arrayValues(WireReader reader) {
   return {data.begin() + static_cast<std::ptrdiff_t>(padding), data.end()};
 }
 
-/// sensor_msgs/JointState.
-StampedJoints stateValues(WireReader reader) {
+/// std_msgs/Header: the stamp [ns].
+std::uint64_t headerStamp(WireReader& reader) {
   reader.number<std::uint32_t>();  // sequence number
   const auto seconds = reader.number<std::uint32_t>();
   const auto nanoseconds = reader.number<std::uint32_t>();
   reader.text();  // frame
+  return seconds * kNsPerS + nanoseconds;
+}
+
+/// sensor_msgs/JointState.
+StampedJoints stateValues(WireReader reader) {
   StampedJoints found;
+  found.stamp_ns = headerStamp(reader);
   found.joints.names = reader.texts();
   found.joints.positions = reader.numbers<double>();
   reader.numbers<double>();  // velocities
   reader.numbers<double>();  // efforts
   reader.end();
-  found.stamp_ns = seconds * kNsPerS + nanoseconds;
+  return found;
+}
+
+/// control_msgs/DynamicJointState: the joints that have the interface "position".
+StampedJoints dynamicValues(WireReader reader) {
+  constexpr std::size_t kLeastBytes = 8;  // two empty arrays
+  StampedJoints found;
+  found.stamp_ns = headerStamp(reader);
+  const std::vector<std::string> names = reader.texts();
+  const std::size_t count = reader.count(kLeastBytes);
+  if (count != names.size())
+    throw std::invalid_argument(std::to_string(names.size()) + " joint names come with " +
+                                std::to_string(count) + " interface_values");
+  for (const std::string& name : names) {
+    const std::vector<std::string> interfaces = reader.texts();
+    const std::vector<double> values = reader.numbers<double>();
+    const auto position = std::find(interfaces.begin(), interfaces.end(), "position");
+    const auto row = static_cast<std::size_t>(position - interfaces.begin());
+    if (row < std::min(interfaces.size(), values.size())) {
+      found.joints.names.push_back(name);
+      found.joints.positions.push_back(values[row]);
+    }
+  }
+  reader.end();
+  if (found.joints.names.empty()) found.joints.names = names;  // as a state without positions
   return found;
 }
 
 }  // namespace
 
 StampedJoints decodeJoints(const std::string& type, const std::vector<std::uint8_t>& bytes) {
-  if (type != kArray && type != kJointState)
-    throw std::invalid_argument("it carries " + type + ", and " + kArray + " or " + kJointState +
-                                " is expected");
+  if (type != kArray && type != kJointState && type != kDynamicState)
+    throw std::invalid_argument("it carries " + type + ", and " + kArray + ", " + kJointState +
+                                " or " + kDynamicState + " is expected");
   try {
     if (type == kJointState) return stateValues(WireReader(bytes));
+    if (type == kDynamicState) return dynamicValues(WireReader(bytes));
     return {{{}, arrayValues(WireReader(bytes))}, 0};
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("its bytes are not those of " + type + ": " + error.what());

@@ -50,6 +50,9 @@ RVIZ_KEY_TOPIC = f'/{RVIZ}/key_pressed'  # published there
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
 
 JOINT_STATE = 'sensor_msgs/JointState'
+DYNAMIC_JOINT_STATE = 'control_msgs/DynamicJointState'
+NAMED_JOINTS = (JOINT_STATE, DYNAMIC_JOINT_STATE)
+"""Joints by their names: a message may have only some of a robot's."""
 FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
 POSE_STAMPED = 'geometry_msgs/PoseStamped'
 WRENCH_STAMPED = 'geometry_msgs/WrenchStamped'

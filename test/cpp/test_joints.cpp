@@ -232,6 +232,7 @@ std::vector<std::uint8_t> bytesOf(std::initializer_list<std::uint32_t> words) {
 
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kState[] = "sensor_msgs/JointState";
+constexpr char kDynamic[] = "control_msgs/DynamicJointState";
 
 TEST(JointMessage, AnArrayAndAState) {
   EXPECT_EQ(decodeJoints(kArray, bytesOf({0, 1, 2, 0, 0x3f800000})).joints.positions,
@@ -243,6 +244,21 @@ TEST(JointMessage, AnArrayAndAState) {
   EXPECT_EQ(state.stamp_ns, 5000000006U);
 }
 
+TEST(JointMessage, JointsWithInterfaces) {
+  constexpr std::uint32_t kAbcd = 0x64636261, kEfgh = 0x68676665, kPosi = 0x69736f70,
+                          kTion = 0x6e6f6974, kOne = 0x3ff00000, kTwo = 0x40000000;
+  const StampedJoints found = decodeJoints(
+      kDynamic, bytesOf({7,     5,     6, 0, 2,    4, kAbcd, 4, kEfgh, 2,     2, 4, kEfgh, 8,
+                         kPosi, kTion, 2, 0, kTwo, 0, kOne,  1, 4,     kAbcd, 1, 0, kTwo}));
+  EXPECT_EQ(found.stamp_ns, 5000000006U);
+  EXPECT_EQ(found.joints.names, Names{"abcd"});  // the other one has no position
+  EXPECT_EQ(found.joints.positions, Positions{1.0});
+  const StampedJoints none =
+      decodeJoints(kDynamic, bytesOf({7, 5, 6, 0, 1, 4, kAbcd, 1, 1, 4, kAbcd, 1, 0, kTwo}));
+  EXPECT_EQ(none.joints.names, Names{"abcd"});
+  EXPECT_TRUE(none.joints.positions.empty());
+}
+
 TEST(JointMessage, NothingIsAllocatedForALengthThatIsNotThere) {
   for (const std::uint32_t claimed : {0xffffffffU, 0x10000000U, 2U}) {
     EXPECT_THROW(decodeJoints(kArray, bytesOf({0, 0, claimed})), std::invalid_argument);
@@ -250,6 +266,10 @@ TEST(JointMessage, NothingIsAllocatedForALengthThatIsNotThere) {
     EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, 0, claimed})), std::invalid_argument);
     EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, claimed})), std::invalid_argument);
     EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, 0, 0, 0, claimed, 0})),
+                 std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kDynamic, bytesOf({0, 0, 0, 0, claimed})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kDynamic, bytesOf({0, 0, 0, 0, 0, claimed})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kDynamic, bytesOf({0, 0, 0, 0, 1, 0, 1, claimed})),
                  std::invalid_argument);
   }
   EXPECT_THROW(decodeJoints("std_msgs/String", {}), std::invalid_argument);

@@ -25,6 +25,7 @@ from process_visualizer.bagio.message_layout import (
     read_text,
 )
 from process_visualizer.cell.errors import nearest
+from process_visualizer.ros_names import JOINT_STATE
 
 _PART = re.compile(r'([A-Za-z]\w*)((?:\[\d+\])*)\Z', re.ASCII)
 _INDEX = re.compile(r'\[(\d+)\]')
@@ -299,32 +300,72 @@ def transforms_in(data: Data) -> Iterator[TransformPlaces]:
         yield from transform_places(data)
 
 
+class JointPlaces(NamedTuple):
+    """The joints of a message, and the byte where the position (float64) of each begins.
+
+    A damaged message may have more of one than of the other. ``fixed`` are the ranges of bytes
+    that these places depend on.
+    """
+
+    names: Tuple[str, ...]
+    offsets: Tuple[int, ...]
+    fixed: Tuple[Tuple[int, int], ...]
+
+
+def joint_places(message_type: str, data: Data) -> JointPlaces:
+    """Return where the joints' positions are in a message of one of the types `NAMED_JOINTS`.
+
+    Raises:
+        MessageDamaged: the message ends too early.
+    """
+    _, position = read_text(data, _STAMPED_BYTES)
+    names, position = _texts(data, position)
+    if message_type == JOINT_STATE:
+        count, position = read_length(data, position)
+        checked_end(data, position, 8 * count)
+        return JointPlaces(names, tuple(range(position, position + 8 * count, 8)),
+                           ((_STAMPED_BYTES, position),))
+    found, fixed, begin = {}, [], _STAMPED_BYTES
+    count, position = read_length(data, position)
+    for name in names[:count]:  # control_msgs/InterfaceValue
+        interfaces, position = _texts(data, position)
+        length, position = read_length(data, position)
+        fixed.append((begin, position))
+        begin = checked_end(data, position, 8 * length)
+        if 'position' in interfaces[:length]:
+            found[name] = position + 8 * interfaces.index('position')
+        position = begin
+    return JointPlaces(tuple(found), tuple(found.values()), tuple(fixed))
+
+
+def _texts(data: Data, position: int) -> Tuple[Tuple[str, ...], int]:
+    """Return an array of texts, and the place behind it."""
+    count, position = read_length(data, position)
+    found = []
+    for _ in range(min(count, _MAX_ELEMENTS)):
+        text, position = read_text(data, position)
+        found.append(text.decode('utf-8', 'replace'))
+    return tuple(found), position
+
+
 class JointLocator(Locator):
-    """Finds the position of a joint in a sensor_msgs/JointState."""
+    """Finds the position of a joint in a message of one of the types `NAMED_JOINTS`."""
 
     number_count = 1
 
-    def __init__(self, names: Sequence[str]) -> None:
-        """Take what the joint may be called."""
-        self._names = names
+    def __init__(self, message_type: str, names: Sequence[str]) -> None:
+        """Take the messages' type, and what the joint may be called."""
+        self._type, self._names = message_type, names
 
     def places(self, data: Data) -> NumberPlaces:
         """See Locator."""
-        begin = _STAMPED_BYTES
         try:
-            _, position = read_text(data, begin)
-            count, position = read_length(data, position)
-            names = []
-            for _ in range(min(count, _MAX_ELEMENTS)):
-                name, position = read_text(data, position)
-                names.append(name.decode('utf-8', 'replace'))
-            positions, position = read_length(data, position)
-            checked_end(data, position, 8 * positions)
+            joints = joint_places(self._type, data)
         except MessageDamaged:
             return NumberPlaces(())
-        rows = [row for row, name in enumerate(names[:positions]) if name in self._names]
-        numbers = tuple(Place(position + 8 * row, _FLOAT64) for row in rows[:1])
-        return NumberPlaces(numbers, ((begin, position),), _STAMP_OFFSET)
+        numbers = [Place(offset, _FLOAT64) for name, offset in zip(joints.names, joints.offsets)
+                   if name in self._names]
+        return NumberPlaces(tuple(numbers[:1]), joints.fixed, _STAMP_OFFSET)
 
 
 class _Walk:

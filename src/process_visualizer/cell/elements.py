@@ -10,7 +10,7 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.ros_names import (
     FLOAT_ARRAY,
-    JOINT_STATE,
+    NAMED_JOINTS,
     POSE_STAMPED,
     TF_MESSAGE,
     WRENCH_STAMPED,
@@ -104,7 +104,7 @@ DEFAULT_FRAME = 'world'
 """The global frame, where a configuration names none."""
 
 MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
-    'joint_states': (FLOAT_ARRAY, JOINT_STATE),
+    'joint_states': (FLOAT_ARRAY, *NAMED_JOINTS),
     'tool_center_frame': (FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE),
     'force_sensor': (FLOAT_ARRAY, WRENCH_STAMPED),
     'pointcloud': ('sensor_msgs/PointCloud2',),

@@ -43,7 +43,7 @@ from process_visualizer.ros_names import (
     FUSION,
     GHOST,
     JOINT_PROC,
-    JOINT_STATE,
+    NAMED_JOINTS,
     OBJECT_FINDER,
     PACKAGE,
     ROBOT_PROC,
@@ -369,7 +369,7 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
 def _parts_of_joints(device: Device) -> Tuple[Topic, ...]:
     """Topics with joints, if there are several and the messages name them."""
     topics = device.topics_for(TopicFunction.JOINT_STATES)
-    named = all(topic.message_type in (None, JOINT_STATE) for topic in topics)
+    named = all(topic.message_type in (None, *NAMED_JOINTS) for topic in topics)
     return topics if named and len(topics) > 1 else ()
 
 

@@ -53,7 +53,7 @@ from process_visualizer.robot.tool_frame import pose_frames, tool_frame
 from process_visualizer.robot.velocity import GAP_S
 from process_visualizer.ros_names import (
     FLOAT_ARRAY,
-    JOINT_STATE,
+    NAMED_JOINTS,
     POSE_STAMPED,
     STATIC_TF_TOPIC,
     TF_MESSAGE,
@@ -215,8 +215,8 @@ def _locators(messages: Messages, part: MovingPart, device: Device,
 
 def joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
     """Return what finds a joint's position as joint_proc does: by its name, or in model order."""
-    if message_type == JOINT_STATE:
-        return JointLocator(matching.names(joint))
+    if message_type in NAMED_JOINTS:
+        return JointLocator(message_type, matching.names(joint))
     if message_type == FLOAT_ARRAY and joint in matching.joints:
         return FloatArrayLocator(matching.joints.index(joint) + 1, (len(matching.joints),))
     return None

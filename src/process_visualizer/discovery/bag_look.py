@@ -30,7 +30,7 @@ from process_visualizer.discovery.seen import (
 )
 from process_visualizer.robot.description import is_own_description
 from process_visualizer.robot.kinematics import Placement
-from process_visualizer.ros_names import JOINT_STATE, STATIC_TF_TOPIC, TF_TYPES
+from process_visualizer.ros_names import NAMED_JOINTS, STATIC_TF_TOPIC, TF_TYPES
 
 _STRING = 'std_msgs/String'
 _MAX_NUMBERS = 200
@@ -82,8 +82,8 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
                 for values in readable(source)]
     frames = (it['header']['frame_id'].lstrip('/') for values in messages
               for it in (values, *_markers(values)) if _has_header(it))
-    joints = (name for values in messages if kind == JOINT_STATE
-              for name in _texts(values.get('name')))
+    joints = (name for values in messages if kind in NAMED_JOINTS
+              for name in _texts(values.get('name', values.get('joint_names'))))
     return SeenTopic(
         sources[0].topic, kind, tuple(dict.fromkeys(it.publisher for it in sources)),
         tuple(dict.fromkeys(frame for frame in frames if frame)),

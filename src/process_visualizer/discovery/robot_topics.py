@@ -27,7 +27,7 @@ from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.tool_frame import tool_frame, tool_name_rank
 from process_visualizer.ros_names import (
     FLOAT_ARRAY,
-    JOINT_STATE,
+    NAMED_JOINTS,
     POSE_STAMPED,
     TF_MESSAGE,
     TF_TOPIC,
@@ -188,7 +188,7 @@ def is_joints(topic: SeenTopic) -> bool:
     parts = _parts(topic.name)
     if parts & _NOT_MEASURED:
         return False
-    if topic.type == JOINT_STATE:
+    if topic.type in NAMED_JOINTS:
         return bool(topic.joints)
     return (topic.type == FLOAT_ARRAY and bool(_last_parts(topic) & _JOINT_WORDS)
             and not parts & _NOT_POSITIONS and topic.length in (None, *range(2, 9)))
@@ -205,7 +205,7 @@ def _best_joints(model: FoundModel, topics: Sequence[SeenTopic],
                 -len(topic.name))
 
     suitable = [topic for topic in topics if model.joints and (
-        model.joints & set(topic.joints) if topic.type == JOINT_STATE
+        model.joints & set(topic.joints) if topic.type in NAMED_JOINTS
         else topic.length in (None, len(model.joints)) and (not others or rank(topic)[1] > 0))]
     return [max(suitable, key=rank)] if suitable else []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
-from typing import Any, List, Sequence
+from typing import Any, Collection, Dict, List, Sequence
 
 import genpy
 import numpy as np
@@ -14,6 +14,7 @@ from sensor_msgs.msg import Image, JointState, PointCloud2, PointField
 from std_msgs.msg import (
     Bool,
     Float32MultiArray,
+    Header,
     Int8,
     MultiArrayDimension,
     String,
@@ -30,6 +31,7 @@ from process_visualizer.bagio.number_places import (
     NumberPlaces,
     TransformLocator,
 )
+from process_visualizer.ros_names import DYNAMIC_JOINT_STATE, JOINT_STATE
 
 
 def serialized(message: genpy.Message) -> bytes:
@@ -134,17 +136,49 @@ def test_a_transform_is_found_by_its_frames() -> None:
 def test_a_joint_is_found_by_its_names(names: List[str], positions: List[float],
                                        expected: List[float]) -> None:
     data = serialized(JointState(name=names, position=positions, velocity=[9.0]))
-    places = JointLocator(['b', 'left_b']).places(data)
+    places = JointLocator(JOINT_STATE, ['b', 'left_b']).places(data)
     assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == expected
     for length in range(0, len(data) - 8 * len(positions) - 8 * 2):
-        assert not JointLocator(['b', 'left_b']).places(data[:length]).numbers
+        assert not JointLocator(JOINT_STATE, ['b', 'left_b']).places(data[:length]).numbers
+
+
+def dynamic_joints(**interfaces: Dict[str, float]) -> bytes:
+    """A control_msgs/DynamicJointState, which this machine need not have."""
+    data = io.BytesIO()
+    Header(stamp=genpy.Time(5, 6)).serialize(data)
+    data.write(text_array(interfaces) + struct.pack('<I', len(interfaces)))
+    for values in interfaces.values():
+        data.write(text_array(values))
+        data.write(struct.pack(f'<I{len(values)}d', len(values), *values.values()))
+    return data.getvalue()
+
+
+def text_array(texts: Collection[str]) -> bytes:
+    parts = (struct.pack('<I', len(text)) + text.encode() for text in texts)
+    return struct.pack('<I', len(texts)) + b''.join(parts)
+
+
+@pytest.mark.parametrize('data, expected', [
+    (dynamic_joints(a={'position': 1.0}, b={'velocity': 9.0, 'position': 2.0}), [2.0]),
+    (dynamic_joints(b={'velocity': 9.0}), []), (dynamic_joints(a={'position': 1.0}), []),
+    (dynamic_joints(), [])])
+def test_a_joint_with_interfaces_is_found(data: bytes, expected: List[float]) -> None:
+    locator = JointLocator(DYNAMIC_JOINT_STATE, ['b'])
+    places = locator.places(data)
+    assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == expected
+    assert struct.unpack_from('<II', data, places.stamp or 0) == (5, 6)
+    for length in range(len(data) if expected else 0):
+        assert not locator.places(data[:length]).numbers
 
 
 @pytest.mark.parametrize('locator, one, other', [
     (FloatArrayLocator(3, (3, 4)), array([1, 2, 3], 1), array([1, 2, 3, 4])),
     (TransformLocator('a', 'b'), transforms('x>y', 'a>b'), transforms('a>b', 'x>y')),
-    (JointLocator(['b']), serialized(JointState(name=['a', 'b'], position=[1.0, 2.0])),
+    (JointLocator(JOINT_STATE, ['b']), serialized(JointState(name=['a', 'b'], position=[1.0, 2.0])),
      serialized(JointState(name=['b', 'a'], position=[1.0, 2.0]))),
+    (JointLocator(DYNAMIC_JOINT_STATE, ['b']), dynamic_joints(a={'position': 1.0}, b={
+        'position': 2.0, 'effort': 3.0}), dynamic_joints(a={'position': 1.0}, b={
+            'effort': 3.0, 'position': 2.0})),
     (FieldLocator(WrenchStamped._type, WrenchStamped._full_text, ['wrench.force.x']),
      serialized(WrenchStamped()), b'\0' * 12 + b'\1\0\0\0'),
     (FieldLocator(Image._type, Image._full_text, ['step']),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 import threading
 from functools import partial
 from operator import itemgetter
@@ -10,14 +11,15 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 
 import genpy
 import rospy
-from sensor_msgs.msg import JointState
 
+from process_visualizer.bagio.message_layout import MessageDamaged
+from process_visualizer.bagio.number_places import joint_places
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.message_reader import ToolPose, deserialize, float32_values
+from process_visualizer.nodes.robot.message_reader import ToolPose, float32_values
 from process_visualizer.nodes.robot.tool_input import FramesNotConnected, PoseDecoder
 from process_visualizer.playback.playback_clock import PlaybackClock
 from process_visualizer.playback.timeline import MAX_RATE
@@ -36,7 +38,7 @@ from process_visualizer.robot.velocity import USABLE_WITHIN_S, MeasuringTime, To
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     FLOAT_ARRAY,
-    JOINT_STATE,
+    NAMED_JOINTS,
     PLAYBACK_RATE,
     PLAYER_STATE_TOPIC,
 )
@@ -48,6 +50,10 @@ class JointsAt(NamedTuple):
 
     positions: Dict[str, float]
     stamp: rospy.Time
+
+
+_STAMP, _STAMP_OFFSET = struct.Struct('<II'), 4  # of a std_msgs/Header
+_POSITION = struct.Struct('<d')
 
 
 class RecordedJoints(NamedTuple):
@@ -65,16 +71,17 @@ class RecordedJoints(NamedTuple):
         if kind == FLOAT_ARRAY:
             return JointsAt(self.matching.match((), float32_values(message)),
                             rospy.Time.from_sec(recorded_s))
-        if kind != JOINT_STATE:
+        if kind not in NAMED_JOINTS:
             raise ValueError(f'{kind} carries no joints')
         try:
-            state = deserialize(JointState, message)
-        except genpy.DeserializationError as error:
+            names, offsets, _ = joint_places(kind, message)
+        except MessageDamaged as error:
             raise ValueError(f'its bytes are not those of {kind}: {error}') from error
-        stamp = state.header.stamp
+        stamp = rospy.Time(*_STAMP.unpack_from(message, _STAMP_OFFSET))
         if abs(stamp.to_sec() - recorded_s) > USABLE_WITHIN_S:  # none, or another computer's
             stamp = rospy.Time.from_sec(recorded_s)
-        return JointsAt(self.matching.match(state.name, state.position), stamp)
+        positions = [_POSITION.unpack_from(message, offset)[0] for offset in offsets]
+        return JointsAt(self.matching.match(names, positions), stamp)
 
 
 # Reads the poses of a tool from a part of the recording, with the player's service ~read.
