@@ -24,6 +24,7 @@ from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recorder_topics import ACCOUNT, CALIBRATION, CONFIGURATION, MARKS
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.ros_names import STATIC_TF_TOPIC
+from process_visualizer.whole_file import whole_file
 
 _CHUNK_BYTES = 768 << 10
 """As rosbag's: a player reads and decompresses so much for one message."""
@@ -83,9 +84,8 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
     inside = _inside(recording, chosen, span)
     if not len(inside):
         raise BagError(path, 'would have no messages: the recording has none in this span')
-    unfinished = f'{path}.unfinished'
     try:
-        with open(unfinished, 'wb') as file:
+        with whole_file(path) as unfinished, open(unfinished, 'wb') as file:
             writing = _Writing(recording, file, _COMPRESS[compression], compression)
             for position in held:
                 writing.add(position, span.begin_ns)
@@ -93,12 +93,8 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
             for position in inside.tolist():
                 writing.add(position, int(recording.index.time_ns[position]))
             writing.finish()
-        os.replace(unfinished, path)
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
-    finally:
-        if os.path.exists(unfinished):
-            os.remove(unfinished)
     marks = [mark for it in recording.paths for mark in added_marks(it)
              if span.begin_ns <= mark.time_ns <= span.end_ns]
     if marks:

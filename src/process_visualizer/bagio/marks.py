@@ -13,6 +13,7 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.json_text import parsed_json
 from process_visualizer.bagio.recorder_topics import MARKS, texts
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.whole_file import write_text
 
 _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
@@ -126,7 +127,5 @@ def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
 
 
 def _write(path: str, marks: Sequence[Mark]) -> None:
-    unfinished = f'{path}.unfinished'
-    with open(unfinished, 'w', encoding='utf-8') as file:
-        json.dump([mark._asdict() for mark in sorted(marks)], file, indent=1, ensure_ascii=False)
-    os.replace(unfinished, path)
+    write_text(path, json.dumps([mark._asdict() for mark in sorted(marks)], indent=1,
+                                ensure_ascii=False))

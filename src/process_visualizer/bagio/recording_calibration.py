@@ -23,6 +23,7 @@ from process_visualizer.bagio.recorder_topics import CALIBRATION
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
+from process_visualizer.whole_file import write_text
 
 _MIN_NORM = 1e-3  # of a quaternion
 
@@ -161,11 +162,8 @@ def _write(path: str, poses: Mapping[str, Pose]) -> None:
         if os.path.exists(path):
             os.remove(path)
         return
-    unfinished = f'{path}.unfinished'
-    with open(unfinished, 'w', encoding='utf-8') as file:
-        json.dump({name: {'xyz': pose.xyz, 'ypr': pose.ypr} for name, pose in poses.items()},
-                  file, indent=1, ensure_ascii=False)
-    os.replace(unfinished, path)
+    write_text(path, json.dumps({name: {'xyz': pose.xyz, 'ypr': pose.ypr}
+                                 for name, pose in poses.items()}, indent=1, ensure_ascii=False))
 
 
 def _object(value: Any) -> Dict[str, Any]:

@@ -2,7 +2,6 @@
 """Gives a bag without an index (as of a recorder that was killed) one, in a copy beside it."""
 from __future__ import annotations
 
-import os
 from typing import BinaryIO, Callable, Dict, List, NamedTuple, Tuple
 
 from process_visualizer.bagio.bag_errors import BagError, Gap, RecordError
@@ -19,6 +18,7 @@ from process_visualizer.bagio.bag_file import (
 )
 from process_visualizer.bagio.bag_writer import BagWriter, ConnectionRecord, IndexEntry
 from process_visualizer.bagio.chunk_store import chunk_at, decompressed
+from process_visualizer.whole_file import whole_file
 
 Progress = Callable[[float], bool]
 
@@ -46,18 +46,14 @@ def reindex(path: str, progress: Progress = lambda part: True) -> Reindexed:
         BagError: the file is not a bag, holds no message, or the copy cannot be written.
     """
     copy = copy_path(path)
-    unfinished = f'{copy}.unfinished'
     source = BagFile(path)
     try:
-        with open(unfinished, 'wb') as file:
+        with whole_file(copy) as unfinished, open(unfinished, 'wb') as file:
             count, gaps = _Reindexing(source, file).run(progress)
-        os.replace(unfinished, copy)
     except OSError as error:
         raise BagError(copy, f'cannot be written: {error.strerror}') from error
     finally:
         source.close()
-        if os.path.exists(unfinished):
-            os.remove(unfinished)
     return Reindexed(copy, count, gaps)
 
 

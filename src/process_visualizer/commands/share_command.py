@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tempfile
 from contextlib import ExitStack
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -24,27 +23,7 @@ from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, re
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
-
-
-def write_whole(path: str, text: str) -> None:
-    """Write a text in UTF-8; what is there already is replaced only when all of it is written.
-
-    Raises:
-        OSError: it cannot be written; what was there is as it was.
-    """
-    folder = os.path.dirname(os.path.abspath(path))
-    number, beside = tempfile.mkstemp(prefix=f'.{os.path.basename(path)}-', dir=folder)
-    try:
-        with os.fdopen(number, 'w', encoding='utf-8', errors='backslashreplace') as file:
-            file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(beside, 0o666 & ~mask)
-        os.replace(beside, path)
-    except BaseException:
-        os.unlink(beside)
-        raise
-
+from process_visualizer.whole_file import write_text
 
 MAX_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""
@@ -86,7 +65,7 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
         raise ValueError(f'{clock(shown_s)} are more than one page can show; name a part of at '
                          f'most {clock(MAX_S)} with --from and --to, or a run with BAG#NUMBER')
     page = shared_page(given, runs, good, spans)
-    write_whole(options.output, page)
+    write_text(options.output, page)
     size = os.path.getsize(options.output) / 1e6
     say(f'{options.output}: {clock(shown_s)} of {", ".join(it.name for it in runs[:4])}'
         f'{" …" if len(runs) > 4 else ""}, {size:.1f} MB')

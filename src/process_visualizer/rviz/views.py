@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import hashlib
 import os
-import tempfile
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple
 from urllib.parse import quote, unquote
@@ -20,6 +19,7 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.values import plain_yaml
 from process_visualizer.rviz.camera import seen_points
 from process_visualizer.rviz.window_geometry import scene_aspect
+from process_visualizer.whole_file import whole_file
 
 
 def read_view(path: str) -> Dict[str, Any]:
@@ -134,15 +134,8 @@ class SavedViews:
 
 
 def _write_whole(path: Path, content: bytes) -> None:
-    """Write to another file first, so that a full disk keeps the old one."""
-    handle, new = tempfile.mkstemp(dir=path.parent)
-    try:
-        with os.fdopen(handle, 'wb') as file:
-            file.write(content)
-        os.replace(new, path)
-    except OSError:
-        os.unlink(new)
-        raise
+    with whole_file(str(path)) as unfinished:
+        Path(unfinished).write_bytes(content)
 
 
 def _reason(error: Exception) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import resource
 from pathlib import Path
 from typing import Any, Dict, List, Tuple
 from xml.etree import ElementTree
@@ -135,10 +136,16 @@ def test_a_damaged_file_is_named_and_stays(bag, text):
     assert path.read_text() == text
 
 
-def test_a_folder_that_cannot_be_written_is_told(bag):
-    Path(f'{calibration_path(bag)}.unfinished').mkdir()
-    with pytest.raises(BagError, match='cannot be written'):
-        save_pose(bag, 'camera_link', POSE)
+def test_a_disk_that_is_full_is_told_and_nothing_is_left(bag):
+    before = sorted(Path(bag).parent.iterdir())
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+    try:
+        with pytest.raises(BagError, match='cannot be written: File too large'):
+            save_pose(bag, 'camera_link', POSE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert sorted(Path(bag).parent.iterdir()) == before
 
 
 def test_the_command_says_then_and_now(bag, capsys):

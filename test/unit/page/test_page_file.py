@@ -14,7 +14,7 @@ from page_reader import PageReader
 
 from process_visualizer.bagio.marks import Mark, add_mark
 from process_visualizer.commands.command_line import main
-from process_visualizer.commands.share_command import write_whole
+from process_visualizer.whole_file import write_text
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror=alert(2)>'
 
@@ -96,6 +96,6 @@ def test_a_file_is_written_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / 'page.html'
     path.write_text('before', encoding='utf-8')
     with pytest.raises(TypeError):
-        write_whole(str(path), None)  # type: ignore[arg-type]
+        write_text(str(path), None)  # type: ignore[arg-type]
     assert path.read_text(encoding='utf-8') == 'before'
     assert [it.name for it in tmp_path.iterdir()] == ['page.html']

@@ -22,6 +22,7 @@ from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.alarm_board import events_text
 from process_visualizer.health.alarm_conditions import part_titles
 from process_visualizer.launching.part_report import PartState
+from process_visualizer.whole_file import write_text
 
 
 def events_path(bag: str) -> str:
@@ -36,11 +37,8 @@ def write_events(bag: str, text: str) -> None:
         BagError: it cannot be written.
     """
     path = events_path(bag)
-    unfinished = f'{path}.unfinished'
     try:
-        with open(unfinished, 'w', encoding='utf-8') as file:
-            file.write(text + '\n')
-        os.replace(unfinished, path)
+        write_text(path, text + '\n')
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
 

@@ -10,6 +10,7 @@ from typing import Any, Callable, Deque, Dict, Mapping, Optional
 from PyQt5.QtCore import QObject, QSettings, pyqtSignal
 
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.whole_file import write_text
 
 FILE_NAME = 'session.json'
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError)
@@ -84,12 +85,7 @@ class KeptState(QObject):
 def _write(path: str, values: Values) -> None:
     """Write the file at once or not at all."""
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    beside = f'{path}.new'
-    with open(beside, 'w', encoding='utf-8') as file:
-        json.dump(values, file, indent=1)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(beside, path)
+    write_text(path, json.dumps(values, indent=1))
 
 
 class Settings:

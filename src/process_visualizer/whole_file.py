@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files that are replaced as a whole or not at all."""
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import contextmanager
+from typing import Iterator
+
+
+@contextmanager
+def whole_file(path: str) -> Iterator[str]:
+    """Yield the path of a new file in the same folder, which becomes ``path`` when all is written.
+
+    If the block raises, the new file is removed and what was there before stays as it was.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    folder, name = os.path.split(os.path.abspath(path))
+    descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
+                                              dir=folder)
+    try:
+        mask = os.umask(0)
+        os.umask(mask)
+        os.fchmod(descriptor, 0o666 & ~mask)  # as any other new file
+        yield unfinished
+        os.fsync(descriptor)
+        os.replace(unfinished, path)
+    except BaseException:
+        os.unlink(unfinished)
+        raise
+    finally:
+        os.close(descriptor)
+
+
+def write_text(path: str, text: str) -> None:
+    """Write a text in UTF-8 as a whole; what UTF-8 does not have is written as an escape.
+
+    Raises:
+        OSError: it cannot be written; what was there is as it was.
+    """
+    with whole_file(path) as unfinished, \
+            open(unfinished, 'w', encoding='utf-8', errors='backslashreplace') as file:
+        file.write(text)
