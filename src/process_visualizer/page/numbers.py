@@ -75,12 +75,13 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
 def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
     """Return times [s] (n,) and the values (n,) that hold from then on, as PositionValues has it.
 
-    What comes first a moment after the beginning is there from the beginning.
+    What comes first a moment after the beginning is there from the beginning. Of an array with
+    joints, a joint is the last number that was read.
     """
     times_s = samples.times_s.copy()
     with np.errstate(over='ignore', invalid='ignore'):
-        values = samples.values[:, 0] if samples.source.quantity is Quantity.NUMBER else \
-            np.linalg.norm(samples.values, axis=1)
+        values = np.linalg.norm(samples.values, axis=1) \
+            if samples.source.quantity is Quantity.FORCE else samples.values[:, -1]
     order = np.argsort(times_s, kind='stable')
     times_s, values = times_s[order], values[order]
     if len(times_s) and times_s[0] <= _MOMENT_S:
