@@ -36,6 +36,11 @@ function button(text, label, act) {
   return found;
 }
 
+/** Whether each picture is asked for by what makes a film of them (`filmFrame`). */
+function isFilm() {
+  return location.hash === '#film';
+}
+
 /** The page. */
 class Page {
   /** @param {any} data  @param {Columns} columns */
@@ -84,7 +89,7 @@ class Page {
         + 'is off or missing). Verdict, curves and numbers work as everywhere.'));
       return;
     }
-    this.scene = new CellScene(this.sceneBox, () => this.request());
+    this.scene = new CellScene(this.sceneBox, () => this.request(), isFilm());
     const views = made('div', '', 'views');
     for (const [name, text] of VIEWS) {
       views.append(button(text, `view: ${text.toLowerCase()}`, () => {
@@ -373,6 +378,46 @@ class Page {
     const next = direction > 0 ? times.find((it) => it > transport.time + 1e-3)
       : times.findLast((it) => it < transport.time - 1e-3);
     if (next !== undefined) transport.seek(next);
+  }
+
+  /**
+   * Prepares for a film: only the cell, a caption and some curves are there.
+   * @param {{view: string, curves: string[], dark: boolean}} style  curves: none are all that fit
+   */
+  film({view, curves, dark}) {
+    const {dataset} = document.documentElement;
+    dataset.film = '';
+    dataset.theme = dark ? 'dark' : 'light';
+    this.caption = made('p', '', 'caption');
+    this.sceneBox.append(this.caption);
+    this.filmStyle = {view, curves};
+  }
+
+  /**
+   * Draws a frame of a film, and returns its numbers in words, by device.
+   * @param {number} number  of the run  @param {number} time
+   */
+  async filmFrame(number, time) {
+    const {transport, filmStyle} = this;
+    if (this.filmed !== number && filmStyle) {
+      this.filmed = number;
+      this.show(number);
+      this.timeline.keep(filmStyle.curves, 0.4 * innerHeight);
+      this.timeline.resize();
+      this.scene?.resize();
+      this.scene?.look(filmStyle.view, this.run.begin);
+      this.applyTheme();
+    }
+    transport.time = time;
+    if (this.caption) {
+      this.caption.replaceChildren(made('b', this.run.name), ` ${clock(time)} `,
+        made('span', this.run.verdict.split(';')[0], `${this.run.state}-text`));
+    }
+    this.draw(time);
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    const distances = /** @type {any[]} */ (this.distances);
+    return [...this.numbers.map((it) => [it.device, it.quantity, it.at(time).text]),
+      ...distances.map((it) => [it.device, 'deviation', it.value.textContent])];
   }
 
   toggleTheme() {

@@ -38,10 +38,13 @@ export class CellScene {
   /**
    * @param {HTMLElement} box  in which it is drawn
    * @param {() => void} onView  is called when the camera moves
+   * @param {boolean} isFilm  each picture has the time that it takes
    */
-  constructor(box, onView) {
+  constructor(box, onView, isFilm) {
     this.box = box;
-    this.renderer = new WebGLRenderer({antialias: !isSlow(), preserveDrawingBuffer: true});
+    this.mostPixels = isFilm ? Infinity : MOST_PIXELS;
+    this.renderer = new WebGLRenderer({antialias: isFilm || !isSlow(),
+      preserveDrawingBuffer: true});
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute('aria-label', 'The cell in three dimensions');
@@ -238,7 +241,7 @@ export class CellScene {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.box;
     if (width === 0 || height === 0) return;
-    const ratio = Math.min(window.devicePixelRatio, Math.sqrt(MOST_PIXELS / (width * height)));
+    const ratio = Math.min(window.devicePixelRatio, Math.sqrt(this.mostPixels / (width * height)));
     this.renderer.setPixelRatio(Math.max(ratio, 0.5));
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;

@@ -37,6 +37,20 @@ export class Timeline {
     this.isStale = true;
   }
 
+  /**
+   * Keeps some curves: those with these labels, in this order, or those that differed first.
+   * @param {string[]} labels  @param {number} height  in pixels, for all of them
+   */
+  keep(labels, height) {
+    const most = Math.max(Math.floor((height - HEAD - FOOT) / LANE), 0);
+    const named = labels.flatMap((label) => this.lanes.filter(
+      (it) => it.label === label || `${it.device} ${it.label}` === label));
+    const rank = (/** @type {any} */ it) => (it.band?.out.some(Boolean) ? 0 : 1);
+    this.lanes = (labels.length > 0 ? named
+      : [...this.lanes].sort((one, other) => rank(one) - rank(other))).slice(0, most);
+    this.isStale = true;
+  }
+
   get height() {
     return HEAD + LANE * Math.max(this.lanes.length, 0) + FOOT;
   }

@@ -40,6 +40,12 @@ from process_visualizer.commands.configuration_commands import (
 )
 from process_visualizer.commands.cut_command import add_cut_options, execute_cut
 from process_visualizer.commands.export_command import add_export_options, execute_export
+from process_visualizer.commands.film_command import (
+    add_film_options,
+    add_picture_options,
+    execute_film,
+    execute_picture,
+)
 from process_visualizer.commands.record_command import add_record_options, record, record_options
 from process_visualizer.commands.run_command import run_plan
 from process_visualizer.commands.share_command import add_share_options, execute_share
@@ -72,6 +78,8 @@ _COMMANDS = {
     'share': 'write runs as one page that any browser opens: robots, arrows, curves, verdict',
     'export': 'write the numbers of runs as a table (CSV or Parquet): curves and joints over one '
               'clock',
+    'film': 'make a film of runs: robots, arrows, curves, verdict at each moment',
+    'picture': 'the same as one picture',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',
     'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
@@ -84,7 +92,7 @@ _COMMANDS = {
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
     'compare': add_compare_options, 'share': add_share_options,
-    'export': add_export_options,
+    'export': add_export_options, 'film': add_film_options, 'picture': add_picture_options,
     'calibration': add_calibration_options, 'trust': add_trust_options, 'cut': add_cut_options,
     'view': add_view_options}
 
@@ -180,6 +188,7 @@ def _execute(options: argparse.Namespace) -> int:
 
 _OF_RECORDINGS = {'runs': execute_runs, 'compare': execute_compare,
                   'share': execute_share, 'export': execute_export,
+                  'film': execute_film, 'picture': execute_picture,
                   'calibration': execute_calibration, 'cut': execute_cut}
 
 

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``cell film`` and ``cell picture``: each frame is the page at its moment, drawn by Chromium."""
+from __future__ import annotations
+
+import csv
+import re
+import struct
+import subprocess
+from pathlib import Path
+from typing import Dict, List
+
+import pytest
+from cycle_bags import write_bag
+
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.commands.command_line import main
+from process_visualizer.curves.position_values import PositionValues
+from process_visualizer.runs.recorded.chosen_runs import recorded_cell
+
+FILM = ('--from', '2', '--to', '3.2', '--rate', '10', '--size', '320x240')
+
+
+def filmed(folder: Path, name: str, *words: str) -> Path:
+    bag = str(folder / 'a.bag')
+    if not Path(bag).exists():
+        write_bag(folder, cycles=2)
+    assert main(['film', f'{bag}#1', '--reference', f'{bag}#2', *FILM, *words, '-o',
+                 str(folder / name)]) == 0
+    return folder / name
+
+
+def probed(film: Path) -> Dict[str, str]:
+    text = subprocess.run(
+        ['ffprobe', '-v', 'error', '-count_frames', '-show_entries',
+         'stream=codec_name,pix_fmt,nb_read_frames,avg_frame_rate,width,height', '-of',
+         'default=noprint_wrappers=1', str(film)], stdout=subprocess.PIPE, text=True,
+        check=True).stdout
+    return dict(line.split('=', 1) for line in text.splitlines())
+
+
+def pictures(film: Path) -> List[str]:
+    """A hash of each frame."""
+    text = subprocess.run(['ffmpeg', '-v', 'error', '-i', str(film), '-f', 'framemd5', '-'],
+                          stdout=subprocess.PIPE, text=True, check=True).stdout
+    return [line.rpartition(',')[2].strip() for line in text.splitlines() if line[:1] != '#']
+
+
+def test_a_film_has_each_frame_once_and_is_the_same_every_time(tmp_path: Path) -> None:
+    film = filmed(tmp_path, 'one.mp4')
+    found = probed(film)
+    assert (found['codec_name'], found['pix_fmt']) == ('h264', 'yuv420p')
+    assert (found['nb_read_frames'], found['avg_frame_rate']) == ('12', '10/1')
+    assert (found['width'], found['height']) == ('320', '240')
+    frames = pictures(film)
+    assert len(set(frames)) == 12  # the moving line alone differs
+    assert frames == pictures(filmed(tmp_path, 'two.mp4'))
+    assert sorted(it.name for it in tmp_path.iterdir()) == [
+        'a.bag', 'cell.xml', 'one.csv', 'one.mp4', 'two.csv', 'two.mp4']
+
+
+def test_the_table_has_the_numbers_of_each_frame(tmp_path: Path) -> None:
+    film = filmed(tmp_path, 'slow.gif', '--speed', '0.5')
+    with film.with_suffix('.csv').open(encoding='utf-8', newline='') as file:
+        rows = list(csv.DictReader(file))
+    assert [row['time [s]'] for row in rows[:3]] == ['2.000000', '2.050000', '2.100000']
+    assert len(rows) == 24 == len(pictures(film))
+    bag = str(tmp_path / 'a.bag')
+    with Recording([bag]) as recording, recorded_cell(recording) as cell:
+        values = PositionValues([bag], cell.devices)
+        try:
+            for row in rows:
+                known = values.at(float(row['time [s]']))
+                assert row['arm speed'] == f"v {known['arm', 'v', '/tcf']:.3f} m/s"
+                assert row['arm force'] == f"F {known['arm', 'F', '/ft']:.1f} N"
+        finally:
+            values.close()
+    assert all(re.fullmatch(r'Δ (–|\d+\.\d mm from the good run)', row.get('arm deviation', 'Δ –'))
+               for row in rows)
+
+
+def test_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag, picture = write_bag(tmp_path), tmp_path / 'p.png'
+    words = ['picture', f'{bag}#1', '--size', '320x240', '-o', str(picture), '--at']
+    assert main([*words, '0:03']) == 0
+    assert struct.unpack('>II', picture.read_bytes()[16:24]) == (320, 240)
+    picture.unlink()
+    assert main([*words, '0:30']) == 1
+    assert 'and 0:30.00 is outside' in capsys.readouterr().err
+    assert not picture.exists()

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frames of a film, and what is refused before anything is drawn."""
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import List
+
+import pytest
+from cycle_bags import write_bag
+
+from process_visualizer.commands.chosen_spans import ChosenSpans
+from process_visualizer.commands.command_line import main
+from process_visualizer.commands.film_command import film_frames
+from process_visualizer.page.robots import PageSpan
+
+
+@pytest.mark.parametrize(('span', 'rate_hz', 'speed', 'count'), [
+    (PageSpan(2.0, 3.2), 10.0, 1.0, 12), (PageSpan(2.0, 3.2), 10.0, 0.25, 48),
+    (PageSpan(0.0, 17.68), 25.0, 1.0, 442), (PageSpan(1.0, 1.001), 25.0, 1.0, 1)])
+def test_frames_are_evenly_spaced(span: PageSpan, rate_hz: float, speed: float,
+                                  count: int) -> None:
+    frames = film_frames(ChosenSpans(None, [], [span, span]), rate_hz, speed)
+    assert [it.run for it in frames] == [0] * count + [1] * count
+    assert [it.time_s for it in frames[:count]] == pytest.approx(
+        [span.begin_s + row * speed / rate_hz for row in range(count)])
+
+
+@pytest.mark.parametrize(('words', 'problem'), [
+    (['film', '-o', 'a.avi'], 'name a file that ends in .mp4 or .gif'),
+    (['film', '-o', 'a.mp4', '--rate', 'nan'], 'write a --rate from 0.1 to 120'),
+    (['film', '-o', 'a.mp4', '--speed', '0'], 'a --speed from 0.001'),
+    (['film', '-o', 'a.mp4', '--size', '321x240'], 'even numbers of pixels'),
+    (['picture', '-o', 'a.gif', '--at', '1'], 'name a file that ends in .png'),
+    (['picture', '-o', 'a.png', '--at', 'soon'], '"soon" is not a time')])
+def test_what_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: List[str],
+                         problem: str) -> None:
+    words = [str(tmp_path / it) if it.startswith('a.') else it for it in words]
+    assert main([words[0], write_bag(tmp_path), *words[1:]]) == 1
+    assert problem in capsys.readouterr().err
+    assert sorted(it.name for it in tmp_path.iterdir()) == ['a.bag', 'cell.xml']
+
+
+def test_a_missing_program_is_named_and_nothing_is_left(tmp_path: Path) -> None:
+    bag, empty = write_bag(tmp_path), tmp_path / 'bin'
+    empty.mkdir()
+    for command, name, program in (('film', 'a.mp4', 'ffmpeg makes the film'),
+                                   ('picture', 'a.png', 'Chromium draws the pictures')):
+        words = [command, bag, '-o', str(tmp_path / name),
+                 *(['--at', '2'] if command == 'picture' else [])]
+        done = subprocess.run(
+            [sys.executable, '-c', 'import sys; from process_visualizer.commands.command_line '
+             f'import main; sys.exit(main({words!r}))'], env={**os.environ, 'PATH': str(empty)},
+            stderr=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == 1
+        assert program in done.stderr and 'Traceback' not in done.stderr
+    assert sorted(it.name for it in tmp_path.iterdir()) == ['a.bag', 'bin', 'cell.xml']
