@@ -13,6 +13,7 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.run_page import Judged
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
@@ -36,6 +37,12 @@ class ChosenSpans(NamedTuple):
     def duration_s(self) -> float:
         """The length of all spans."""
         return sum(it.end_s - it.begin_s for it in self.spans)
+
+    def judged(self, run: Run) -> Judged:
+        """Return a run with what comes of holding it against the good runs, if there are any."""
+        if self.good is None or incomparable(self.good.reference, run) is not None:
+            return Judged(run)
+        return Judged(run, self.good.compare(run), self.good.of(run) or self.good)
 
 
 def add_span_options(command: argparse.ArgumentParser, output_help: str,

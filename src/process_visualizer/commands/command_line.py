@@ -76,8 +76,7 @@ _COMMANDS = {
     'compare': 'compare runs with good ones: what differed, where, and when first; exit code 0 if '
                'all are in range, 2 if one is not, 3 if one could not be judged',
     'share': 'write runs as one page that any browser opens: robots, arrows, curves, verdict',
-    'export': 'write the numbers of runs as a table (CSV or Parquet): curves and joints over one '
-              'clock',
+    'export': 'write runs for other programs: numbers as a table (CSV, Parquet), or a run as MCAP',
     'film': 'make a film of runs: robots, arrows, curves, verdict at each moment',
     'picture': 'the same as one picture',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell export``: the numbers of runs as a table for other programs."""
+"""The command ``cell export``: runs for other programs, as a table or as an MCAP file."""
 from __future__ import annotations
 
 import argparse
 import os
-from contextlib import ExitStack
-from typing import Callable, Dict, List, Sequence
+from contextlib import contextmanager
+from typing import Callable, Dict, Iterator, List, Tuple
 
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
+from process_visualizer.cell.model import Cell
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
 from process_visualizer.page.number_table import (
     NumberTable,
@@ -16,8 +18,11 @@ from process_visualizer.page.number_table import (
     run_column,
     write_csv,
 )
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.run_page import PageCell, run_entry
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
+from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
 from process_visualizer.whole_file import whole_file
 
@@ -27,13 +32,14 @@ _MAX_ROWS = 5_000_000
 
 def add_export_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell export``."""
-    add_span_options(command, 'the table: FILE.csv or FILE.parquet', reference_help='')
+    add_span_options(command, 'the table FILE.csv or FILE.parquet, or FILE.mcap',
+                     'good runs, the first of which is the ghost in an .mcap')
     command.add_argument('--rate', metavar='HZ', type=float, default=DEFAULT_RATE_HZ,
-                         help=f'rows in a second (default: {DEFAULT_RATE_HZ:g})')
+                         help=f'rows of a table in a second (default: {DEFAULT_RATE_HZ:g})')
 
 
 def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Write the table; return 0.
+    """Write the file; return 0.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
@@ -42,62 +48,91 @@ def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> in
     """
     ending = os.path.splitext(options.output)[1].lower()
     if ending not in _WRITERS:
-        raise ValueError(f'{options.output}: name a file that ends in {" or ".join(_WRITERS)}')
+        raise ValueError(f'{options.output}: name a file that ends in {", ".join(_WRITERS)}')
     if not 0.0 < options.rate <= _MAX_RATE_HZ:
         raise ValueError(f'--rate {options.rate:g}: write a number above 0 and up to '
                          f'{_MAX_RATE_HZ:g}')
-    write = _WRITERS[ending]()
+    try:
+        write = _WRITERS[ending]()
+    except ImportError as error:
+        raise ValueError(f'{options.output} needs the Python package {error.name}; install it '
+                         f'with "pip install {error.name}", or write a .csv') from None
     chosen = chosen_spans(options, arguments)
-    if chosen.duration_s * options.rate > _MAX_ROWS:
-        raise ValueError(f'{clock(chosen.duration_s)} at {options.rate:g} Hz are more than '
-                         f'{_MAX_ROWS} rows; name a part with --from and --to, or a lower --rate')
-    tables = _tables(chosen, options.rate)
     with whole_file(options.output) as unfinished:
-        write(unfinished, tables)
-    say(f'{options.output}: {clock(chosen.duration_s)}, {sum(len(it.values) for it in tables)} '
-        f'rows, {len(joined(tables).columns) + 1} columns')
+        said = write(unfinished, chosen, options.rate)
+    say(f'{options.output}: {clock(chosen.duration_s)}, {said}')
     return 0
 
 
+@contextmanager
+def _opened(chosen: ChosenSpans, run: Run) -> Iterator[Tuple[Recording, Cell]]:
+    """Yield the recording of a run and its cell."""
+    with Recording(run.recording) as recording:
+        if chosen.cell is not None:
+            yield recording, chosen.cell
+            return
+        with recorded_cell(recording) as cell:
+            yield recording, cell
+
+
 def _tables(chosen: ChosenSpans, rate_hz: float) -> List[NumberTable]:
+    if chosen.duration_s * rate_hz > _MAX_ROWS:
+        raise ValueError(f'{clock(chosen.duration_s)} at {rate_hz:g} Hz are more than '
+                         f'{_MAX_ROWS} rows; name a part with --from and --to, or a lower --rate')
     found = []
     for run, span in zip(chosen.runs, chosen.spans):
-        with ExitStack() as stack:
-            recording = stack.enter_context(Recording(run.recording))
-            cell = chosen.cell if chosen.cell is not None \
-                else stack.enter_context(recorded_cell(recording))
+        with _opened(chosen, run) as (recording, cell):
             found.append(number_table(cell, recording, run.name, span, rate_hz))
     return found
 
 
-Write = Callable[[str, Sequence[NumberTable]], None]
+Write = Callable[[str, ChosenSpans, float], str]
+"""Writes a file, with so many rows in a second [Hz], and says what is in it."""
 
 
 def _csv_writer() -> Write:
-    def write(path: str, tables: Sequence[NumberTable]) -> None:
+    def write(path: str, chosen: ChosenSpans, rate_hz: float) -> str:
+        tables = _tables(chosen, rate_hz)
         with open(path, 'w', encoding='utf-8', errors='backslashreplace', newline='') as file:
             write_csv(file, tables)
+        return _size(tables)
     return write
 
 
 def _parquet_writer() -> Write:
-    """Return what writes Parquet.
+    import pyarrow
+    import pyarrow.parquet
 
-    Raises:
-        ValueError: the package for it is missing.
-    """
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise ValueError('Parquet needs the Python package pyarrow; install it with "pip install '
-                         'pyarrow", or write a .csv') from None
-
-    def write(path: str, tables: Sequence[NumberTable]) -> None:
+    def write(path: str, chosen: ChosenSpans, rate_hz: float) -> str:
+        tables = _tables(chosen, rate_hz)
         whole = joined(tables)
         columns = {'run': run_column(tables), **dict(zip(whole.columns, whole.values.T))}
         pyarrow.parquet.write_table(pyarrow.table(columns), path)
+        return _size(tables)
     return write
 
 
-_WRITERS: Dict[str, Callable[[], Write]] = {'.csv': _csv_writer, '.parquet': _parquet_writer}
+def _size(tables: List[NumberTable]) -> str:
+    return (f'{sum(len(it.values) for it in tables)} rows, '
+            f'{len(joined(tables).columns) + 1} columns')
+
+
+def _mcap_writer() -> Write:
+    from process_visualizer.page.mcap_file import PageData, write_mcap
+
+    def write(path: str, chosen: ChosenSpans, _rate_hz: float) -> str:
+        if len(chosen.runs) != 1:
+            raise ValueError('an .mcap holds one run; name it with BAG#NUMBER')
+        run, span = chosen.runs[0], chosen.spans[0]
+        with _opened(chosen, run) as (recording, cell), open(path, 'wb') as file:
+            packed = Packed()
+            shared = PageCell(with_saved_poses(cell, saved_poses(run.recording[0])), packed)
+            entry = run_entry(shared, recording, chosen.judged(run), span, packed)
+            count = write_mcap(file, recording, span,
+                               PageData(entry, shared.meshes, packed, cell.frame))
+        return f'{count} messages'
+    return write
+
+
+_WRITERS: Dict[str, Callable[[], Write]] = {
+    '.csv': _csv_writer, '.parquet': _parquet_writer, '.mcap': _mcap_writer}

@@ -12,11 +12,10 @@ from process_visualizer.bagio.recording_calibration import saved_poses, with_sav
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.run_page import Judged, PageCell, run_entry
-from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
+from process_visualizer.page.run_page import PageCell, run_entry
+from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.wording import band_text, clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
-from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
 from process_visualizer.whole_file import write_text
 
@@ -63,7 +62,7 @@ def shared_page(chosen: ChosenSpans) -> str:
         cell = given if given is not None else stack.enter_context(recorded_cell(first))
         cell = with_saved_poses(cell, saved_poses(runs[0].recording[0]))
         shared = PageCell(cell, packed)
-        entries = [run_entry(shared, recordings[run.recording], _judged(run, good), span, packed)
+        entries = [run_entry(shared, recordings[run.recording], chosen.judged(run), span, packed)
                    for run, span in zip(runs, spans)]
     return page_html(PageParts(_title(entries), _subtitle(good), entries, shared.meshes, packed,
                                () if good is None else good.notes,
@@ -82,9 +81,3 @@ def _subtitle(good: Optional[GoodRuns]) -> str:
         return 'Without a reference there is no verdict.'
     return (f'Reference: {good.reference.name}, {good.reference.duration_s:.1f} s. '
             f'Band: {band_text(good.band)}.')
-
-
-def _judged(run: Run, good: Optional[GoodRuns]) -> Judged:
-    if good is None or incomparable(good.reference, run) is not None:
-        return Judged(run)
-    return Judged(run, good.compare(run), good.of(run) or good)

@@ -23,9 +23,8 @@ class Packed:
 
     def __init__(self) -> None:
         """Begin without columns."""
-        self._parts: List[bytes] = []
+        self._data = bytearray()
         self._known: Dict[bytes, Reference] = {}
-        self._length = 0
 
     def plain(self, values: np.ndarray) -> Reference:
         """Add numbers as they are, row by row; what is there already is not added again."""
@@ -57,15 +56,25 @@ class Packed:
         found = self.plain(np.rint(share * _STEPS).astype(np.uint16))
         return {**found, 'as': 'scaled', 'low': low.tolist(), 'size': size.tolist()}
 
+    def column(self, reference: Reference, width: int = 1) -> np.ndarray:
+        """Return a column, (n,) or (n, width), as web/src/packed.js reads it."""
+        begin, kind = int(reference['at']), np.dtype(f'<{reference["of"]}')  # type: ignore[arg-type]
+        end = begin + int(reference['n']) * kind.itemsize  # type: ignore[arg-type]
+        values = np.frombuffer(self._data[begin:end], kind)
+        if reference.get('as') == 'times':
+            return np.asarray((reference['begin'] + np.cumsum(values.astype(np.int64))) / _US_PER_S)
+        if reference.get('as') == 'scaled':
+            low, size = np.array(reference['low']), np.array(reference['size'])
+            return np.asarray(low + values.reshape(-1, len(low)) / _STEPS * size)
+        return values if width == 1 else values.reshape(-1, width)
+
     def text(self) -> str:
         """Return all of it: base64 of gzip."""
-        return b64encode(gzip.compress(b''.join(self._parts), 7, mtime=0)).decode('ascii')
+        return b64encode(gzip.compress(self._data, 7, mtime=0)).decode('ascii')
 
     def _added(self, data: bytes, name: str, count: int) -> Reference:
         key = name.encode() + data
         if key not in self._known:
-            self._known[key] = {'at': self._length, 'of': name, 'n': count}
-            padded = data + bytes(-len(data) % _ALIGNMENT)
-            self._parts.append(padded)
-            self._length += len(padded)
+            self._known[key] = {'at': len(self._data), 'of': name, 'n': count}
+            self._data += data + bytes(-len(data) % _ALIGNMENT)
         return self._known[key]

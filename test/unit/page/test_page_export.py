@@ -82,7 +82,7 @@ def test_parquet_has_the_same_numbers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(('words', 'problem'), [
-    (['-o', 'table.xls'], 'name a file that ends in .csv or .parquet'),
+    (['-o', 'table.xls'], 'name a file that ends in .csv, .parquet, .mcap'),
     (['-o', 'table.csv', '--rate', '0'], '--rate 0: write a number above 0'),
     (['-o', 'table.csv', '--rate', 'nan'], '--rate nan: write a number'),
     (['-o', 'table.csv', '--from', '0:30'], 'a.bag#1 goes from')])

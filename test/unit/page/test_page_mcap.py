@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The MCAP file of ``cell export``: the recording's own messages, and what the page shows."""
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+from typing import Any, DefaultDict, Dict, List, NamedTuple
+
+import numpy as np
+import pytest
+import rosbag
+import roslib.message
+from cycle_bags import write_bag
+from mcap.reader import make_reader
+from page_reader import PageReader
+from sewing_runs import write_sewing_run
+
+from process_visualizer.commands.command_line import main
+
+
+class Exported(NamedTuple):
+    """What a reader of MCAP finds: messages with their times [ns], by topic."""
+
+    bag: str
+    page: PageReader
+    messages: Dict[str, List[Any]]
+
+
+def read(path: Path) -> Dict[str, List[Any]]:
+    found: DefaultDict[str, List[Any]] = defaultdict(list)
+    with path.open('rb') as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            assert schema is not None
+            assert (schema.encoding, channel.message_encoding) == ('ros1msg', 'ros1')
+            message_class: Any = roslib.message.get_message_class(schema.name)
+            found[channel.topic].append(
+                (message.log_time, message_class().deserialize(message.data)))
+    return dict(found)
+
+
+@pytest.fixture(scope='module')
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    folder = tmp_path_factory.mktemp('mcap')
+    good, poor = write_sewing_run(folder, 'good.bag'), write_sewing_run(
+        folder, 'poor.bag', 2, is_poor=True)
+    words = [poor, '--reference', good, '-o']
+    assert main(['share', *words, str(folder / 'page.html')]) == 0
+    assert main(['export', *words, str(folder / 'run.mcap')]) == 0
+    html = (folder / 'page.html').read_text(encoding='utf-8')
+    return Exported(poor, PageReader(html), read(folder / 'run.mcap'))
+
+
+def begin_ns(bag: str) -> int:
+    with rosbag.Bag(bag) as recorded:
+        return min(time.to_nsec() for _, _, time in recorded.read_messages())
+
+
+def test_the_messages_of_the_recording_are_there(exported: Exported) -> None:
+    with rosbag.Bag(exported.bag) as recorded:
+        run = exported.page.data['runs'][0]
+        first = begin_ns(exported.bag)
+        sent = [(time.to_nsec(), message) for _, message, time
+                in recorded.read_messages('/ur_rt_upper/q_act')
+                if run['begin'] <= (time.to_nsec() - first) / 1e9 <= run['end']]
+    assert len(sent) > 100
+    assert [(time, it.data) for time, it in exported.messages['/ur_rt_upper/q_act']] == [
+        (time, it.data) for time, it in sent]
+
+
+def test_links_are_where_the_page_has_them(exported: Exported) -> None:
+    first, compared = begin_ns(exported.bag), 0
+    run = exported.page.data['runs'][0]
+    places = {link: number for _, link, number in exported.page.links(0) if number is not None}
+    places.update({f'ghost/{it["link"]}': it['place'] for it in run['ghost']['parts']})
+    sent = exported.messages['/tf'][::50] + exported.messages['/tf_static']
+    for time_ns, message in sent:
+        for it in message.transforms:
+            assert it.header.frame_id == 'world' and it.header.stamp.to_nsec() == time_ns
+            position, turn = exported.page.place(
+                0, places[it.child_frame_id], (time_ns - first) / 1e9)
+            where, how = it.transform.translation, it.transform.rotation
+            assert [where.x, where.y, where.z] == pytest.approx(position.tolist(), abs=2e-4)
+            assert abs(np.dot([how.x, how.y, how.z, how.w], turn)) == pytest.approx(1.0, abs=1e-6)
+            compared += 1
+    assert compared > 200
+    assert {it.child_frame_id for _, message in sent for it in message.transforms} <= set(places)
+
+
+def test_numbers_and_texts_are_those_of_the_page(exported: Exported) -> None:
+    page, first = exported.page, begin_ns(exported.bag)
+    edge = page.number(0, 'sewing_machine', 'number', 'upper edge')
+    sent = exported.messages['/process_visualizer/sewing_machine/upper_edge']
+    assert len(sent) > 20
+    for time_ns, message in sent:
+        assert message.data == page.value(edge, (time_ns - first) / 1e9 + 2e-6)
+    force = page.number(0, 'ur_rt_upper', 'force')
+    for time_ns, message in exported.messages['/process_visualizer/arrows'][::25]:
+        texts = [it.text for it in message.markers if it.ns == 'numbers']
+        assert page.text(force, (time_ns - first) / 1e9 + 2e-6) in texts
+
+
+def test_models_are_markers_in_the_frames_of_their_links(exported: Exported) -> None:
+    (_, message), = exported.messages['/process_visualizer/models']
+    frames = {it.header.frame_id for it in message.markers}
+    assert {'ur_rt_upper/link3', 'ghost/ur_rt_upper/link3'} <= frames
+    assert all(len(it.points) % 3 == 0 and it.points and it.frame_locked for it in message.markers)
+
+
+def test_only_one_run_fits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / 'a.mcap'
+    assert main(['export', write_bag(tmp_path, cycles=2), '-o', str(path)]) == 1
+    assert 'an .mcap holds one run; name it with BAG#NUMBER' in capsys.readouterr().err
+    assert not path.exists()
