@@ -18,8 +18,12 @@ def whole_file(path: str) -> Iterator[str]:
         OSError: the file cannot be written.
     """
     folder, name = os.path.split(os.path.abspath(path))
-    descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
-                                              dir=folder)
+    try:
+        descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
+                                                  dir=folder)
+    except OSError as error:
+        error.filename = path  # what the user has named
+        raise
     try:
         mask = os.umask(0)
         os.umask(mask)

@@ -183,7 +183,8 @@ class Page {
     transport.end = transport.loopEnd = run.end;
     transport.isPlaying = transport.isLooping = false;
     const address = timeInAddress(location.hash);
-    transport.time = Math.min(Math.max(address ?? run.begin, run.begin), run.end);
+    const isHere = address !== null && run.begin <= address && address <= run.end;
+    transport.time = isHere ? address : opening(run);
     this.numbers = run.numbers.map((/** @type {any} */ it) => new NumberTrack(it, this.columns));
     this.makeNumbers();
     this.steps = this.stepTimes();
@@ -436,6 +437,17 @@ class Page {
     this.timeline.isStale = true;
     this.request();
   }
+}
+
+/**
+ * The moment at which a run is opened: of a poor one, where the first departure can be seen.
+ * @param {any} run
+ */
+function opening(run) {
+  const first = run.departures[0];
+  const time = first ? Math.min(Math.max(first.began_s, first.worst_s), first.began_s + 1)
+    : run.begin;
+  return Math.min(Math.max(time, run.begin), run.end);
 }
 
 /** @param {any} track  @param {number} time */

@@ -179,7 +179,9 @@ export class Timeline {
       context.fillRect(x, HEAD, 1, this.height - HEAD - FOOT);
       context.fillStyle = this.color('--quiet');
       const text = clock(n * step);
-      context.fillText(step >= 1 ? text.slice(0, -3) : text, x, this.height - 6);
+      const words = step >= 1 ? text.slice(0, -3) : text;
+      const half = 0.5 * context.measureText(words).width;
+      context.fillText(words, Math.min(x, this.width - half - 2), this.height - 6);
     }
   }
 

@@ -9,16 +9,18 @@ from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands.scene_pictures import SceneError, scene_pictures
+from process_visualizer.commands.share_command import shared_page
+from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.run_page import Judged
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
-from process_visualizer.runs.comparison.comparison_page import comparison_page
-from process_visualizer.runs.comparison.comparison_text import as_json, as_text
-from process_visualizer.runs.comparison.features import as_csv
+from process_visualizer.runs.comparison.comparison_text import as_json, as_text, drift_text
+from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
+from process_visualizer.whole_file import write_text
 
 
 def add_runs_options(command: argparse.ArgumentParser) -> None:
@@ -39,11 +41,10 @@ def add_compare_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('--tolerance', metavar='SHARE', type=float, default=RELATIVE_TOLERANCE,
                          help='without a rate: how far runs may differ, as a share of the range')
     command.add_argument('--json', action='store_true', help='output for programs')
-    command.add_argument('--report', metavar='FILE', help='also write a page in HTML')
+    command.add_argument('--report', metavar='FILE',
+                         help='also write the page of the runs, as "cell share" does')
     command.add_argument('--csv', metavar='FILE',
                          help='also write a table: duration, least, largest and mean by phase')
-    command.add_argument('--no-pictures', action='store_true',
-                         help='no pictures of the scene in the page, which take RViz some seconds')
     _add_config(command)
 
 
@@ -90,7 +91,7 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     if options.csv is not None:
         Path(options.csv).write_text(as_csv(found), encoding='utf-8')
     if options.report is not None:
-        _write_report(options, chosen, good, found)
+        write_text(options.report, _report(options, arguments, good, found))
     if any(it.departures for it in found):
         return 2
     return 3 if any(it.why_not for it in found) else 0
@@ -136,23 +137,15 @@ def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
     return [run for run, reason in zip(runs, reasons) if reason is None]
 
 
-def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRuns,
-                  found: Sequence[Comparison]) -> None:
-    """Write the page without pictures first: they take their time, and may fail."""
-    page = Path(options.report)
-    page.write_text(comparison_page(good, found), encoding='utf-8')
-    if options.no_pictures:
-        return
-    try:
-        with chosen.cell_of(good.reference) as cell:
-            for ignored in cell.ignored:
-                say(f'note: {ignored}', file=sys.stderr)
-            scenes = scene_pictures(cell, good, found)
-        page.write_text(comparison_page(good, found, scenes), encoding='utf-8')
-    except SceneError as error:
-        note = f'Without pictures of the scene: {error}.'
-        page.write_text(comparison_page(good, found, (), note), encoding='utf-8')
-        say(f'note: {note}', file=sys.stderr)
+def _report(options: argparse.Namespace, arguments: Dict[str, str], good: GoodRuns,
+            found: Sequence[Comparison]) -> str:
+    """Return the page of the comparisons, the worst first."""
+    cell = None if options.config is None else XmlParser(arguments).parse(options.config)
+    runs = [it.run for it in found]
+    return shared_page(
+        cell, [Judged(it.run, it, good.of(it.run) or good) for it in found],
+        [PageSpan(it.begin_s, it.begin_s + it.duration_s) for it in runs], good,
+        [f'{drift_text(it)}.' for it in drifts(found)] if len(found) > 1 else ())
 
 
 def _number(value: Optional[float]) -> str:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Dict, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
-from process_visualizer.commands.share_command import shared_page
+from process_visualizer.commands.share_command import page_of
 from process_visualizer.health.figures import clock_seconds
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.shown_text import say
@@ -156,7 +156,7 @@ def _draw(options: argparse.Namespace, chosen: ChosenSpans, frames: List[Frame],
     try:
         with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
             page = Path(folder) / 'page.html'
-            page.write_text(shared_page(chosen), encoding='utf-8', errors='backslashreplace')
+            page.write_text(page_of(chosen), encoding='utf-8', errors='backslashreplace')
             with HeadlessBrowser(page, options.size, _FILM) as browser:
                 style = {'view': options.view, 'dark': options.dark,
                          'curves': [it for it in options.curves.split(',') if it]}

@@ -7,12 +7,16 @@ import os
 from contextlib import ExitStack
 from typing import Any, Dict, Optional, Sequence
 
+import numpy as np
+
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
+from process_visualizer.cell.model import Cell
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.run_page import PageCell, run_entry
+from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.run_page import Judged, PageCell, run_entry, run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.wording import band_text, clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
@@ -37,36 +41,58 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
         OSError: the page cannot be written; nothing of it is left then.
     """
     chosen = chosen_spans(options, arguments)
-    write_text(options.output, shared_page(chosen))
+    write_text(options.output, page_of(chosen))
     size, runs = os.path.getsize(options.output) / 1e6, chosen.runs
     say(f'{options.output}: {clock(chosen.duration_s)} of '
         f'{", ".join(it.name for it in runs[:4])}{" …" if len(runs) > 4 else ""}, {size:.1f} MB')
     return 0
 
 
-def shared_page(chosen: ChosenSpans) -> str:
-    """Return the page of some runs; without a given cell, by the configuration of the first.
+def page_of(chosen: ChosenSpans) -> str:
+    """Return the page of all the runs that were chosen.
 
     Raises:
         ValueError: there is more than one page can show.
     """
-    given, runs, spans, good = chosen
     if chosen.duration_s > MAX_S:
         raise ValueError(f'{clock(chosen.duration_s)} are more than one page can show; name a '
                          f'part of at most {clock(MAX_S)} with --from and --to, or a run with '
                          'BAG#NUMBER')
+    return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
+                       chosen.good)
+
+
+def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence[PageSpan],
+                good: Optional[GoodRuns], notes: Sequence[str] = ()) -> str:
+    """Return the page of some runs, the worst first; those for which there is no room are listed.
+
+    Args:
+        given: the cell; without one, the configuration of the first recording is used.
+        judged: the runs.
+        spans: the part of each of them that is shown.
+        good: the good runs that they were held against.
+        notes: what else is to be said at the top.
+    """
     packed = Packed()
+    order = sorted(range(len(judged)), key=lambda it: judged[it].badness, reverse=True)
+    ends_s = np.cumsum([spans[it].end_s - spans[it].begin_s for it in order])
+    drawn = max(int(np.searchsorted(ends_s, MAX_S, side='right')), 1)
     with ExitStack() as stack:
-        recordings = {it.recording: stack.enter_context(Recording(it.recording)) for it in runs}
-        first = recordings[runs[0].recording]
-        cell = given if given is not None else stack.enter_context(recorded_cell(first))
-        cell = with_saved_poses(cell, saved_poses(runs[0].recording[0]))
+        paths = dict.fromkeys(judged[it].run.recording for it in order[:drawn])
+        recordings = {it: stack.enter_context(Recording(it)) for it in paths}
+        first = next(iter(paths))
+        cell = given if given is not None \
+            else stack.enter_context(recorded_cell(recordings[first]))
+        cell = with_saved_poses(cell, saved_poses(first[0]))
         shared = PageCell(cell, packed)
-        entries = [run_entry(shared, recordings[run.recording], chosen.judged(run), span, packed)
-                   for run, span in zip(runs, spans)]
-    return page_html(PageParts(_title(entries), _subtitle(good), entries, shared.meshes, packed,
-                               () if good is None else good.notes,
-                               cell=os.path.basename(cell.file)))
+        entries = [run_entry(shared, recordings[judged[it].run.recording], judged[it], spans[it],
+                             packed) for it in order[:drawn]]
+        listed = [run_words(judged[it].run, judged[it].comparison, (), spans[it])
+                  for it in order[drawn:]]
+    return page_html(PageParts(_title([*entries, *listed]), _subtitle(good), entries,
+                               shared.meshes, packed,
+                               (*(() if good is None else good.notes), *notes), listed,
+                               os.path.basename(cell.file)))
 
 
 def _title(entries: Sequence[Dict[str, Any]]) -> str:

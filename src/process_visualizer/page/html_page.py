@@ -29,7 +29,7 @@ _PACKAGE = 'process_visualizer'
 class PageParts(NamedTuple):
     """Contents of a page: runs and meshes as data, the columns that they refer to, and words.
 
-    ``figures`` are further HTML for each run.
+    ``listed`` are the words of further runs, of which there is no data.
     """
 
     title: str
@@ -38,7 +38,7 @@ class PageParts(NamedTuple):
     meshes: Sequence[Dict[str, Any]]
     packed: Packed
     notes: Sequence[str] = ()
-    figures: Sequence[str] = ()
+    listed: Sequence[Dict[str, Any]] = ()
     cell: str = ''
 
 
@@ -68,8 +68,8 @@ def _words(parts: PageParts) -> List[str]:
     shown = 'shown'
     found = [f'<h1>{escape(parts.title)}</h1>', f'<p class="sub">{escape(parts.subtitle)}</p>']
     found += [f'<p class="note">{escape(it)}</p>' for it in parts.notes]
-    if len(parts.runs) > 1:
-        found.append(_summary(parts.runs))
+    if len(parts.runs) + len(parts.listed) > 1:
+        found.append(_summary(parts))
     for number, run in enumerate(parts.runs):
         found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
                   f'<p class="verdict {run["state"]}">{_verdict(run)}</p>', '</section>']
@@ -85,8 +85,7 @@ def _words(parts: PageParts) -> List[str]:
               '<table><tbody id="numbers"></tbody></table></section>', '</aside>', '</main>']
     for number, run in enumerate(parts.runs):
         found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
-                  *(f'<p class="note">{escape(it)}</p>' for it in run['notes']),
-                  *parts.figures[number:number + 1], '</section>']
+                  *(f'<p class="note">{escape(it)}</p>' for it in run['notes']), '</section>']
     return found
 
 
@@ -97,13 +96,23 @@ def _verdict(run: Dict[str, Any]) -> str:
     return f'<b>{escape(head)}</b>{escape(separator + rest)}'
 
 
-def _summary(runs: Sequence[Dict[str, Any]]) -> str:
-    rows = [f'<tr><td>{_link(number, run["begin"], run["name"])}</td>'
-            f'<td>{clock(run["begin"])}</td>'
-            f'<td class="{run["state"]}-text">{escape(run["verdict"])}</td></tr>'
-            for number, run in enumerate(runs)]
-    return ('<div class="panel"><table><tr><th>run</th><th>begins at</th><th>verdict</th></tr>'
-            + ''.join(rows) + '</table></div>')
+def _summary(parts: PageParts) -> str:
+    rows = [_row(run, _link(number, run['begin'], run['name']))
+            for number, run in enumerate(parts.runs)]
+    rows += [_row(run, escape(run['name'])) for run in parts.listed]
+    note = '' if not parts.listed else (
+        f'<p class="note">The page has room for {len(parts.runs)} of these runs, the worst ones; '
+        'the others are listed only.</p>')
+    nearest = '<th>nearest to leaving, or farthest out</th>' \
+        if any(it['nearest'] for it in parts.runs) else ''
+    return (f'<div class="panel runs"><table><tr><th>run</th><th>begins at</th><th>verdict</th>'
+            f'{nearest}</tr>' + ''.join(rows) + f'</table>{note}</div>')
+
+
+def _row(run: Dict[str, Any], name: str) -> str:
+    nearest = f'<td>{escape(run["nearest"])}</td>' if run['nearest'] else ''
+    return (f'<tr><td>{name}</td><td>{clock(run["begin"])}</td>'
+            f'<td class="{run["state"]}-text">{escape(run["verdict"])}</td>{nearest}</tr>')
 
 
 def _departures(number: int, run: Dict[str, Any]) -> str:

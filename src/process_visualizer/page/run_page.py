@@ -51,7 +51,13 @@ from process_visualizer.runs.comparison.ghost import (
     run_arrows,
 )
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
-from process_visualizer.runs.comparison.wording import amount, moment, unjudged_texts, verdict
+from process_visualizer.runs.comparison.wording import (
+    amount,
+    moment,
+    nearest_text,
+    unjudged_texts,
+    verdict,
+)
 from process_visualizer.runs.run import Run
 
 MAX_ROWS = 12
@@ -63,12 +69,14 @@ def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
     """Return the texts of a run, as the page has them; times are those of the recording."""
     words: Dict[str, Any] = {'name': run.name, 'begin': span.begin_s, 'end': span.end_s,
                              'state': 'plain', 'verdict': 'not compared with good runs',
-                             'notes': list(notes), 'departures': [], 'moments': _moments(run, span)}
+                             'nearest': '', 'notes': list(notes), 'departures': [],
+                             'moments': _moments(run, span)}
     if comparison is None:
         return words
     found = comparison.departures
     state = 'plain' if comparison.why_not else 'poor' if found else 'good'
     return {**words, 'state': state, 'verdict': verdict(comparison),
+            'nearest': nearest_text(comparison),
             'notes': [*comparison.notes, *unjudged_texts(comparison), *notes],
             'departures': [_departure(comparison, row) for row in range(len(found[:MAX_ROWS]))],
             'more': max(len(found) - MAX_ROWS, 0)}
@@ -99,6 +107,12 @@ class Judged(NamedTuple):
     run: Run
     comparison: Optional[Comparison] = None
     good: Optional[GoodRuns] = None
+
+    @property
+    def badness(self) -> Tuple[bool, float]:
+        """Return what the worst run has most of; runs that could not be judged come first."""
+        it = self.comparison
+        return (False, -1.0) if it is None else (bool(it.why_not), it.badness)
 
 
 class PageCell:

@@ -57,7 +57,28 @@ def test_several_runs_are_on_one_page(tmp_path: Path) -> None:
     bag = write_bag(tmp_path, cycles=3, poor=1)
     html = shared(tmp_path, bag, '--reference', f'{bag}#1', f'{bag}#3')
     assert '<h1>1 of 3 runs out of range</h1>' in html
-    assert [it['state'] for it in PageReader(html).data['runs']] == ['good', 'poor', 'good']
+    assert [it['state'] for it in PageReader(html).data['runs']] == ['poor', 'good', 'good']
+
+
+def test_the_report_of_a_comparison_is_the_same_page(tmp_path: Path) -> None:
+    bag, page = write_bag(tmp_path, cycles=3, poor=1), tmp_path / 'report.html'
+    assert main(['compare', bag, '--reference', f'{bag}#1', f'{bag}#3', '--report',
+                 str(page)]) == 2
+    report = PageReader(page.read_text(encoding='utf-8'))
+    assert report.data['runs'] == PageReader(shared(
+        tmp_path, bag, '--reference', f'{bag}#1', f'{bag}#3')).data['runs']
+    assert 'nearest to leaving, or farthest out' in page.read_text(encoding='utf-8')
+
+
+def test_runs_for_which_there_is_no_room_are_listed_behind_the_others(tmp_path: Path) -> None:
+    bag, page = write_bag(tmp_path, cycles=3, poor=1), tmp_path / 'report.html'
+    assert main(['compare', *[f'{bag}#1'] * 100, f'{bag}#2', '--reference', f'{bag}#1',
+                 f'{bag}#3', '--report', str(page)]) == 2
+    html = page.read_text(encoding='utf-8')
+    runs = PageReader(html).data['runs']
+    assert [it['state'] for it in runs[:2]] == ['poor', 'good'] and len(runs) < 101
+    assert f'The page has room for {len(runs)} of these runs' in html
+    assert html.count('<tr><td>') >= 101 and '<h1>1 of 101 runs out of range</h1>' in html
 
 
 def test_a_recording_without_a_whole_run_is_shown_as_it_is(

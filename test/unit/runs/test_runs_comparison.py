@@ -2,21 +2,13 @@
 from __future__ import annotations
 
 import json
-from base64 import b64encode
 from typing import Sequence
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from made_runs import made_run, progress
 
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
-from process_visualizer.runs.comparison.comparison_page import (
-    ScenePair,
-    comparison_page,
-    curve_drawing,
-    shown_s,
-)
+from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import amount, clock, verdict
@@ -160,38 +152,6 @@ def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
     assert as_text(learned, found).endswith('1 of 2 runs out of range')
 
 
-def test_a_page_has_pictures_of_the_poor_runs(learned: GoodRuns) -> None:
-    found = [learned.compare(made_run(78)), learned.compare(made_run(77, value=pushed))]
-    page = comparison_page(learned, found, (None, ScenePair(5.5, b'good', b'poor')), 'a note')
-    first, second = (page.index(f'base64,{b64encode(it).decode()}"') for it in (b'good', b'poor'))
-    assert page.index('<h2>run 77</h2>') < first < second
-    assert 'Good: run 0 at 0:05.50' in page and 'Poor: run 77 at 0:05.5' in page
-    assert '<p class="note">a note</p>' in page
-    assert 'src="http' not in page
-
-
-def test_curves_are_zoomed_at_the_departure() -> None:
-    """It is worst at the end, a minute later."""
-    slow = GoodRuns(made_run(speed=12.0))
-    found = slow.compare(made_run(77, speed=12.0, value=lambda process_s, values: values
-                                  + np.clip(process_s - 3.0, 0.0, 6.0)))
-    force = found.departures[0]
-    assert force.signal.name == 'robot tool force' and force.worst_s - force.onset_s > 50.0
-    shown = [text.text for text in ElementTree.fromstring(
-        curve_drawing(slow, found, force)).iter('text') if ':' in (text.text or '')]
-    times_s = [60 * int(minutes) + int(seconds) for minutes, seconds in
-               (text.split(':') for text in shown if text)]
-    assert force.onset_s - 3.0 <= min(times_s) and max(times_s) <= force.left_s + 20.0
-
-
-def test_what_is_shown_of_a_departure_has_happened(learned: GoodRuns) -> None:
-    jump = learned.compare(made_run(77, value=pushed)).departures[0]
-    assert jump.onset_s <= jump.left_s <= shown_s(jump) <= jump.left_s + 1.0
-    assert shown_s(jump._replace(worst_s=jump.left_s + 0.3)) == jump.left_s + 0.3
-    assert shown_s(jump._replace(worst_s=jump.left_s + 9.0)) == jump.left_s + 1.0
-    assert shown_s(jump._replace(worst_s=jump.left_s - 1.0)) == jump.left_s
-
-
 def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
     """The recording goes on 5 s after the run, which begins 10 s after it."""
     found = learned.compare(made_run(77, value=pushed)._replace(begin_s=10.0))
@@ -205,22 +165,6 @@ def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
     assert not force.departed[:149].any()
     assert force.departed[152:].sum() > 60
     assert ('robot', 'tool sideways') not in bands
-
-
-def elements(page: str, tag: str) -> Sequence[ElementTree.Element]:
-    body = page[page.index('<html'):].replace('<meta charset="utf-8">', '')
-    return list(ElementTree.fromstring(body).iter(tag))
-
-
-def test_the_page_is_whole_and_needs_nothing_else(learned: GoodRuns) -> None:
-    run = made_run(77, value=pushed)._replace(name='<a & b>.bag#1')
-    found: Sequence[Comparison] = [learned.compare(run), learned.compare(made_run(78))]
-    page = comparison_page(learned, found)
-    assert 'http' not in page and '<script' not in page
-    assert elements(page, 'h1')[0].text == '1 of 2 runs out of range'
-    assert elements(page, 'h2')[0].text == '<a & b>.bag#1'
-    assert len(elements(page, 'svg')) == min(len(found[0].departures), 4)
-    assert elements(page, 'polygon')
 
 
 @pytest.mark.parametrize('time_s, text', [(0.0, '0:00.00'), (6.42, '0:06.42'), (59.999, '1:00.00'),

@@ -12,7 +12,6 @@ import pytest
 from made_runs import made_run
 
 from process_visualizer.runs.comparison.comparison import GoodRuns
-from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
@@ -52,13 +51,6 @@ def test_a_run_in_range_tells_how_near_it_came_and_where() -> None:
 def test_causes_are_counted() -> None:
     found = [GOOD.compare(higher(seed, by)) for seed, by in ((1, 0.0), (2, 3.0), (3, 3.0))]
     assert 'out of range first by: robot tool force (2)' in as_text(GOOD, found)
-
-
-def test_the_page_has_all_runs_the_worst_first() -> None:
-    found = [GOOD.compare(higher(seed, 0.1 * seed)) for seed in range(30)]
-    page = comparison_page(GOOD, found)
-    assert page.index('<td>shift.bag#29</td>') < page.index('<td>shift.bag#1</td>')
-    assert page.count('<h2>') == sum(bool(it.departures) for it in found) > 20
 
 
 def test_what_drifts_from_run_to_run_is_told_before_it_leaves() -> None:

@@ -18,7 +18,6 @@ from sensor_msgs.msg import JointState
 from process_visualizer.bagio.marks import Mark, add_mark
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands import scene_pictures
 from process_visualizer.commands.command_line import main
 from process_visualizer.runs.comparison.ghost import reference_tracks
 from process_visualizer.runs.recorded.run_reader import read_run
@@ -51,28 +50,12 @@ def test_a_poor_run_is_found(bag: Bag, capsys: pytest.CaptureFixture[str], tmp_p
     path = bag(cycles=3, poor=1)
     page = tmp_path / 'page.html'
     code = main(['compare', f'{path}#2', '--reference', f'{path}#1', f'{path}#3', '--report',
-                 str(page), '--no-pictures'])
+                 str(page)])
     assert code == 2
     out = capsys.readouterr().out
     assert 'a.bag#2: out of range first at 0:14.98 (starts + 2.0 s): arm tool force' in out
     assert '+5 N (band' in out
     assert 'arm tool force' in page.read_text(encoding='utf-8')
-
-
-def test_a_page_without_pictures_says_why(bag: Bag, capsys: pytest.CaptureFixture[str],
-                                          tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, page = bag(poor=1), tmp_path / 'page.html'
-    monkeypatch.setenv('PATH', str(tmp_path))
-    words = ['compare', f'{path}#2', '--reference', f'{path}#1', '--report', str(page)]
-    assert main(words) == 2
-    reason = 'Without pictures of the scene: there is no Xvfb'
-    assert reason in page.read_text(encoding='utf-8')
-    assert reason in capsys.readouterr().err
-    monkeypatch.setattr(scene_pictures, 'find_node', lambda *_: [])
-    assert main(words) == 2
-    assert 'there is no RViz; install' in page.read_text(encoding='utf-8')
-    assert main([*words, '--no-pictures']) == 2
-    assert 'Without' not in page.read_text(encoding='utf-8')
 
 
 def test_a_good_run_is_within(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
