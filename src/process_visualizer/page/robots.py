@@ -10,7 +10,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.page.packed import Packed
 from process_visualizer.robot.joints import JointTrack
 from process_visualizer.robot.kinematics import MOVABLE, Kinematics, Placement
-from process_visualizer.robot.placements import Placements, constant, of_joint
+from process_visualizer.robot.placements import Placements, constant, interpolated, of_joint
 from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.runs.comparison.ghost import GhostTrack
 
@@ -54,6 +54,11 @@ class FramePlaces:
     def add(self, frame: str, place: Place) -> None:
         """Add a frame; what was said first of it holds."""
         self._frames.setdefault(frame, place)
+
+    @property
+    def count(self) -> int:
+        """Return how many frames are known."""
+        return len(self._frames)
 
     def find(self, frame: str) -> Optional[Place]:
         """Return where a frame is; None if that is not known."""
@@ -159,6 +164,34 @@ def _add_link(kinematics: Kinematics, link: str, base: Place, rows: RowsOfJoints
         found[link] = Moving(rows.times_s, outer.then(moved))
     else:
         found[link] = carried(parent, joint.placement({joint.name: 0.0}) or Placement())
+
+
+def resampled(place: Moving, times_s: np.ndarray) -> Placements:
+    """Return where something is at other times (n,); outside of its own it stands."""
+    rows = np.hstack(_whole(place))
+    inside_s = np.clip(times_s, place.times_s[0], place.times_s[-1])
+    found = interpolated(inside_s, place.times_s, rows, np.inf, slice(3, 7))
+    return Placements(found[:, :3], found[:, 3:])
+
+
+def moved_along(parent: Place, inner: Moving) -> Moving:
+    """Return where something is that moves in a frame, which may move too."""
+    if isinstance(parent, Placement):
+        return Moving(inner.times_s, constant(parent).then(inner.places))
+    times_s = np.union1d(parent.times_s, inner.times_s)
+    return Moving(times_s, resampled(parent, times_s).then(resampled(inner, times_s)))
+
+
+def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
+    """Return a base and a robot's joints at the same times, whichever of them moves."""
+    if isinstance(base, Placement):
+        return base, rows
+    if not len(rows.times_s):
+        return base, RowsOfJoints(base.times_s, {})
+    times_s = np.union1d(base.times_s, rows.times_s)
+    times_s = times_s[(times_s >= rows.times_s[0]) & (times_s <= rows.times_s[-1])]
+    return Moving(times_s, resampled(base, times_s)), RowsOfJoints(times_s, {
+        name: np.interp(times_s, rows.times_s, values) for name, values in rows.positions.items()})
 
 
 def carried(parent: Place, inner: Placement) -> Place:

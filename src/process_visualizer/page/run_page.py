@@ -6,8 +6,6 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bagio.bag_errors import BagDamaged
-from process_visualizer.bagio.number_places import transforms_in
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.curve_sources import curve_sources
@@ -24,9 +22,11 @@ from process_visualizer.page.numbers import (
     number_entry,
 )
 from process_visualizer.page.packed import Packed
+from process_visualizer.page.recorded_frames import add_recorded_frames
 from process_visualizer.page.robots import (
     FramePlaces,
     PageSpan,
+    Place,
     RowsOfJoints,
     base_place,
     carried,
@@ -35,12 +35,12 @@ from process_visualizer.page.robots import (
     joints_without_data,
     link_places,
     shown_spans,
+    standing_on,
     upwards,
 )
 from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
-from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.ghost import (
     GhostArm,
@@ -169,8 +169,19 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
     places = FramePlaces(packed, span)
+    places.add(cell.frame, Placement())
+    for device in cell.devices:
+        if device.base is not None:
+            places.add(device.base.frame, base_place(device))
+    arrows = run_arrows(cell, run, shared.models)
+    add_recorded_frames(places, recording, [
+        *(it.root for it in shared.arms.values()),
+        *(frame for it in arrows for frame in (it.frame, it.foot_frame))])
     tracks = {it.device: it for it in reference_tracks(cell, run, shared.models)}
     for name, arm in shared.arms.items():
+        if places.find(arm.root) is None and arm.device.base is None:
+            notes.append(f'{name}: the recording does not say where its frame {arm.root} is; '
+                         f'shown at {cell.frame}')
         track = tracks.get(name)
         rows = _NO_ROWS if track is None else fine_rows(track.there)
         rows = rows._replace(times_s=rows.times_s + run.begin_s)
@@ -178,12 +189,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
         if unknown:
             notes.append(f'{name}: no positions of {", ".join(unknown[:4])}'
                          f'{" …" if len(unknown) > 4 else ""} were recorded; shown at 0')
-        _add_arm(places, arm, rows)
-    for device in cell.devices:
-        if device.base is not None:
-            places.add(device.base.frame, base_place(device))
-    places.add(cell.frame, Placement())
-    _add_static(places, recording)
+        _add_arm(places, arm, rows, _base(places, arm))
     samples, entries = _numbers(cell, recording, packed, span)
     sources = [it.samples.source for it in samples]
     grid = grid_over(duration_s, span)
@@ -197,8 +203,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
         'lanes': lane_entries(curves, labels, bands, grid, packed),
         'alarms': alarm_entries(cell.devices, curves, span),
         'parts': [{**part, 'place': places.number(str(part['link']))} for part in shared.parts],
-        'arrows': arrow_entries(cell, run_arrows(cell, run, shared.models), run.begin_s, sources,
-                                places, packed, span),
+        'arrows': arrow_entries(cell, arrows, run.begin_s, sources, places, packed, span),
         'tools': {name: {'place': number, 'up': upwards(base_place(arm.device))}
                   for name, arm in shared.arms.items() if name in tracks
                   for number in [places.number(arm.tool)] if number is not None},
@@ -207,35 +212,21 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     return entry
 
 
-def _add_arm(places: FramePlaces, arm: GhostArm, rows: RowsOfJoints) -> None:
+def _base(places: FramePlaces, arm: GhostArm) -> Place:
+    """Return where a robot stands: as configured, otherwise as the recording has it."""
+    found = places.find(arm.root)
+    return base_place(arm.device) if arm.device.base is not None or found is None else found
+
+
+def _add_arm(places: FramePlaces, arm: GhostArm, rows: RowsOfJoints, base: Place) -> None:
     """Add the links of a model, and the frames of the configuration that are fixed to them."""
-    base = base_place(arm.device)
-    found = link_places(arm.kinematics, base, rows)
+    found = link_places(arm.kinematics, *standing_on(base, rows))
     for link, place in found.items():
         places.add(link, place)
     for frame in (arm.tool, '' if arm.device.force is None else arm.device.force.frame):
         fixed = arm.fixed(frame) if frame else None
         if fixed is not None and fixed[0] in found:
             places.add(frame, carried(found[fixed[0]], fixed[1]))
-
-
-def _add_static(places: FramePlaces, recording: Recording) -> None:
-    """Add the frames that the recording itself fixes to known ones; what is known stays."""
-    index = recording.index
-    found: Dict[str, Tuple[str, Placement]] = {}
-    for position in index.positions_of(index.connections_of(STATIC_TF_TOPIC)).tolist():
-        try:
-            data = recording.message(position)
-        except BagDamaged:
-            continue
-        for it in transforms_in(data):
-            x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
-            found[it.child] = it.parent, Placement((x, y, z), tuple(turn))
-    for _ in found:  # a chain is as long as there are frames at most
-        for frame, (parent, inner) in found.items():
-            outer = places.find(parent)
-            if outer is not None and np.isfinite((*inner.position, *inner.quaternion)).all():
-                places.add(frame, carried(outer, inner))
 
 
 def _numbers(cell: Cell, recording: Recording, packed: Packed,
@@ -261,9 +252,11 @@ def _ghost(shared: PageCell, judged: Judged, places: FramePlaces, packed: Packed
     frames.entries = places.entries
     for track in ghost_tracks(cell, good.reference, [comparison], models):
         arm = shared.arms[track.device]
-        _add_arm(frames, arm, fine_rows(track.there))
+        _add_arm(frames, arm, fine_rows(track.there), _base(places, arm))
         robots.append({'device': track.device, 'shown': shown_spans(track.there)})
-        found = deviation_entry(track, arm.kinematics, base_place(arm.device), packed, span)
+        base = _base(places, arm)
+        found = deviation_entry(track, arm.kinematics, base, packed, span) \
+            if isinstance(base, Placement) else None
         if found is not None:
             deviations.append({'device': track.device, **found})
     for device in cell.devices:

@@ -10,7 +10,8 @@ import pytest
 import rosbag
 from geometry_msgs.msg import TransformStamped
 from page_reader import PageReader
-from std_msgs.msg import Float32
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float32, Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.commands.command_line import main
@@ -91,3 +92,70 @@ def test_an_arrow_in_a_frame_of_the_recording_is_there(tmp_path: Path) -> None:
     arrow, = reader.data['runs'][0]['arrows']
     assert reader.place(0, arrow['frame'], 1.0)[0].tolist() == [1.0, 2.0, 3.5]
     assert reader.column(arrow['vectors'], 3)[5] == pytest.approx([0.0, 0.0, 0.2])
+
+
+CART = '<robot name="cart"><link name="cart"/>' + '''<link name="arm"><visual><geometry>
+<box size="0.1 0.1 0.1"/></geometry></visual></link><joint name="turn" type="revolute">
+<parent link="cart"/><child link="arm"/><axis xyz="0 0 1"/><origin xyz="0.5 0 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>'''
+CART_CELL = '''<visualizer>
+  <device type="robot" name="cart"><model path="cart.urdf"/>
+    <topic ns="/" name="joints" type="joint_states" msg="sensor_msgs/JointState"/></device>
+</visualizer>'''
+
+
+def transform(parent: str, child: str, x_m: float, yaw: float, time_s: float) -> TransformStamped:
+    it = TransformStamped(child_frame_id=child)
+    it.header.frame_id, it.header.stamp = parent, genpy.Time.from_sec(time_s)
+    it.transform.translation.x = x_m
+    it.transform.rotation.z, it.transform.rotation.w = np.sin(yaw / 2), np.cos(yaw / 2)
+    return it
+
+
+@pytest.mark.parametrize('has_joints', [True, False])
+def test_a_robot_that_tf_moves_is_where_tf_has_it(tmp_path: Path, has_joints: bool) -> None:
+    """Odometry in a map that a localization shifts, each at its own rate."""
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(CART_CELL, encoding='utf-8')
+    (tmp_path / 'cart.urdf').write_text(CART, encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        file.write('/tf_static', TFMessage([transform('world', 'map', 10.0, 0.0, 0.0)]),
+                   genpy.Time(100))
+        for number in range(300):
+            time_s = 100.0 + 0.01 * number
+            stamp = genpy.Time.from_sec(time_s)
+            if number % 20 == 0:
+                file.write('/tf', TFMessage([transform('map', 'odom', 0.01 * number, 0.0,
+                                                       time_s)]), stamp)
+            if number % 2 == 0:
+                file.write('/tf', TFMessage([transform('odom', 'cart', 0.02 * number,
+                                                       0.005 * number, time_s)]), stamp)
+            if has_joints:
+                file.write('/joints', JointState(name=['turn'], position=[0.3],
+                                                 header=Header(stamp=stamp)), stamp)
+            else:
+                file.write('/feed', Float32(0.1), stamp)
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    reader = PageReader(page.read_text(encoding='utf-8'))
+    (_, link, place), = reader.links(0)
+    assert link == 'arm'
+    for time_s in (0.4, 1.2, 2.05, 2.6):
+        yaw = 0.5 * time_s
+        position, turn = reader.place(0, place, time_s)
+        assert position == pytest.approx(
+            [10.0 + 3.0 * time_s + 0.5 * np.cos(yaw), 0.5 * np.sin(yaw), 0.0], abs=2e-3)
+        assert abs(turn[2]) == pytest.approx(np.sin((yaw + 0.3 * has_joints) / 2), abs=1e-3)
+    assert not any('does not say where' in it for it in reader.data['runs'][0]['notes'])
+
+
+def test_a_robot_of_which_nothing_says_where_it_is_is_named(tmp_path: Path) -> None:
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(CART_CELL, encoding='utf-8')
+    (tmp_path / 'cart.urdf').write_text(CART, encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(50):
+            stamp = genpy.Time.from_sec(100.0 + 0.02 * number)
+            file.write('/joints', JointState(name=['turn'], position=[0.3]), stamp)
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    assert 'cart: the recording does not say where its frame cart is; shown at world' in \
+        PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['notes']

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Frames that the recording itself places: fixed ones, and those that move by /tf."""
+from __future__ import annotations
+
+from typing import Collection, Dict, Iterator, List, NamedTuple, Set, Tuple
+
+import numpy as np
+
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.number_places import TransformLocator, transforms_in
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.curves.curve_sources import CurveSource, Quantity
+from process_visualizer.curves.samples import Series, read_samples
+from process_visualizer.curves.source_locators import SourceLocators
+from process_visualizer.page.robots import FramePlaces, Moving, carried, moved_along
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.placements import Placements
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TYPES
+
+_LOOKED_AT = 200
+"""Messages of each sender in which its frames are looked for."""
+
+
+class _Sent(NamedTuple):
+    """A moving frame: its parent, and the connections that send it."""
+
+    parent: str
+    connections: Tuple[int, ...]
+
+
+def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Collection[str]) -> None:
+    """Add the recording's fixed frames, and what of the moving ones leads to the wanted ones.
+
+    What is known already stays. Moving frames are read in full, so only wanted ones are.
+    """
+    fixed = _fixed(recording)
+    sent = _moving(recording)
+    needed: Set[str] = set()
+    for frame in wanted:
+        seen: Set[str] = set()
+        while places.find(frame) is None and frame not in seen and (
+                frame in sent or frame in fixed):
+            seen.add(frame)
+            if frame in sent:
+                needed.add(frame)
+            frame = sent[frame].parent if frame in sent else fixed[frame][0]
+    inner = {frame: (sent[frame].parent, place)
+             for frame, place in _read(recording, {it: sent[it] for it in needed}).items()}
+    for _ in range(len(fixed) + len(inner)):  # a chain is as long as there are frames at most
+        before = places.count
+        for frame, (parent, place) in fixed.items():
+            outer = places.find(parent)
+            if outer is not None and frame not in inner:
+                places.add(frame, carried(outer, place))
+        for frame, (parent, moving) in inner.items():
+            outer = places.find(parent)
+            if outer is not None:
+                places.add(frame, moved_along(outer, moving))
+        if places.count == before:
+            break
+
+
+def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
+    """Return parent and place of the frames on /tf_static."""
+    index = recording.index
+    found: Dict[str, Tuple[str, Placement]] = {}
+    for position in index.positions_of(index.connections_of(STATIC_TF_TOPIC)).tolist():
+        try:
+            data = recording.message(position)
+        except BagDamaged:
+            continue  # the recording notes it
+        for it in transforms_in(data):
+            x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
+            if np.isfinite((x, y, z, *turn)).all():
+                found[it.child] = it.parent, Placement((x, y, z), tuple(turn))
+    return found
+
+
+def _moving(recording: Recording) -> Dict[str, _Sent]:
+    """Return the frames on /tf, by some messages of each sender."""
+    index = recording.index
+    found: Dict[str, _Sent] = {}
+    for number, connection in enumerate(index.connections):
+        if connection.type not in TF_TYPES or connection.topic == STATIC_TF_TOPIC:
+            continue
+        for parent, child in _pairs(recording, index.positions(number)):
+            known = found.get(child, _Sent(parent, ()))
+            if known.parent == parent and number not in known.connections:
+                found[child] = _Sent(parent, (*known.connections, number))
+    return found
+
+
+def _pairs(recording: Recording, positions: np.ndarray) -> Iterator[Tuple[str, str]]:
+    count = min(len(positions), _LOOKED_AT)
+    for row in np.unique(np.linspace(0, len(positions) - 1, count).astype(int)):
+        try:
+            data = recording.message(int(positions[row]))
+        except BagDamaged:
+            continue  # the recording notes it
+        yield from ((it.parent, it.child) for it in transforms_in(data))
+
+
+def _read(recording: Recording, sent: Dict[str, _Sent]) -> Dict[str, Moving]:
+    """Return where frames are in their parents over the time of the recording."""
+    series: List[Series] = []
+    for frame, it in sent.items():
+        source = CurveSource('', frame, '', (0.0, 0.0, 0.0), Quantity.NUMBER, '')
+        series.append(Series(source, SourceLocators((
+            {number: TransformLocator(it.parent, frame) for number in it.connections},))))
+    found: Dict[str, Moving] = {}
+    for samples in read_samples(recording, series, by_stamp=True):
+        rows = np.isfinite(samples.values).all(axis=1) & (samples.values[:, 3:].any(axis=1))
+        times_s, values = samples.times_s[rows], samples.values[rows]
+        times_s, first = np.unique(times_s, return_index=True)
+        if len(times_s):
+            found[samples.source.label] = Moving(
+                times_s, Placements(values[first, :3], values[first, 3:]))
+    return found
