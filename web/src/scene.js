@@ -4,16 +4,18 @@
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Box3, Color, ColorManagement, ConeGeometry,
   CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, LinearSRGBColorSpace, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Quaternion, Scene, Vector3,
+  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion,
+  Scene, Vector3,
   WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {cssColor} from './css_color.js';
-import {between, isWithin, placeAt} from './tracks.js';
+import {between, isWithin, placeAt, rowAt} from './tracks.js';
 
 ColorManagement.enabled = false;  // colours are those of the files, as in RViz
 
 const SHAFT = 0.77;  // of an arrow's length, as RViz has it
+const LONGEST_CLOUD_S = 1;
 const LABEL_ABOVE_M = 0.22;  // past a wrist
 const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
 const X_AXIS = new Vector3(1, 0, 0);
@@ -91,6 +93,7 @@ export class CellScene {
       .filter(Boolean);
     this.arrows = run.arrows.map((/** @type {any} */ it) => this.arrow(it));
     this.ghost = run.ghost === null ? null : this.ghostOf(run.ghost, page.ghost);
+    this.clouds = run.clouds.map((/** @type {any} */ it) => this.cloud(it));
     this.tools = Object.entries(run.tools);
     this.blocks = new Map();
     this.floor = null;
@@ -136,6 +139,27 @@ export class CellScene {
       device: entry.device, quantity: entry.quantity, tip: new Vector3()};
   }
 
+  /** @param {any} entry */
+  cloud(entry) {
+    const points = new Points(new BufferGeometry(), new PointsMaterial(
+      {size: 0.012, vertexColors: true}));
+    points.frustumCulled = false;
+    this.world.add(points);
+    return {points, times: this.columns.of(entry.times), clouds: entry.clouds, row: -1};
+  }
+
+  /** Shows the last cloud, unless it is long ago.  @param {any} cloud  @param {number} time */
+  setCloud(cloud, time) {
+    const row = rowAt(cloud.times, time);
+    cloud.points.visible = row >= 0 && time - cloud.times[row] < LONGEST_CLOUD_S;
+    if (!cloud.points.visible || row === cloud.row) return;
+    cloud.row = row;
+    const {geometry} = cloud.points;
+    const {positions, colors} = cloud.clouds[row];
+    geometry.setAttribute('position', new BufferAttribute(this.columns.of(positions), 3));
+    geometry.setAttribute('color', new BufferAttribute(this.columns.of(colors), 3, true));
+  }
+
   /** @param {any} ghost  @param {any} style */
   ghostOf(ghost, style) {
     const material = new MeshLambertMaterial({color: new Color(...style.color.slice(0, 3)),
@@ -162,6 +186,7 @@ export class CellScene {
   draw(time, numbers) {
     for (const part of this.parts) setPlace(part.mesh, part.place, time);
     for (const arrow of this.arrows) setArrow(arrow, time, true);
+    for (const cloud of this.clouds) this.setCloud(cloud, time);
     this.drawGhost(time);
     if (this.floor === null) this.addFloor();
     this.renderer.render(this.scene, this.camera);

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Dict, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
-from process_visualizer.commands.share_command import page_of
+from process_visualizer.commands.share_command import add_clouds_option, page_of
 from process_visualizer.health.figures import clock_seconds
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.shown_text import say
@@ -63,6 +63,7 @@ def _add_style_options(command: argparse.ArgumentParser) -> None:
                          help='labels of the curves below; default: all that fit, those that '
                               'differed first')
     command.add_argument('--dark', action='store_true', help='light on dark')
+    add_clouds_option(command)
 
 
 class Frame(NamedTuple):
@@ -156,7 +157,7 @@ def _draw(options: argparse.Namespace, chosen: ChosenSpans, frames: List[Frame],
     try:
         with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
             page = Path(folder) / 'page.html'
-            page.write_text(page_of(chosen), encoding='utf-8', errors='backslashreplace')
+            write_text(str(page), page_of(chosen, options.clouds))
             with HeadlessBrowser(page, options.size, _FILM) as browser:
                 style = {'view': options.view, 'dark': options.dark,
                          'curves': [it for it in options.curves.split(',') if it]}

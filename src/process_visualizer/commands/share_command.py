@@ -30,6 +30,13 @@ MAX_S = 900.0
 def add_share_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell share``."""
     add_span_options(command, 'the page, such as seam.html')
+    add_clouds_option(command)
+
+
+def add_clouds_option(command: argparse.ArgumentParser) -> None:
+    """Add the option for the clouds of depth sensors."""
+    command.add_argument('--clouds', action='store_true',
+                         help='with the clouds of depth sensors, thinned')
 
 
 def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
@@ -41,14 +48,14 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
         OSError: the page cannot be written; nothing of it is left then.
     """
     chosen = chosen_spans(options, arguments)
-    write_text(options.output, page_of(chosen))
+    write_text(options.output, page_of(chosen, options.clouds))
     size, runs = os.path.getsize(options.output) / 1e6, chosen.runs
     say(f'{options.output}: {clock(chosen.duration_s)} of '
         f'{", ".join(it.name for it in runs[:4])}{" …" if len(runs) > 4 else ""}, {size:.1f} MB')
     return 0
 
 
-def page_of(chosen: ChosenSpans) -> str:
+def page_of(chosen: ChosenSpans, with_clouds: bool = False) -> str:
     """Return the page of all the runs that were chosen.
 
     Raises:
@@ -59,11 +66,12 @@ def page_of(chosen: ChosenSpans) -> str:
                          f'part of at most {clock(MAX_S)} with --from and --to, or a run with '
                          'BAG#NUMBER')
     return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
-                       chosen.good)
+                       chosen.good, with_clouds=with_clouds)
 
 
 def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence[PageSpan],
-                good: Optional[GoodRuns], notes: Sequence[str] = ()) -> str:
+                good: Optional[GoodRuns], notes: Sequence[str] = (),
+                with_clouds: bool = False) -> str:
     """Return the page of some runs, the worst first; those for which there is no room are listed.
 
     Args:
@@ -72,6 +80,7 @@ def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence
         spans: the part of each of them that is shown.
         good: the good runs that they were held against.
         notes: what else is to be said at the top.
+        with_clouds: whether the clouds of depth sensors are shown.
     """
     packed = Packed()
     order = sorted(range(len(judged)), key=lambda it: judged[it].badness, reverse=True)
@@ -86,7 +95,7 @@ def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence
         cell = with_saved_poses(cell, saved_poses(first[0]))
         shared = PageCell(cell, packed)
         entries = [run_entry(shared, recordings[judged[it].run.recording], judged[it], spans[it],
-                             packed) for it in order[:drawn]]
+                             packed, with_clouds) for it in order[:drawn]]
         listed = [run_words(judged[it].run, judged[it].comparison, (), spans[it])
                   for it in order[drawn:]]
     return page_html(PageParts(_title([*entries, *listed]), _subtitle(good), entries,

@@ -12,6 +12,7 @@ from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.curves import colored
 from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import found_series, read_samples
+from process_visualizer.page.clouds import cloud_entries
 from process_visualizer.page.lanes import alarm_entries, curves_of, grid_over, lane_entries
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
 from process_visualizer.page.numbers import (
@@ -163,7 +164,7 @@ class PageCell:
 
 
 def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: PageSpan,
-              packed: Packed) -> Dict[str, Any]:
+              packed: Packed, with_clouds: bool = False) -> Dict[str, Any]:
     """Return the data of a run; ``span`` is what of its recording is shown."""
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
@@ -176,7 +177,8 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     arrows = run_arrows(cell, run, shared.models)
     add_recorded_frames(places, recording, [
         *(it.root for it in shared.arms.values()),
-        *(frame for it in arrows for frame in (it.frame, it.foot_frame))])
+        *(frame for it in arrows for frame in (it.frame, it.foot_frame)),
+        *(it.roi.frame for it in cell.devices if it.roi is not None and with_clouds)])
     tracks = {it.device: it for it in reference_tracks(cell, run, shared.models)}
     for name, arm in shared.arms.items():
         if places.find(arm.root) is None and arm.device.base is None:
@@ -190,6 +192,9 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
             notes.append(f'{name}: no positions of {", ".join(unknown[:4])}'
                          f'{" …" if len(unknown) > 4 else ""} were recorded; shown at 0')
         _add_arm(places, arm, rows, _base(places, arm))
+    clouds, missing = cloud_entries(cell.devices, recording, places, packed, span) \
+        if with_clouds else ([], [])
+    notes += missing
     samples, entries = _numbers(cell, recording, packed, span)
     sources = [it.samples.source for it in samples]
     grid = grid_over(duration_s, span)
@@ -207,7 +212,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
         'tools': {name: {'place': number, 'up': upwards(base_place(arm.device))}
                   for name, arm in shared.arms.items() if name in tracks
                   for number in [places.number(arm.tool)] if number is not None},
-        'ghost': _ghost(shared, judged, places, packed, span)}
+        'clouds': clouds, 'ghost': _ghost(shared, judged, places, packed, span)}
     entry['places'] = places.entries
     return entry
 

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Clouds of depth sensors for a page: cropped as in RViz, a few a second, and thinned."""
+from __future__ import annotations
+
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import genpy
+import numpy as np
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+
+from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.model import Device, RegionOfInterest, TopicFunction
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.robots import FramePlaces, PageSpan, Place, resampled
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.placements import Placements, constant
+
+CLOUDS_HZ = 5.0
+MAX_POINTS = 5_000
+"""Of one cloud; what has more is thinned to the centers of cubes."""
+_FINEST_M, _COARSER = 0.008, 1.3
+_GRAY = 150
+_MAX_COLOR_APART_S = 0.1
+"""Between a depth image and the color image that it is drawn with."""
+
+
+class Points(NamedTuple):
+    """Points (n, 3) [m] in a frame, and their colors (n, 3) red green blue."""
+
+    frame: str
+    positions: np.ndarray
+    colors: np.ndarray
+
+
+def cloud_entries(devices: Sequence[Device], recording: Recording, places: FramePlaces,
+                  packed: Packed, span: PageSpan) -> Tuple[List[Dict[str, Any]], List[str]]:
+    """Return the clouds as the page has them, and why some are missing."""
+    entries, notes = [], []
+    for device in devices:
+        if not device.has_images and device.topic_for(TopicFunction.POINTCLOUD) is None:
+            continue  # no cloud, or one that is joined from others
+        clouds = []
+        problem = 'it was not recorded'
+        for time_s, points in _clouds(device, recording, span):
+            moved = _in_cell(points, device.roi, places, time_s)
+            if isinstance(moved, str):
+                problem = moved
+                continue
+            slim = thinned(moved)
+            clouds.append((time_s, slim))
+        if not clouds:
+            notes.append(f'the cloud of {device.name} is missing: {problem}')
+            continue
+        entries.append({
+            'device': device.name, 'times': packed.times(np.array([it for it, _ in clouds])),
+            'clouds': [{'positions': packed.scaled(it.positions),
+                        'colors': packed.plain(it.colors)} for _, it in clouds]})
+    return entries, notes
+
+
+def _clouds(device: Device, recording: Recording,
+            span: PageSpan) -> Iterator[Tuple[float, Points]]:
+    """Yield some clouds of a device, with the times [s] at which they were recorded."""
+    function = TopicFunction.DEPTH_IMAGE if device.has_images else TopicFunction.POINTCLOUD
+    infos = _Messages(recording, device, TopicFunction.CAMERA_INFO, CameraInfo)
+    colors = _Messages(recording, device, TopicFunction.COLOR_IMAGE, Image)
+    sent = _Messages(recording, device, function,
+                     Image if device.has_images else PointCloud2)
+    shown = -1
+    for moment_s in np.arange(span.begin_s, span.end_s, 1.0 / CLOUDS_HZ).tolist():
+        row = sent.row(moment_s)
+        if row < 0 or row == shown:
+            continue
+        shown, message = row, sent.message(row)
+        time_s = float(sent.times_s[row])
+        if message is None:
+            continue
+        if not device.has_images:
+            found = points_of_cloud(message)
+        else:
+            color_row = colors.nearest(time_s)
+            near = color_row >= 0 and abs(colors.times_s[color_row] - time_s) <= _MAX_COLOR_APART_S
+            info = infos.message(max(infos.row(time_s), 0)) if len(infos.times_s) else None
+            found = None if info is None else points_of_images(
+                message, colors.message(color_row) if near else None, info)
+        if found is not None:
+            yield time_s, found
+
+
+class _Messages:
+    """The messages of a device's topic, by the times [s] at which they were recorded."""
+
+    def __init__(self, recording: Recording, device: Device, function: TopicFunction,
+                 message_class: Any) -> None:
+        topic = device.topic_for(function)
+        index = recording.index
+        numbers = [] if topic is None else [
+            it for it in index.connections_of(topic.name)
+            if index.connections[it].md5sum in ('*', message_class._md5sum)]
+        self._recording, self._class = recording, message_class
+        self._positions = index.positions_of(tuple(numbers))
+        self.times_s = (index.time_ns[self._positions] - recording.begin_ns) / 1e9
+
+    def row(self, time_s: float) -> int:
+        """Return the last message at a time; -1 before the first."""
+        return int(np.searchsorted(self.times_s, time_s, side='right')) - 1
+
+    def nearest(self, time_s: float) -> int:
+        """Return the nearest message; -1 if there is none."""
+        return int(np.abs(self.times_s - time_s).argmin()) if len(self.times_s) else -1
+
+    def message(self, row: int) -> Any:
+        """Return a message; None if it cannot be read."""
+        try:
+            return self._class().deserialize(bytes(
+                self._recording.message(int(self._positions[row]))))
+        except (BagDamaged, genpy.DeserializationError):
+            return None  # the recording notes damage
+
+
+_FIELD_TYPES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
+                PointField.UINT16: 'u2', PointField.INT32: 'i4', PointField.UINT32: 'u4',
+                PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
+
+
+def points_of_cloud(cloud: PointCloud2) -> Optional[Points]:
+    """Return the measured points of a cloud; None if it has no x, y and z."""
+    order = '>' if cloud.is_bigendian else '<'
+    fields = {it.name: it for it in cloud.fields if it.datatype in _FIELD_TYPES
+              and it.offset + np.dtype(_FIELD_TYPES[it.datatype]).itemsize <= cloud.point_step}
+    count = min(cloud.width * cloud.height,
+                len(cloud.data) // cloud.point_step if cloud.point_step else 0)
+    if not {'x', 'y', 'z'} <= fields.keys() or not count:
+        return None
+    rows = np.frombuffer(cloud.data, np.uint8, count * cloud.point_step).reshape(count, -1)
+
+    def column(name: str) -> np.ndarray:
+        field = fields[name]
+        kind = np.dtype(order + _FIELD_TYPES[field.datatype])
+        part = rows[:, field.offset:field.offset + kind.itemsize]
+        return np.ascontiguousarray(part).view(kind)[:, 0]
+    positions = np.stack([column(it).astype(float) for it in 'xyz'], axis=1)
+    colors = np.full((count, 3), _GRAY, np.uint8)
+    name = next((it for it in ('rgb', 'rgba') if it in fields), None)
+    if name is not None and column(name).itemsize == 4:
+        packed = column(name).view(order + 'u4')
+        colors = np.stack([packed >> shift & 255 for shift in (16, 8, 0)], 1).astype(np.uint8)
+    known = np.isfinite(positions).all(axis=1)
+    return Points(cloud.header.frame_id.strip('/'), positions[known], colors[known])
+
+
+def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> Optional[Points]:
+    """Return the points of a depth image that is registered to the color camera.
+
+    Distortion is not corrected. None if the encoding is another one than 16UC1 [mm] or 32FC1 [m].
+    """
+    kinds = {'16UC1': ('u2', 1e-3), 'mono16': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
+    if depth.encoding not in kinds or not info.K[0] or not info.K[4]:
+        return None
+    kind, scale_m = kinds[depth.encoding]
+    type_ = np.dtype(('>' if depth.is_bigendian else '<') + kind)
+    pixels = _pixels(depth, type_, 1)
+    if pixels is None:
+        return None
+    distances_m = pixels[:, :, 0].astype(float) * scale_m
+    known = np.isfinite(distances_m) & (distances_m > 0.0)
+    row, column = np.nonzero(known)
+    z = distances_m[known]
+    x = (column - info.K[2]) / info.K[0] * z
+    y = (row - info.K[5]) / info.K[4] * z
+    colors = np.full((len(z), 3), _GRAY, np.uint8)
+    order = {'rgb8': (0, 1, 2), 'bgr8': (2, 1, 0)}.get('' if color is None else color.encoding)
+    painted = None if color is None or order is None else _pixels(color, np.dtype('u1'), 3)
+    if painted is not None:
+        height, width = painted.shape[:2]
+        colors = painted[row * height // depth.height, column * width // depth.width][:, order]
+    return Points(depth.header.frame_id.strip('/'), np.stack((x, y, z), axis=1), colors)
+
+
+def _pixels(image: Image, kind: 'np.dtype[Any]', channels: int) -> Optional[np.ndarray]:
+    """Return rows, columns and channels of an image; None if it is shorter than it claims."""
+    width = image.width * channels * kind.itemsize
+    if image.step < width or len(image.data) < image.step * image.height or not width:
+        return None
+    rows = np.frombuffer(image.data, np.uint8, image.step * image.height)
+    return np.ascontiguousarray(rows.reshape(image.height, image.step)[:, :width]).view(
+        kind).reshape(image.height, image.width, channels)
+
+
+def _in_cell(points: Points, roi: Optional[RegionOfInterest], places: FramePlaces,
+             time_s: float) -> 'Points | str':
+    """Return the points in the global frame that are in the box, or why they are not known."""
+    place = places.find(points.frame)
+    if place is None:
+        return f'it is not known where its frame {points.frame} is'
+    positions = _at(place, time_s).then(_fixed(points.positions)).positions
+    if roi is None:
+        return Points('', positions, points.colors)
+    box = places.find(roi.frame)
+    if box is None:
+        return f'it is not known where the frame {roi.frame} of its box is'
+    inside = _at(box, time_s).inverse().then(_fixed(positions)).positions - np.array(roi.center)
+    kept = (np.abs(inside) <= 0.5 * np.array(roi.size)).all(axis=1)
+    return Points('', positions[kept], points.colors[kept])
+
+
+def _at(place: Place, time_s: float) -> Placements:
+    return constant(place) if isinstance(place, Placement) else resampled(
+        place, np.array([time_s]))
+
+
+def _fixed(positions: np.ndarray) -> Placements:
+    return Placements(positions, np.array([(0.0, 0.0, 0.0, 1.0)]))
+
+
+def thinned(points: Points) -> Points:
+    """Return at most `MAX_POINTS` of the points: one of each cube, as small as that allows."""
+    edge_m = _FINEST_M
+    kept = np.arange(len(points.positions))
+    while len(kept) > MAX_POINTS:
+        cubes = np.floor(points.positions / edge_m).astype(np.int64)
+        _, kept = np.unique(cubes, axis=0, return_index=True)
+        edge_m *= _COARSER
+    return Points(points.frame, points.positions[kept], points.colors[kept])

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Clouds on a page: where their points are, their colors, and what is left out."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict, List
+
+import genpy
+import numpy as np
+import pytest
+import rosbag
+from geometry_msgs.msg import TransformStamped
+from page_reader import PageReader
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import Float32, Header
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.commands.command_line import main
+from process_visualizer.page.clouds import MAX_POINTS, Points, points_of_cloud, thinned
+
+CELL = '''<visualizer>
+  <device type="depth_sensor" name="camera"><base frame="camera" xyz="0 0 2"/>{}
+    <roi frame="table" xyz="0 0 0.1" size="1 1 0.4"/></device>
+  <device type="other" name="table"><base frame="table" xyz="1 0 0.5"/>
+    <variable topic="/feed" frame="table" label="feed" axis="0 0 1"/></device>
+</visualizer>'''
+CLOUD = '<topic ns="/" name="points" type="pointcloud"/>'
+IMAGES = ''.join(f'<topic ns="/" name="{name}" type="{name}"/>' for name in (
+    'depth_image', 'color_image', 'camera_info'))
+BEGIN_S = 100.0
+
+
+def cloud(points: List[List[float]], colors: List[int], is_bigendian: bool = False) -> PointCloud2:
+    order = '>' if is_bigendian else '<'
+    rows = np.zeros(len(points), np.dtype([(it, order + 'f4') for it in 'xyz'] + [
+        ('rgb', order + 'u4'), ('tag', 'u1')]))
+    for row, point in enumerate(points):
+        rows[row] = (*point, colors[row], 7)
+    fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
+              for row, name in enumerate(('x', 'y', 'z', 'rgb'))]
+    return PointCloud2(header=Header(frame_id='optical'), height=1, width=len(points),
+                       fields=fields, is_bigendian=is_bigendian, point_step=17,
+                       row_step=17 * len(points), data=rows.tobytes())
+
+
+def optical() -> TransformStamped:
+    """Looks down from the camera: its z axis points to the floor."""
+    found = TransformStamped(child_frame_id='optical')
+    found.header.frame_id = 'camera'
+    found.transform.rotation.x = 1.0
+    return found
+
+
+def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str) -> Dict[str, Any]:
+    config, bag, page = (folder / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(CELL.format(topics), encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        file.write('/tf_static', TFMessage([optical()]), genpy.Time.from_sec(BEGIN_S))
+        for number in range(30):
+            stamp = genpy.Time.from_sec(BEGIN_S + 0.1 * number)
+            file.write('/feed', Float32(0.1), stamp)
+            for topic, message in messages.items():
+                file.write(topic, message, stamp)
+    assert main(['share', str(bag), '--config', str(config), *words, '-o', str(page)]) == 0
+    reader = PageReader(page.read_text(encoding='utf-8'))
+    run: Dict[str, Any] = reader.data['runs'][0]
+    for it in run['clouds']:
+        it['times'] = reader.column(it['times'])
+        it['clouds'] = [(reader.column(row['positions']), reader.column(row['colors'], 3))
+                        for row in it['clouds']]
+    return run
+
+
+@pytest.mark.parametrize('is_bigendian', [False, True])
+def test_points_of_a_cloud_are_cropped_and_colored(tmp_path: Path, is_bigendian: bool) -> None:
+    inside, beside, unmeasured = [1.2, -0.3, 1.4], [2.2, 0.0, 1.4], [np.nan] * 3
+    run = shared(tmp_path, CLOUD, {'/points': cloud(
+        [beside, inside, unmeasured], [0, 0x102030, 0], is_bigendian)}, '--clouds')
+    found, = run['clouds']
+    assert found['device'] == 'camera'
+    assert np.diff(found['times']).min() >= 0.19  # five in a second
+    for positions, colors in found['clouds']:
+        assert positions == pytest.approx(np.array([[1.2, 0.3, 0.6]]), abs=1e-5)
+        assert colors.tolist() == [[0x10, 0x20, 0x30]]
+
+
+@pytest.mark.parametrize(('encoding', 'kind', 'unit'), [
+    ('16UC1', '<u2', 1000), ('32FC1', '<f4', 1)])
+def test_points_of_images(tmp_path: Path, encoding: str, kind: str, unit: int) -> None:
+    depth = np.zeros((4, 6), kind)
+    depth[1, 4] = 1.4 * unit
+    color = np.zeros((8, 12, 3), np.uint8)
+    color[2:4, 8:10] = (30, 20, 10)
+    run = shared(tmp_path, IMAGES, {
+        '/depth_image': Image(header=Header(frame_id='optical'), height=4, width=6,
+                              encoding=encoding, step=6 * depth.itemsize, data=depth.tobytes()),
+        '/color_image': Image(height=8, width=12, encoding='bgr8', step=36, data=color.tobytes()),
+        '/camera_info': CameraInfo(K=[2.0, 0.0, 2.5, 0.0, 2.0, 1.5, 0.0, 0.0, 1.0])}, '--clouds')
+    positions, colors = run['clouds'][0]['clouds'][0]
+    assert positions == pytest.approx(np.array([[1.05, 0.35, 0.6]]), abs=1e-5)
+    assert colors.tolist() == [[10, 20, 30]]
+
+
+def test_clouds_are_there_only_where_they_are_asked_for(tmp_path: Path) -> None:
+    run = shared(tmp_path, CLOUD, {'/points': cloud([[1.2, -0.3, 1.4]], [0])})
+    assert run['clouds'] == []
+
+
+def test_a_cloud_that_cannot_be_placed_says_why(tmp_path: Path) -> None:
+    lost = cloud([[1.2, -0.3, 1.4]], [0])
+    lost.header.frame_id = 'nowhere'
+    run = shared(tmp_path, CLOUD, {'/points': lost}, '--clouds')
+    assert 'the cloud of camera is missing: it is not known where its frame nowhere is' in \
+        run['notes']
+    (tmp_path / 'b').mkdir()
+    run = shared(tmp_path / 'b', CLOUD, {}, '--clouds')
+    assert 'the cloud of camera is missing: it was not recorded' in run['notes']
+
+
+def test_a_large_cloud_is_thinned_evenly() -> None:
+    positions = np.random.default_rng(1).uniform(0.0, 1.0, (60_000, 3))
+    slim = thinned(Points('', positions, np.zeros((60_000, 3), np.uint8)))
+    assert 0.3 * MAX_POINTS < len(slim.positions) == len(slim.colors) <= MAX_POINTS
+    assert np.ptp(slim.positions, axis=0) == pytest.approx(np.ones(3), abs=0.1)
+
+
+@pytest.mark.parametrize('change', [
+    {'point_step': 0}, {'data': b''}, {'fields': []}, {'width': 0},
+    {'fields': [PointField('x', 4000, 7, 1), PointField('y', 0, 7, 1), PointField('z', 0, 7, 1)]}])
+def test_a_cloud_without_points_is_none(change: Dict[str, Any]) -> None:
+    it = cloud([[1.0, 2.0, 3.0]], [0])
+    for name, value in change.items():
+        setattr(it, name, value)
+    assert points_of_cloud(it) is None
