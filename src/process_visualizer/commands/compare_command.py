@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.commands.share_command import shared_page
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
+from process_visualizer.page.shared_page import shared_page
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text, drift_text
 from process_visualizer.runs.comparison.features import as_csv, drifts

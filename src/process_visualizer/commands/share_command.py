@@ -4,27 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
-from contextlib import ExitStack
-from typing import Any, Dict, Optional, Sequence
+from typing import Dict
 
-import numpy as np
-
-from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
-from process_visualizer.cell.model import Cell
 from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
-from process_visualizer.page.html_page import PageParts, page_html
-from process_visualizer.page.packed import Packed
-from process_visualizer.page.robots import PageSpan
-from process_visualizer.page.run_page import Judged, PageCell, run_entry, run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns
-from process_visualizer.runs.comparison.wording import band_text, clock
-from process_visualizer.runs.recorded.chosen_runs import recorded_cell
+from process_visualizer.page.shared_page import MAX_S, shared_page
+from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.shown_text import say
 from process_visualizer.whole_file import write_text
-
-MAX_S = 900.0
-"""Of what one page shows: a browser has all of it in memory."""
 
 
 def add_share_options(command: argparse.ArgumentParser) -> None:
@@ -67,52 +53,3 @@ def page_of(chosen: ChosenSpans, with_clouds: bool = False) -> str:
                          'BAG#NUMBER')
     return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
                        chosen.good, with_clouds=with_clouds)
-
-
-def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence[PageSpan],
-                good: Optional[GoodRuns], notes: Sequence[str] = (),
-                with_clouds: bool = False) -> str:
-    """Return the page of some runs, the worst first; those for which there is no room are listed.
-
-    Args:
-        given: the cell; without one, the configuration of the first recording is used.
-        judged: the runs.
-        spans: the part of each of them that is shown.
-        good: the good runs that they were held against.
-        notes: what else is to be said at the top.
-        with_clouds: whether the clouds of depth sensors are shown.
-    """
-    packed = Packed()
-    order = sorted(range(len(judged)), key=lambda it: judged[it].badness, reverse=True)
-    ends_s = np.cumsum([spans[it].end_s - spans[it].begin_s for it in order])
-    drawn = max(int(np.searchsorted(ends_s, MAX_S, side='right')), 1)
-    with ExitStack() as stack:
-        paths = dict.fromkeys(judged[it].run.recording for it in order[:drawn])
-        recordings = {it: stack.enter_context(Recording(it)) for it in paths}
-        first = next(iter(paths))
-        cell = given if given is not None \
-            else stack.enter_context(recorded_cell(recordings[first]))
-        cell = with_saved_poses(cell, saved_poses(first[0]))
-        shared = PageCell(cell, packed)
-        entries = [run_entry(shared, recordings[judged[it].run.recording], judged[it], spans[it],
-                             packed, with_clouds) for it in order[:drawn]]
-        listed = [run_words(judged[it].run, judged[it].comparison, (), spans[it])
-                  for it in order[drawn:]]
-    return page_html(PageParts(_title([*entries, *listed]), _subtitle(good), entries,
-                               shared.meshes, packed,
-                               (*(() if good is None else good.notes), *notes), listed,
-                               os.path.basename(cell.file)))
-
-
-def _title(entries: Sequence[Dict[str, Any]]) -> str:
-    if len(entries) == 1:
-        return str(entries[0]['name'])
-    poor = sum(it['state'] == 'poor' for it in entries)
-    return f'{poor} of {len(entries)} runs out of range' if poor else f'{len(entries)} runs'
-
-
-def _subtitle(good: Optional[GoodRuns]) -> str:
-    if good is None:
-        return 'Without a reference there is no verdict.'
-    return (f'Reference: {good.reference.name}, {good.reference.duration_s:.1f} s. '
-            f'Band: {band_text(good.band)}.')

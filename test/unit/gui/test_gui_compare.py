@@ -10,6 +10,7 @@ import pytest
 import rosbag
 from cycle_bags import BEGIN_S, write_bag
 from held_tasks import HeldTasks
+from page_reader import PageReader
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget
 from session_stand import open_cell, play, run
@@ -18,7 +19,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.compare import ghost_model
-from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel
+from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel, shared_span
 from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
@@ -27,6 +28,7 @@ from process_visualizer.gui.session import Session
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference
 from process_visualizer.runs.comparison.timeline_bands import MomentKind
+from process_visualizer.runs.run import Run
 
 
 class Silent:
@@ -399,3 +401,39 @@ def test_a_row_that_is_ticked_stays_the_same_row(stand: Stand) -> None:
     stand.panel.runs.model().rowsRemoved.connect(lambda *what: destroyed.append(what))
     stand.tick(1)
     assert not destroyed and stand.panel.runs.topLevelItem(1) is rows[1]
+
+
+def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> None:
+    assert not stand.panel.share.isEnabled()
+    stand.find()
+    assert stand.panel.share.isEnabled()
+    stand.tick(0, 1)
+    stand.compare()
+    page = tmp_path / 'seam.html'
+    stand.model.share(2, str(page))
+    assert stand.panel.state.text() == 'Writing the page of a.bag#3…'
+    assert not stand.panel.share.isEnabled()
+    stand.tasks.end_all()
+    assert stand.panel.state.text().startswith('seam.html is written: a.bag#3 from 0:2')
+    run, = PageReader(page.read_text(encoding='utf-8')).data['runs']
+    assert (run['name'], run['state']) == ('a.bag#3', 'poor')
+    assert stand.failures == []
+    stand.tick(2)
+    stand.compare()
+    assert 'is written' not in stand.panel.state.text()
+
+
+def test_a_page_that_cannot_be_written_is_told(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.model.share(0, str(tmp_path / 'no' / 'seam.html'))
+    stand.tasks.end_all()
+    text, = stand.failures
+    assert text.startswith('The page cannot be written: ') and 'no/seam.html' in text
+    assert column(stand.panel.runs, 0) == [f'a.bag#{number}' for number in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(('loop', 'expected'), [
+    (None, (5.0, 15.0)), ((7.0, 9.0), (7.0, 9.0)), ((0.0, 6.0), (5.0, 6.0)),
+    ((16.0, 20.0), (5.0, 15.0))])
+def test_of_a_run_what_is_in_the_loop_is_shared(loop: Any, expected: Any) -> None:
+    assert shared_span(Run('a', 10.0, ())._replace(begin_s=5.0), loop) == expected

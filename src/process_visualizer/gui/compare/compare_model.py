@@ -2,6 +2,7 @@
 """The runs of recordings, which of them are good, and how the others differ from those."""
 from __future__ import annotations
 
+import os
 from typing import Any, Callable, Dict, FrozenSet, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -11,6 +12,9 @@ from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
+from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.run_page import Judged
+from process_visualizer.page.shared_page import shared_page
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.timeline_bands import (
@@ -20,8 +24,10 @@ from process_visualizer.runs.comparison.timeline_bands import (
     timeline_bands,
     timeline_moments,
 )
+from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle
 from process_visualizer.runs.run import Key, Run
+from process_visualizer.whole_file import write_text
 
 # The part of a comparison that is kept over a restart: enough to make it again.
 
@@ -111,6 +117,7 @@ class CompareModel(QObject):
         self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
         self._work: Optional[TaskProgress] = None
         self._activity = ''
+        self.shared = ''  # what the last page that was written shows
         self._is_asked = True  # by the operator, for what is going on
         self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
         self._last: Tuple[str, ...] = ()  # recording of the last session
@@ -255,6 +262,33 @@ class CompareModel(QObject):
         """Let a run be aligned as if the operator had said nothing."""
         self._align_again(number, ())
 
+    def share(self, number: int, path: str) -> None:
+        """Write the page of a run; where the player's loop is on in it, that of A to B."""
+        cell, listed, compared = self._session.cell, self._runs[number], self._compared
+        found = None if compared is None else compared.comparisons[number]
+        player = self._session.player
+        is_played = player is not None and listed.path in self._recording[:1]
+        span = shared_span(listed.run, player.loop if player is not None and is_played else None)
+
+        def work(_progress: TaskProgress) -> str:
+            good = None if compared is None or found is None else compared.good
+            judged = Judged(listed.run) if good is None else Judged(
+                listed.run, found, good.of(listed.run) or good)
+            write_text(path, shared_page(cell, [judged], [span], good))
+            return (f'{os.path.basename(path)} is written: {listed.run.name} from '
+                    f'{clock(span.begin_s)} to {clock(span.end_s)}, '
+                    f'{os.path.getsize(path) / 1e6:.1f} MB.')
+
+        def refuse(error: Exception) -> None:
+            if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
+                raise error
+            self.failed.emit(f'The page cannot be written: {error}')
+
+        self._begin(f'Writing the page of {listed.run.name}…', work, self._take_shared, refuse)
+
+    def _take_shared(self, text: str) -> None:
+        self.shared = text
+
     def _align_again(self, number: int, anchors: Tuple[Anchor, ...]) -> None:
         before = self._compared
         if before is None:
@@ -277,20 +311,22 @@ class CompareModel(QObject):
         self.changed.emit()
 
     def _begin(self, activity: str, work: Callable[[TaskProgress], Any],
-               take: Callable[[Any], None], is_asked: bool = True) -> None:
+               take: Callable[[Any], None],
+               refuse: Optional[Callable[[Exception], None]] = None,
+               is_asked: bool = True) -> None:
         self._stop()
         self._is_asked = is_asked
         self._activity, self._work = activity, TaskProgress(self)
         progress = self._work
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
                                                                               result),
-                        lambda error: self._refuse(progress, error))
+                        lambda error: self._refuse(progress, error, refuse))
         self.changed.emit()
 
     def _stop(self) -> None:
         if self._work is not None:
             self._work.cancel()
-        self._work, self._activity = None, ''
+        self._work, self._activity, self.shared = None, '', ''
 
     def _end(self, progress: TaskProgress, take: Callable[[Any], None], result: Any) -> None:
         if progress is self._work:
@@ -328,10 +364,15 @@ class CompareModel(QObject):
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared
 
-    def _refuse(self, progress: TaskProgress, error: Exception) -> None:
+    def _refuse(self, progress: TaskProgress, error: Exception,
+                refuse: Optional[Callable[[Exception], None]]) -> None:
         if progress is not self._work or isinstance(error, ReadingCancelled):
             return
         self._work, self._activity = None, ''
+        if refuse is not None:
+            self.changed.emit()
+            refuse(error)
+            return
         if not self._is_asked and isinstance(error, NoCycle):
             self._added = ()  # of another configuration: with that one it is shown again
             self.changed.emit()
@@ -343,6 +384,14 @@ class CompareModel(QObject):
         if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
             raise error
         self.failed.emit(f'The runs cannot be compared: {error}')
+
+
+def shared_span(run: Run, loop: Optional[Tuple[float, float]]) -> PageSpan:
+    """Return the part of a recording [s] that is shared: a run, or what of it is in the loop."""
+    begin_s, end_s = run.begin_s, run.begin_s + run.duration_s
+    if loop is not None and max(begin_s, loop[0]) < min(end_s, loop[1]):
+        return PageSpan(max(begin_s, loop[0]), min(end_s, loop[1]))
+    return PageSpan(begin_s, end_s)
 
 
 def _comparison(good: GoodRuns, run: Run, anchors: Sequence[Anchor],

@@ -2,6 +2,7 @@
 """The panel *Why was this run poor*: runs, which of them are good, the first departure."""
 from __future__ import annotations
 
+import os
 import time
 from typing import Callable, List, Optional, Sequence
 
@@ -72,6 +73,9 @@ class ComparePanel(QWidget):
         self.reset = _button('reset_anchors', 'Reset alignment',
                              lambda: self._model.reset_anchors(self._row))
         self.reset.setToolTip('Align the chosen run as if no moment had been dragged')
+        self.share = _button('share_run', 'Share…', self._ask_where_to_share)
+        self.share.setToolTip('Write the chosen run, or A to B of it while the loop is on, as one\n'
+                              'page that any browser opens')
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
@@ -85,7 +89,8 @@ class ComparePanel(QWidget):
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
-            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures, self.finished)
+            self.ghost, self.share, self.reset, self.cancel, wide=self.ghost),
+            self.departures, self.finished)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
@@ -120,6 +125,7 @@ class ComparePanel(QWidget):
         self.compare.setEnabled(bool(model.good) and not is_busy)
         self.cancel.setEnabled(is_busy)
         self.ghost.setEnabled(model.compared is not None)
+        self.share.setEnabled(bool(model.runs) and not is_busy)
         self._show_runs()
         self._show_departures()
         self._show_finished()
@@ -128,6 +134,8 @@ class ComparePanel(QWidget):
         model = self._model
         if model.activity:
             return model.activity
+        if model.shared:
+            return model.shared
         if not model.paths:
             return _EMPTY_LIVE if self._is_live else _EMPTY
         if not model.runs:
@@ -215,12 +223,25 @@ class ComparePanel(QWidget):
         if not self._is_live and self._model.runs[self._row].path in self._model.recording[:1]:
             self.seek_wanted.emit(item.data(0, Qt.UserRole))
 
+    def _ask_where_to_share(self) -> None:
+        row = max(self._row, 0)
+        path, _ = QFileDialog.getSaveFileName(self, 'Share a run', _page_path(
+            self._model.runs[row]), 'Pages (*.html)')
+        if path:
+            self._model.share(row, path if path.lower().endswith('.html') else f'{path}.html')
+
     def _ask_for_recording(self) -> None:
         beside = self._model.paths[-1] if self._model.paths else self._folder()
         path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', beside,
                                               'Recordings (*.bag)')
         if path:
             self._model.add(path)
+
+
+def _page_path(listed: ListedRun) -> str:
+    """Return where a page is proposed: beside the recording, named as the run."""
+    name = listed.run.name.replace('.bag', '').replace('#', '_')
+    return os.path.join(os.path.dirname(listed.path), f'{os.path.basename(name)}.html')
 
 
 def _run_row(listed: ListedRun) -> QTreeWidgetItem:
