@@ -198,7 +198,7 @@ def _properties(parsed: Parsed) -> Tuple[Property, ...]:
 def _arrow(parsed: Parsed) -> Arrow:
     values = parsed.values
     return Arrow(values['quantity'], values['scale'], values['min'], values['max'],
-                 values['color'], parsed.location, values['tolerance'])
+                 values['color'], parsed.location, values['tolerance'], values['max_tolerance'])
 
 
 def _variable(parsed: Parsed) -> Variable:
@@ -212,7 +212,7 @@ def _variable(parsed: Parsed) -> Variable:
                     values['offset_param'], _limits(values), _color_scale(values), values['max'],
                     values['shown'], values['tolerance'],
                     tuple((it.values['of'], it.values['name']) for it in parsed.all('value')
-                          if it.complete))
+                          if it.complete), values['max_tolerance'])
 
 
 def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:

@@ -416,7 +416,9 @@ _DRAWN: Dict[str, Tag] = {
          'max': _optional('positive', 'maximum length in m'),
          'color': _optional('color', 'a color name, `#rrggbb`, or `r g b` from 0 to 1'),
          'tolerance': _optional('positive', 'allowed deviation of a run from a good one, in m/s or '
-                                            'N; default: a share of the range')}),
+                                            'N; default: a share of the range'),
+         'max_tolerance': _optional('positive', 'deviation that is never allowed, however much '
+                                                'good runs differ')}),
     'variable': Tag(
         'A number on any topic, shown as an arrow with its value.',
         {'topic': _required('topic', 'the topic'),
@@ -445,6 +447,8 @@ _DRAWN: Dict[str, Tag] = {
          'end_color': _optional('color', 'other end of the color scale'),
          'tolerance': _optional('positive', 'allowed deviation of a run from a good one, in the '
                                             'unit of the value; default: a share of the range'),
+         'max_tolerance': _optional('positive', 'deviation that is never allowed, however much '
+                                                'good runs differ'),
          'label': _optional('text', 'text before the value; default: the name of the topic'),
          'shown': _optional('boolean', 'whether RViz shows it; its curve and limits do not '
                                        'depend on this', 'True')},

@@ -188,6 +188,7 @@ class Arrow:
     color: Optional[Color]
     location: Location
     tolerance: Optional[float] = None
+    max_tolerance: Optional[float] = None
 
 
 @dataclass(frozen=True)
@@ -229,6 +230,7 @@ class Variable:
     is_shown: bool = True  # in RViz; limits and curve are independent of it
     tolerance: Optional[float] = None  # how far a run may be from a good one
     value_names: Tuple[Tuple[float, str], ...] = ()
+    max_tolerance: Optional[float] = None  # however much good runs differ
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 """Rules about several elements of a configuration."""
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterable, List, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 import yaml
 
@@ -423,6 +423,7 @@ def _check_arrows(device: Device, problems: ProblemList) -> None:
                 and arrow.minimum_m > arrow.maximum_m:
             problems.add(arrow.location, 'arrow', f'min ({arrow.minimum_m}) is greater than max '
                                                   f'({arrow.maximum_m}); swap them')
+        _check_tolerances(arrow.tolerance, arrow.max_tolerance, arrow.location, 'arrow', problems)
 
 
 def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
@@ -440,6 +441,15 @@ def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
     if low is not None and high is not None and low > high:
         problems.add(parsed.location, 'variable', f'low ({low}) is greater than high ({high}); '
                                                   'swap them')
+    _check_tolerances(values.get('tolerance'), values.get('max_tolerance'), parsed.location,
+                      'variable', problems)
+
+
+def _check_tolerances(least: Optional[float], most: Optional[float], location: Location,
+                      element: str, problems: ProblemList) -> None:
+    if least is not None and most is not None and least > most:
+        problems.add(location, element, f'tolerance ({least}) is greater than max_tolerance '
+                                        f'({most}); swap them')
 
 
 # Rules about the events of the process, and about what a run is.

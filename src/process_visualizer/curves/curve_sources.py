@@ -42,8 +42,8 @@ class CurveSource(NamedTuple):
     ``model`` is named, the tool is that model's: see tool_on_tf. A tool whose driver sends no
     poses has the topic of the robot's joints, of which its place is computed. A source that is
     ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
-    ``tolerance`` is how far a run may be from a good one, ``value_names`` what some values are
-    called.
+    ``tolerance`` is how far a run may be from a good one, ``max_tolerance`` how far it may never
+    be; ``value_names`` are what some values are called.
     """
 
     device: str
@@ -60,6 +60,7 @@ class CurveSource(NamedTuple):
     limits: Optional[WarningLimits] = None
     tolerance: Optional[float] = None
     value_names: Tuple[Tuple[float, str], ...] = ()
+    max_tolerance: Optional[float] = None
 
     @property
     def channel_label(self) -> str:
@@ -118,14 +119,15 @@ def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: st
         color = given.color
     return CurveSource(device.name, label, unit, color, quantity, topic.name,
                        topic.message_type or '',
-                       tolerance=None if given is None else given.tolerance)
+                       tolerance=None if given is None else given.tolerance,
+                       max_tolerance=None if given is None else given.max_tolerance)
 
 
 def _variable_source(device: Device, variable: Variable) -> CurveSource:
     return CurveSource(device.name, variable.label or variable.topic.strip('/'), variable.unit,
                        variable.color, Quantity.NUMBER, variable.topic, field=variable.field,
                        limits=variable.limits, tolerance=variable.tolerance,
-                       value_names=variable.value_names)
+                       value_names=variable.value_names, max_tolerance=variable.max_tolerance)
 
 
 def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSource]:

@@ -35,8 +35,9 @@ class ChannelKind(Enum):
 class Channel(NamedTuple):
     """Numbers of one quantity: ``times_s`` (n,), rising, from the run's begin, ``values`` (n,).
 
-    ``tolerance`` is how far two good runs may differ, in ``unit``; None: not given. ``value_names``
-    are what the configuration calls some values.
+    ``tolerance`` is how far two good runs may differ, in ``unit``, and ``max_tolerance`` how far a
+    run may never be from good ones; None: not given. ``value_names`` are what the configuration
+    calls some values.
     """
 
     device: str
@@ -48,6 +49,7 @@ class Channel(NamedTuple):
     tolerance: Optional[float] = None
     value_names: Tuple[Tuple[float, str], ...] = ()
     topic: str = ''
+    max_tolerance: Optional[float] = None
 
     @property
     def key(self) -> Key:

@@ -291,6 +291,11 @@ COMBINATIONS: List[Bad] = [
               '4: <tool>: '),
     _in_robot('arrow limits', '<arrow quantity="force" min="2" max="1"/>',
               '3: <arrow>: min (2.0) is greater than max (1.0)', schema_sees=False),
+    _in_robot('tolerances of an arrow', '<arrow quantity="force" tolerance="2" max_tolerance="1"/>',
+              '3: <arrow>: tolerance (2.0) is greater than max_tolerance (1.0)', schema_sees=False),
+    _in_robot('tolerances', '<variable topic="t" frame="f" tolerance="2" max_tolerance="1"/>',
+              '3: <variable>: tolerance (2.0) is greater than max_tolerance (1.0)',
+              schema_sees=False),
     _in_robot('arrow and force of no robot', '<arrow quantity="force"/>\n<force parentframe="a" '
                                              'frame="b" xyz="0 0 0" rpy="0 0 0"/>',
               '3: <arrow>: belongs to robots only; this device has the type "other"',

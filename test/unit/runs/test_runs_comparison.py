@@ -92,6 +92,17 @@ def test_one_of_the_good_runs_is_judged_by_the_others() -> None:
                           'left out',)
 
 
+def test_good_runs_that_differ_by_more_than_is_allowed_are_told() -> None:
+    def limited(run: Run) -> Run:
+        return run._replace(channels=tuple(it._replace(max_tolerance=0.3) for it in run.channels))
+    gains = np.random.default_rng(1).uniform(0.8, 1.2, 8)
+    runs = [limited(made_run(seed, value=lambda process_s, values, gain=gain: gain * values))
+            for seed, gain in enumerate(gains)]
+    note, = GoodRuns(runs[0], runs[1:]).notes
+    assert 'the max_tolerance of robot tool force, 0.3 N: more good runs' in note
+    assert not GoodRuns(runs[0], [limited(made_run(seed)) for seed in range(8)]).notes
+
+
 def test_a_rate_that_so_few_runs_cannot_support_is_refused() -> None:
     with pytest.raises(TooFewRuns, match='3 good runs beside the reference .* it takes 99'):
         GoodRuns(made_run(), goods(3), rate=0.01)

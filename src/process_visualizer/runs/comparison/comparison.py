@@ -40,10 +40,12 @@ from process_visualizer.runs.deviation.band import (
 )
 from process_visualizer.runs.deviation.channel_faults import StuckSensors, vibration_hz
 from process_visualizer.runs.deviation.departures import (
+    MIN_LASTING_ROWS,
     Departure,
     Nearness,
     departures,
     nearness,
+    outside,
     ranked,
 )
 from process_visualizer.runs.deviation.signals import (
@@ -186,7 +188,20 @@ class GoodRuns:
             if 0 not in left_out and not self._by_states:
                 break
         self.band = self._band(None)
-        self.notes = tuple(notes)
+        self.notes = (*notes, *self._limited())
+
+    def _limited(self) -> Iterator[str]:
+        """Yield where the configuration allows less than good runs differ."""
+        for signal, limits in self.band.signals.items():
+            if signal.max_tolerance is None or signal.over_s:
+                continue
+            count = sum(any(end - begin >= MIN_LASTING_ROWS for begin, end in spans(
+                outside(it.columns[signal], limits))) for it in self._good if signal in it.columns)
+            if count:
+                most = f'{signal.max_tolerance:g} {signal.unit}'.strip()
+                yield (f'{count} of {len(self._good)} good runs are farther from the others than '
+                       f'the max_tolerance of {signal.name}, {most}: more good runs are out of '
+                       'range than stated')
 
     def of(self, run: Run) -> Optional['GoodRuns']:
         """Return the good runs that a run is judged by: those of its variant and place, if any."""

@@ -419,6 +419,8 @@ class LearnedSignal:
             spread = smoothed(common(deviation * deviation), usual, len(values),
                               self.signal.over_s > 0.0, self._least)
             margin = np.maximum(margin, limit * spread)
+        if self.signal.max_tolerance is not None:
+            margin = np.minimum(margin, self.signal.max_tolerance)
         return SignalBand(0.5 * (low + high), 0.5 * (high - low) + margin, common(values))
 
     @property

@@ -61,7 +61,7 @@ def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_
     worst = first + int(held_s[first:end].argmax())
     since_s = float(time_map.to_reference(np.array([run_s[first] - held_s[first]]))[0])
     signal = Signal(channel.device, channel.label, channel.unit, _KINDS[channel.kind],
-                    channel.tolerance)
+                    channel.tolerance, max_tolerance=channel.max_tolerance)
     return Departure(signal, float(times_s[first]), float(times_s[end]) if end < len(times_s)
                      else None, max(since_s, 0.0), _KNOWN_S, float(times_s[worst]),
                      float(held_s[worst]), float(limit_s[worst]),

@@ -153,7 +153,8 @@ def _bend_errors(times_s: np.ndarray, values: np.ndarray) -> np.ndarray:
     return result
 
 
-_MIN_LASTING_ROWS = 3
+MIN_LASTING_ROWS = 3
+"""What is outside for fewer rows is no departure."""
 _BACK_ROWS = 10
 """What is inside for fewer rows is not back; longer stretches outside need more."""
 _SAME_TIME_S = 0.25
@@ -237,7 +238,7 @@ def nearness(times_s: np.ndarray, run: Mapping[Signal, np.ndarray], band: Band) 
             continue
         with np.errstate(invalid='ignore', divide='ignore'):
             ratio = np.nan_to_num(np.abs(run[signal] - limits.middle) / limits.half_width, nan=0.0)
-        if len(ratio) < _MIN_LASTING_ROWS:
+        if len(ratio) < MIN_LASTING_ROWS:
             continue
         lasting = np.minimum(np.minimum(ratio[2:], ratio[1:-1]), ratio[:-2])
         row = int(lasting.argmax())
@@ -266,7 +267,7 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
                band: Band) -> Optional[Departure]:
     values, limits = run[signal], band.signals[signal]
     deviation = values - limits.middle
-    found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= _MIN_LASTING_ROWS]
+    found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= MIN_LASTING_ROWS]
     if not found:
         return None
     begin, end = _for_good(found, found[0], len(times_s))

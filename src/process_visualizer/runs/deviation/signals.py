@@ -98,8 +98,8 @@ _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKi
 class Signal(NamedTuple):
     """One compared quantity; ``device`` is empty for the whole run's.
 
-    ``tolerance`` is the configuration's, None where it gives none. With ``over_s`` it is the mean
-    over the last so many seconds.
+    ``tolerance`` and ``max_tolerance`` are the configuration's, None where it gives none. With
+    ``over_s`` it is the mean over the last so many seconds.
     """
 
     device: str
@@ -108,6 +108,7 @@ class Signal(NamedTuple):
     kind: SignalKind
     tolerance: Optional[float] = None
     over_s: float = 0.0
+    max_tolerance: Optional[float] = None
 
     @property
     def name(self) -> str:
@@ -236,7 +237,7 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     finite = np.isfinite(run.values)
     times_s, values = run.times_s[finite], run.values[finite]
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
-                    reference.tolerance)
+                    reference.tolerance, max_tolerance=reference.max_tolerance)
     if is_sequence(reference):
         return {Signal(reference.device, reference.label, '', SignalKind.STATE): held_at(
             run_s, times_s, values)}

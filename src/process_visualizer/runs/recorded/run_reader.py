@@ -225,7 +225,7 @@ def _channel(samples: Samples) -> Channel:
     order = np.argsort(times_s, kind='stable')
     return Channel(source.device, source.channel_label, source.unit,
                    _KINDS[source.quantity], times_s[order], values[order], source.tolerance,
-                   source.value_names, source.topic)
+                   source.value_names, source.topic, source.max_tolerance)
 
 
 def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> List[ToolMotion]:
