@@ -78,6 +78,23 @@ def test_the_tolerance_is_the_configurations_or_a_share_of_the_range() -> None:
     assert band.signals[FEED].half_width[:200] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize('count', [1, 5, 25])
+def test_more_than_the_largest_tolerance_is_never_allowed(count: int) -> None:
+    random = np.random.default_rng(1)
+    limited, free = FORCE._replace(max_tolerance=0.2), FEED
+    levels = [np.full(len(TIMES_S), 10.0 + it) for it in random.standard_normal(count)]
+    band = tolerance_band([{limited: it, free: it} for it in levels])
+    assert band.signals[limited].half_width == pytest.approx(0.2)
+    assert band.signals[free].half_width.min() > 0.3
+
+
+def test_two_of_ten_good_runs_that_are_none_are_told_also_if_they_agree() -> None:
+    good = good_runs(10)
+    for row in (3, 7):
+        good[row] = {**good[row], FEED: good[row][FEED] + 0.1}
+    assert sorted(row for row, _ in BandLearner(good).outstanding()) == [3, 7]
+
+
 def test_a_tolerance_is_one_of_time_too() -> None:
     band = tolerance_band([{FEED: np.where(TIMES_S < 5.0, 0.0, 10.0)}])
     assert departures(TIMES_S, {FEED: np.where(TIMES_S < 5.08, 0.0, 10.0)}, band) == ()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 from __future__ import annotations
 
+import pytest
+
 from process_visualizer.runs.deviation.state_order import StateOrder
 from process_visualizer.runs.series import States
 
@@ -27,3 +29,13 @@ def test_messages_that_end_say_nothing_of_what_came_then() -> None:
 def test_a_number_that_is_another_one_in_each_run_is_not_judged() -> None:
     order = StateOrder([States((float(number),), (0.0,)) for number in range(6)], {})
     assert order.fault(States((77.0,), (0.0,)), 6.0) is None
+
+
+@pytest.mark.parametrize('good, bad, is_told', [(8, 2, True), (6, 2, False), (16, 4, False)])
+def test_two_of_ten_good_runs_with_another_order_are_none(good: int, bad: int,
+                                                          is_told: bool) -> None:
+    """More that agree are a variant of the process."""
+    wrong = States((10.0, 99.0, 50.0), (0.0, 2.0, 4.0))
+    order = StateOrder([*[GOOD] * good, *[wrong] * bad], {})
+    assert order.outstanding() == ({row: '99 instead of 40' for row in range(good, good + bad)}
+                                   if is_told else {})

@@ -312,8 +312,8 @@ class BandLearner:
                          for row in rows], axis=1)
 
     def _usual_highest(self, scores: np.ndarray) -> np.ndarray:
-        """Return how far (s,) good runs are; of ten (s, n) one may be none as well."""
-        others = max(int(_SHARE_OF_NONE * scores.shape[1]), 0)
+        """Return how far (s,) good runs are; of ten, one beside the judged one may be none."""
+        others = int(_SHARE_OF_NONE * (scores.shape[1] + 1) + 1e-9)
         return np.maximum(_limits(scores, self._signals, USUAL_RATE, True),
                           np.sort(scores, axis=1)[:, -1 - others])
 

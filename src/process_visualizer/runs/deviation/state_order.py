@@ -18,6 +18,8 @@ _RUNS_ALIKE = 4.0
 _RATE_OF_ONE = 1e-3
 _FEW = 5
 """Of fewer good runs each may be different for a reason."""
+_SHARE_OF_NONE = 0.1
+"""Of the good runs; so many, and one more, may agree on an order that is none."""
 
 
 def _completed(states: States, orders: Set[Order]) -> States:
@@ -64,13 +66,14 @@ class StateOrder:
         return self._count >= 0.5 * len(self._orders) or len(self._orders) < 3
 
     def outstanding(self) -> Dict[int, str]:
-        """Return which good runs have another order than all others, if these agree."""
+        """Return which good runs have another order than most, if these agree."""
         alone = [row for row, it in enumerate(self._orders) if it != self._usual]
         if len(self._orders) < 4 or len(alone) > 0.25 * len(self._orders):
             return {}
         times = Counter(self._orders)
+        most = 1 + int(_SHARE_OF_NONE * len(self._orders))
         return {row: self._difference(self._orders[row], ())[0].words for row in alone
-                if times[self._orders[row]] == 1}
+                if times[self._orders[row]] <= most}
 
     def fault(self, run: States, end_s: float) -> Optional[StateFault]:
         """Return what is wrong with a run's states; None: nothing.
