@@ -188,12 +188,12 @@ class FieldLocator(Locator):
 
 
 class FloatArrayLocator(Locator):
-    """Finds the first numbers of a std_msgs/Float32MultiArray of certain lengths."""
+    """Finds numbers that follow each other in a std_msgs/Float32MultiArray of certain lengths."""
 
-    def __init__(self, count: int, lengths: Sequence[int]) -> None:
-        """Take how many numbers are wanted, and how many there have to be."""
+    def __init__(self, count: int, lengths: Sequence[int], first: int = 0) -> None:
+        """Take how many numbers are wanted from the first one on, and how many there have to be."""
         self.number_count = count
-        self._lengths = lengths
+        self._lengths, self._first = lengths, first
 
     def places(self, data: Data) -> NumberPlaces:
         """See Locator; padding (data_offset) is left out, as in float32_values."""
@@ -203,7 +203,7 @@ class FloatArrayLocator(Locator):
             return NumberPlaces(())
         numbers: Tuple[Place, ...] = ()
         if count - padding in self._lengths and len(data) == begin + 4 * count:
-            numbers = tuple(Place(begin + 4 * (padding + number), _FLOAT32)
+            numbers = tuple(Place(begin + 4 * (padding + self._first + number), _FLOAT32)
                             for number in range(self.number_count))
         return NumberPlaces(numbers, ((0, begin),))
 

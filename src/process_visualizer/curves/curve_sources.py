@@ -30,6 +30,8 @@ class Quantity(Enum):
     FORCE = 'force'  # N, magnitude
     NUMBER = 'number'  # a field
     JOINT = 'joint'  # rad or m; the last of the numbers that are found
+    LAG = 'lag'  # rad or m; how far a joint is behind its command
+    TORQUE = 'torque'  # Nm, magnitude
 
 
 _CHANNEL_LABELS = {Quantity.SPEED: 'tool speed', Quantity.FORCE: 'tool force'}

@@ -32,7 +32,7 @@ class Samples(NamedTuple):
     """The numbers of a source: ``values`` (n, k) at ``times_s`` (n,) from the recording's begin.
 
     Of a tool they are its positions x y z in its base, at the times at which they were measured,
-    rising; of a force its components.
+    rising; of a force or torque its components; of a lag where a joint shall be, and where it is.
     """
 
     source: CurveSource
@@ -97,7 +97,18 @@ def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
         return speeds(samples.times_s, samples.values)
     if samples.source.quantity is Quantity.NUMBER:
         return samples.times_s, samples.values[:, 0]
+    if samples.source.quantity is Quantity.LAG:
+        return samples.times_s, _difference(samples)
     return samples.times_s, np.sqrt((samples.values * samples.values).sum(axis=1))
+
+
+def _difference(samples: Samples) -> np.ndarray:
+    """How far the first numbers are ahead of the second; of angles, less than half a turn."""
+    ahead: np.ndarray = samples.values[:, 0] - samples.values[:, 1]
+    if samples.source.unit != 'rad':
+        return ahead
+    result: np.ndarray = np.remainder(ahead + np.pi, 2.0 * np.pi) - np.pi
+    return result
 
 
 def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], most: Optional[int],

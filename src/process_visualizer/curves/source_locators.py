@@ -224,8 +224,9 @@ def joint_locator(message_type: str, joint: str, matching: JointMatching) -> Opt
 
 _PATHS: Dict[Tuple[Quantity, str], str] = {
     (Quantity.SPEED, POSE_STAMPED): 'pose.position',
-    (Quantity.FORCE, WRENCH_STAMPED): 'wrench.force'}
-_ARRAY_LENGTHS = {Quantity.SPEED: (3, 6, 7), Quantity.FORCE: (3, 6)}
+    (Quantity.FORCE, WRENCH_STAMPED): 'wrench.force',
+    (Quantity.TORQUE, WRENCH_STAMPED): 'wrench.torque'}
+_ARRAY_LENGTHS = {Quantity.SPEED: (3, 6, 7), Quantity.FORCE: (3, 6), Quantity.TORQUE: (6,)}
 _PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
     'Bool', 'Byte', 'Char', 'Float32', 'Float64', 'Int8', 'Int16', 'Int32', 'Int64', 'UInt8',
     'UInt16', 'UInt32', 'UInt64'))
@@ -329,7 +330,8 @@ def locator_for(source: CurveSource, connection: Connection) -> Optional[Locator
     if source.message_type not in ('', kind) or source.plain and kind not in _PLAIN_TYPES:
         return None
     if source.quantity is not Quantity.NUMBER and kind == FLOAT_ARRAY:
-        return FloatArrayLocator(3, _ARRAY_LENGTHS[source.quantity])
+        return FloatArrayLocator(3, _ARRAY_LENGTHS[source.quantity],
+                                 3 if source.quantity is Quantity.TORQUE else 0)
     vector = _PATHS.get((source.quantity, kind), '')
     paths = [f'{vector}.{axis}' for axis in 'xyz'] if vector else [source.field]
     try:

@@ -13,7 +13,7 @@ from process_visualizer.curves.curve_sources import Quantity, curve_sources
 from process_visualizer.curves.samples import Samples, found_series, read_samples
 from process_visualizer.page.numbers import held, velocity_rows
 from process_visualizer.page.robots import PageSpan
-from process_visualizer.runs.recorded.run_reader import joint_series
+from process_visualizer.runs.recorded.robot_series import robot_series
 
 TIME_COLUMNS = ('time [s]', 'stamp [s]')
 """Since the recording began, and since 1970."""
@@ -37,7 +37,7 @@ def number_table(cell: Cell, recording: Recording, run: str, span: PageSpan,
     A speed is that of the arrow. Of everything else, the value holds until the next message.
     """
     series = [*found_series(recording, curve_sources(cell.devices), cell.devices),
-              *joint_series(recording, cell.devices)]
+              *robot_series(recording, cell.devices)]
     count = int((span.end_s - span.begin_s) * rate_hz + 1e-6) + 1
     times_s = span.begin_s + np.arange(count) / rate_hz
     names, values = list(TIME_COLUMNS), [times_s, times_s + recording.begin_ns / 1e9]

@@ -10,7 +10,7 @@ from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Color, Device, Variable
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
-from process_visualizer.curves.samples import Samples, Series
+from process_visualizer.curves.samples import Samples, Series, sampled
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan
 from process_visualizer.parameters.arrow_style import configured_arrow
@@ -80,8 +80,8 @@ def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
     """
     times_s = samples.times_s.copy()
     with np.errstate(over='ignore', invalid='ignore'):
-        values = np.linalg.norm(samples.values, axis=1) \
-            if samples.source.quantity is Quantity.FORCE else samples.values[:, -1]
+        values = samples.values[:, -1] if samples.source.quantity is Quantity.JOINT \
+            else sampled(samples)[1]
     order = np.argsort(times_s, kind='stable')
     times_s, values = times_s[order], values[order]
     if len(times_s) and times_s[0] <= _MOMENT_S:

@@ -66,7 +66,7 @@ class ToolMotion(NamedTuple):
 
 
 class ToolForce(NamedTuple):
-    """The force at a robot's tool: ``vectors`` (n, 3) [N] at ``times_s`` (n,).
+    """The force or torque at a robot's tool: ``vectors`` (n, 3) [N or Nm] at ``times_s`` (n,).
 
     ``frame`` is what the messages name, empty where they name none.
     """
@@ -117,6 +117,7 @@ class Run(NamedTuple):
     place: Context = ()
     phases: Tuple[RunPhase, ...] = ()
     absent: Tuple[Tuple[str, bool], ...] = ()
+    torques: Tuple[ToolForce, ...] = ()
 
     @property
     def waits_s(self) -> Tuple[Tuple[float, float], ...]:
@@ -157,9 +158,11 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
     events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
-    forces = tuple(_cut_force(it, begin_s, end_s) for it in run.forces)
+    forces, torques = (tuple(_cut_force(it, begin_s, end_s) for it in vectors)
+                       for vectors in (run.forces, run.torques))
     return run._replace(name=name, duration_s=end_s - begin_s, channels=channels, motions=motions,
-                        events=events, begin_s=run.begin_s + begin_s, forces=forces)
+                        events=events, begin_s=run.begin_s + begin_s, forces=forces,
+                        torques=torques)
 
 
 def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:

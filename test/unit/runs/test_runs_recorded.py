@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rosbag
 from cycle_bags import BEGIN_S, write_bag
+from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 
@@ -186,6 +187,77 @@ def test_what_has_a_stamp_was_measured_then(tmp_path: Path) -> None:
     for key in (('arm', 'joint a'), ('arm', 'tool force')):
         times_s = run.by_key[key].times_s
         np.testing.assert_allclose(np.diff(times_s), 0.01, atol=1e-6)
+
+
+CONTROLLER_STATE = """std_msgs/Header header
+string[] joint_names
+trajectory_msgs/JointTrajectoryPoint desired
+trajectory_msgs/JointTrajectoryPoint actual
+trajectory_msgs/JointTrajectoryPoint error
+""" + '='*80 + """
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+""" + '='*80 + """
+MSG: trajectory_msgs/JointTrajectoryPoint
+float64[] positions
+float64[] velocities
+float64[] accelerations
+float64[] effort
+duration time_from_start
+"""
+
+
+def test_joints_that_lag_and_torques_are_judged_without_being_configured(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The torque is greater since 3 s, joint b lags since 5 s; tool and joints move as usual."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
+        '<base frame="root"/><topic name="joints" type="joint_states"/>'
+        '<topic name="wrench" type="force_sensor"/></device></visualizer>')
+    kind = generate_dynamic('control_msgs/JointTrajectoryControllerState', CONTROLLER_STATE)
+    state_type = kind['control_msgs/JointTrajectoryControllerState']
+
+    def write(name: str, torque_nm: float, lag_rad: float) -> str:
+        random = np.random.default_rng(sum(name.encode()))
+        with rosbag.Bag(str(tmp_path / name), 'w') as bag:
+            for row in range(800):
+                now_s = row / 100
+                stamp = genpy.Time(1000 + now_s)
+                part = min(max((now_s - 1.0) / 6.0, 0.0), 1.0)
+                turn = 10 * part ** 3 - 15 * part ** 4 + 6 * part ** 5
+                joints = [1.5 * turn, 0.8 * np.sin(4.0 * turn)]
+                message = WrenchStamped()
+                message.wrench.force.z = 5.0 + 0.1 * random.standard_normal()
+                message.wrench.torque.x = 1.0 + 0.02 * random.standard_normal() + (
+                    torque_nm if now_s > 3.0 else 0.0)
+                lags = [0.01 * part, 0.02 * part + (lag_rad if now_s > 5.0 else 0.0)]
+                controller = state_type(joint_names=['b', 'a'])
+                controller.actual.positions = joints[::-1]
+                controller.desired.positions = [at + it for at, it in zip(joints, lags)][::-1]
+                for topic, it in (('/joints', JointState(name=['a', 'b'], position=joints)),
+                                  ('/wrench', message), ('/arm_controller/state', controller)):
+                    it.header.stamp = stamp
+                    bag.write(topic, it, stamp)
+        return str(tmp_path / name)
+
+    good, config = write('good.bag', 0.0, 0.0), ['--config', str(tmp_path / 'cell.xml')]
+    assert main(['compare', write('same.bag', 0.0, 0.0), '--reference', good, *config]) == 0
+    assert capsys.readouterr().err == ''
+    assert main(['compare', write('poor.bag', 0.5, 0.03), '--reference', good, *config]) == 2
+    torque, lag = capsys.readouterr().out.splitlines()[2:4]
+    assert re.search(r'1  arm tool torque +from 0:0[23].*\+0.5', torque)
+    assert re.search(r'2  arm joint b lag +from 0:0[45].*\+0.03 rad', lag)
+
+
+def test_what_a_sensor_of_forces_does_not_measure_is_no_torque(bag: Bag) -> None:
+    with Recording([bag()]) as recording:
+        run = read_run(recording, XmlParser().parse(str(Path(recording.paths[0]).parent
+                                                        / 'cell.xml')))
+    assert ('arm', 'tool force') in run.by_key and ('arm', 'tool torque') not in run.by_key
+    assert run.forces and not run.torques
 
 
 @pytest.mark.parametrize('old, new, said', [

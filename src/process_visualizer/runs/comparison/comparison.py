@@ -49,10 +49,11 @@ from process_visualizer.runs.deviation.departures import (
     ranked,
 )
 from process_visualizer.runs.deviation.signals import (
-    DIRECTION_LABEL,
+    FORCE_DIRECTION,
     NOISE_SUFFIX,
     RATE_HZ,
     TIMING_LABEL,
+    TORQUE_DIRECTION,
     Columns,
     Signal,
     SignalKind,
@@ -80,7 +81,7 @@ _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _BY_STATES_S = 0.08
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
-_FOLLOWING_LABELS = ('tool sideways', 'tool up', DIRECTION_LABEL)
+_FOLLOWING_LABELS = ('tool sideways', 'tool up', FORCE_DIRECTION, TORQUE_DIRECTION)
 """They have data where another signal of theirs has."""
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02

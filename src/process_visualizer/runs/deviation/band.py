@@ -9,7 +9,8 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.runs.deviation.signals import (
-    DIRECTION_LABEL,
+    FORCE_DIRECTION,
+    TORQUE_DIRECTION,
     Columns,
     Signal,
     SignalKind,
@@ -508,7 +509,7 @@ def signal_tolerance(signal: Signal, values: np.ndarray, relative: float) -> flo
     """Return how far a run may be from a single good one, in the signal's unit."""
     if signal.tolerance is not None:
         return signal.tolerance
-    if signal.label == DIRECTION_LABEL:
+    if signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
         return _TURNED_DEG
     if signal.kind in _TOLERANCES:
         return _TOLERANCES[signal.kind]

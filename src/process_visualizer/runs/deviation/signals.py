@@ -73,7 +73,7 @@ _STANDS = 0.1
 _NEAR_GAP_S = 0.4
 """So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
-DIRECTION_LABEL = 'tool force direction'
+FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
 
 class SignalKind(Enum):
@@ -145,10 +145,13 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
             found.update(_places(motion, others[motion.device], times_s, run_s))
-    forces = {it.device: it for it in run.forces}
-    for force in reference.forces:
-        if force.device in forces:
-            found.update(_direction(force, forces[force.device], times_s, run_s))
+    for label, mine, others_of in ((FORCE_DIRECTION, reference.forces, run.forces),
+                                   (TORQUE_DIRECTION, reference.torques, run.torques)):
+        by_device = {it.device: it for it in others_of}
+        for force in mine:
+            if force.device in by_device:
+                angle = _direction(force, by_device[force.device], times_s, run_s)
+                found[Signal(force.device, label, '°', SignalKind.FORCE)] = angle
     theirs = run.by_key
     for channel in reference.channels:
         if channel.key in theirs:
@@ -219,8 +222,8 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
 
 
 def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
-               run_s: np.ndarray) -> Columns:
-    """Return how far a force is turned from the reference's, where that is no small one."""
+               run_s: np.ndarray) -> np.ndarray:
+    """Return how far (t,) [°] a force is turned from the reference's, where it is no small one."""
     mine, theirs = (moving_mean(known_at(at_s, it.times_s, it.vectors.astype(float)).T, _TURN_ROWS)
                     for it, at_s in ((reference, times_s), (run, run_s)))
     size, other = np.sqrt((mine * mine).sum(axis=0)), np.sqrt((theirs * theirs).sum(axis=0))
@@ -228,9 +231,9 @@ def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
     least = _MIN_TURNED * float(known.max()) if len(known) else np.inf
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = (mine * theirs).sum(axis=0) / (size * other)
-        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        angle: np.ndarray = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         angle[~((size > least) & (other > least))] = np.nan
-    return {Signal(reference.device, DIRECTION_LABEL, '°', SignalKind.FORCE): angle}
+    return angle
 
 
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:

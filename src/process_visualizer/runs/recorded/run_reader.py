@@ -10,27 +10,22 @@ import numpy as np
 from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.marks import read_marks
 from process_visualizer.bagio.message_layout import MessageDamaged, checked_end, read_length
-from process_visualizer.bagio.number_places import Locator
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.errors import nearest
 from process_visualizer.cell.model import (
     Cell,
-    Device,
-    DeviceType,
     ProcessEvent,
-    Topic,
     TopicFunction,
 )
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
-from process_visualizer.curves.source_locators import SourceLocators, joint_locator, joint_matching
-from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.robot.tool_frame import base_frame
 from process_visualizer.ros_names import POSE_STAMPED, WRENCH_STAMPED
 from process_visualizer.runs.event import passages_s
+from process_visualizer.runs.recorded.robot_series import CONTROLLER_STATE, robot_series
 from process_visualizer.runs.run import (
     Channel,
     ChannelKind,
@@ -91,41 +86,6 @@ def _absent(source: CurveSource, topics: Set[str]) -> Absent:
                         f'"{name}"{hint}', meant is not None)
 
 
-_COLOR = (0.5, 0.5, 0.5)
-
-
-def joint_series(recording: Recording, devices: Sequence[Device]) -> List[Series]:
-    """Return a series for each joint of the robots whose models can be loaded."""
-    found: List[Series] = []
-    for device in devices:
-        topics = device.topics_for(TopicFunction.JOINT_STATES)
-        description = usable_description(device) if device.type is DeviceType.ROBOT else None
-        if topics and description is not None:
-            found += _series(recording, device, topics, description)
-    return found
-
-
-def _series(recording: Recording, device: Device, topics: Sequence[Topic],
-            description: RobotDescription) -> List[Series]:
-    matching = joint_matching(device, description)
-    connections = [number for topic in topics
-                   for number in recording.index.connections_of(topic.name)]
-    found = []
-    for joint in matching.joints:
-        located: Dict[int, Locator] = {}
-        for number in connections:
-            locator = joint_locator(recording.index.connections[number].type, joint, matching)
-            if locator is not None:
-                located[number] = locator
-        if located:
-            name = joint.rpartition('/')[2]
-            unit = 'm' if description.joints[joint] == 'prismatic' else 'rad'
-            source = CurveSource(device.name, f'joint {name}', unit, _COLOR, Quantity.JOINT,
-                                 topics[0].name)
-            found.append(Series(source, SourceLocators((located,))))
-    return found
-
-
 # The pose, in the global frame, of the frame in which a recorded tool position is given.
 
 _FRAME_OFFSET = 12
@@ -165,9 +125,11 @@ def header_frame(recording: Recording, topic: str, kind: str) -> Optional[str]:
     return None
 
 
+_COLOR = (0.5, 0.5, 0.5)
 _KINDS: Dict[Quantity, ChannelKind] = {
     Quantity.SPEED: ChannelKind.SPEED, Quantity.FORCE: ChannelKind.FORCE,
-    Quantity.NUMBER: ChannelKind.VARIABLE, Quantity.JOINT: ChannelKind.JOINT}
+    Quantity.NUMBER: ChannelKind.VARIABLE, Quantity.JOINT: ChannelKind.JOINT,
+    Quantity.LAG: ChannelKind.VARIABLE, Quantity.TORQUE: ChannelKind.FORCE}
 
 
 def read_run(recording: Recording, cell: Cell,
@@ -183,8 +145,10 @@ def read_run(recording: Recording, cell: Cell,
     configured = [*curve_sources(devices), *map(_event_source, cell.events)]
     wanted = found_series(recording, configured, devices)
     absent = absent_sources(recording, configured, wanted)
-    samples = read_samples(recording, [*wanted, *joint_series(recording, devices)],
-                           on_progress=on_progress, is_cancelled=is_cancelled, by_stamp=True)
+    of_robots = robot_series(recording, devices)
+    samples = [it for it in read_samples(
+        recording, [*wanted, *of_robots], on_progress=on_progress,
+        is_cancelled=is_cancelled, by_stamp=True) if not _is_unmeasured(it)]
     stored = recorded_configuration(recording)
     events = [it for it in samples if not it.source.device]
     channels = [it for it in samples if it.source.device]
@@ -193,11 +157,28 @@ def read_run(recording: Recording, cell: Cell,
                _distinct(channels), tuple(_motions(recording, cell, channels)),
                tuple(sorted(_events(events, cell.events) + _marks(recording),
                             key=lambda it: it.time_s)), recording=recording.paths,
-               forces=tuple(_forces(recording, channels)),
+               forces=tuple(_forces(recording, channels, Quantity.FORCE)),
+               torques=tuple(_forces(recording, channels, Quantity.TORQUE)),
                configuration='' if stored is None else repr(stored),
-               absent=tuple((it.text, it.is_misspelt) for it in absent),
+               absent=(*((it.text, it.is_misspelt) for it in absent), *_no_lag(of_robots)),
                phases=tuple(RunPhase(it.name, it.begin, it.end, it.is_wait)
                             for it in cell.phases))
+
+
+def _is_unmeasured(samples: Samples) -> bool:
+    """Return whether a sensor of forces only sends no torques, or no joint has a command."""
+    return samples.source.quantity in (Quantity.TORQUE, Quantity.LAG) and not bool(
+        np.nan_to_num(sampled(samples)[1]).any())
+
+
+def _no_lag(series: Sequence[Series]) -> Iterator[Tuple[str, bool]]:
+    robots: Dict[Quantity, List[str]] = {Quantity.JOINT: [], Quantity.LAG: []}
+    for it in series:
+        robots.setdefault(it.source.quantity, []).append(it.source.device)
+    names = sorted({*robots[Quantity.JOINT]} - {*robots[Quantity.LAG]})
+    if names:
+        yield (f'how far joints of {", ".join(names)} lag behind their commands (no topic of '
+               f'{CONTROLLER_STATE} was recorded)', False)
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:
@@ -238,10 +219,11 @@ def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Li
     return found
 
 
-def _forces(recording: Recording, samples: Sequence[Samples]) -> Iterator[ToolForce]:
-    """They are only drawn: single precision, as there may be many."""
+def _forces(recording: Recording, samples: Sequence[Samples],
+            quantity: Quantity) -> Iterator[ToolForce]:
+    """Forces or torques, in single precision, as there may be many."""
     for it in samples:
-        if it.source.quantity is Quantity.FORCE:
+        if it.source.quantity is quantity:
             order = np.argsort(it.times_s, kind='stable')
             yield ToolForce(it.source.device,
                             header_frame(recording, it.source.topic, WRENCH_STAMPED) or '',
