@@ -16,6 +16,7 @@ from process_visualizer.discovery.draft import (
     is_frame,
 )
 from process_visualizer.discovery.place import BasePlaces, pose_attributes, top_frame
+from process_visualizer.discovery.process import StateNumber
 from process_visualizer.discovery.robot_topics import (
     FoundModel,
     RobotGroup,
@@ -237,6 +238,7 @@ def _nodelet(group: CameraGroup, depth: SeenTopic) -> Tuple[str, List[Tuple[str,
 # Numbers of topics that may be process variables, and how to draw them.
 
 MAX_PER_TOPIC = 6
+MAX_STATES = 20
 """Arrows for one topic; more would hide each other."""
 _LENGTH_M = 0.3
 """Of the longest arrow for the values that were seen."""
@@ -367,11 +369,22 @@ class Machines:
     """Adds machines and sensors to a configuration."""
 
     def __init__(self, names: CellNames, places: BasePlaces, forest: FrameForest,
-                 known_frames: Collection[str], is_moment: bool = False) -> None:
-        """``known_frames`` are those of models and devices; ``is_moment`` as in ``Seen``."""
+                 known_frames: Collection[str], is_moment: bool = False,
+                 states: Sequence[StateNumber] = ()) -> None:
+        """Take what is known.
+
+        Args:
+            names, places, forest: of the configuration.
+            known_frames: those of models and devices.
+            is_moment: as in ``Seen``.
+            states: numbers of topics that are judged by their order, and have no arrow.
+        """
         self._names, self._places, self._forest = names, places, forest
         self._known: Set[str] = {*known_frames, places.frame}
         self._color, self._is_moment = 0, is_moment
+        self._states: Dict[str, List[StateNumber]] = {}
+        for it in states:
+            self._states.setdefault(it.topic, []).append(it)
 
     def add_topics(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
         """Add topics with their variables and displays; a base frame where they need one."""
@@ -383,7 +396,11 @@ class Machines:
 
     def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
         """Add the candidates of a topic; return whether one of them is a variable now."""
-        found = candidates(topic, self._color, self._is_moment)
+        states = self._states.get(topic.name, [])
+        fields = [it.field for it in states]
+        found = [it for it in candidates(topic, self._color, self._is_moment)
+                 if it.attributes.get('field', 'data') not in fields]
+        self._add_states(device, topic, states)
         self._color += len(found)
         frame = self._frame(device, topic) if found else ''
         comment = '' if device.first('variable') else _VARIABLES
@@ -395,6 +412,15 @@ class Machines:
         if left_out(topic):
             device.comments.append(f'{topic.name} has {left_out(topic)} more numbers.')
         return any(it.likely for it in found)
+
+    def _add_states(self, device: DraftDevice, topic: SeenTopic,
+                    states: Sequence[StateNumber]) -> None:
+        """Add the states that are fields of messages; those of plain topics need no element."""
+        for it in states[:MAX_STATES]:
+            if it.field != 'data':
+                device.add('variable', {'topic': topic.name.lstrip('/'), 'field': it.field,
+                                        'frame': self._frame(device, topic), 'label': it.label,
+                                        'shown': 'False'})
 
     def _frame(self, device: DraftDevice, topic: SeenTopic) -> str:
         """The frame at which an arrow stands: that of its messages, or the device's base frame."""

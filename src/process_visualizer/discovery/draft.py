@@ -72,10 +72,14 @@ class DraftDevice:
 
 @dataclass
 class Draft:
-    """A draft: devices, the global frame, and remarks for the user."""
+    """A draft: devices, the global frame, and remarks for the user.
+
+    ``process`` are the elements that say what one run is.
+    """
 
     where: str
     frame: str = DEFAULT_FRAME
+    process: List[DraftElement] = field(default_factory=list)
     devices: List[DraftDevice] = field(default_factory=list)
     remarks: List[str] = field(default_factory=list)
 
@@ -92,6 +96,8 @@ def draft_text(draft: Draft) -> str:
             'comment.', *draft.remarks]
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),
              f'<visualizer{frame}>']
+    for element in draft.process:
+        lines += _commented(element, '  ')
     for device in draft.devices:
         lines += _device(device)
     return '\n'.join([*lines, '</visualizer>', ''])
@@ -105,12 +111,16 @@ def _device(device: DraftDevice) -> Iterator[str]:
         return
     yield f'{opening}>'
     for element in device.elements:
-        yield from comment_lines([element.comment] if element.comment else [], '    ')
-        if element.active:
-            yield from _element(element, '    ')
-        else:
-            yield from (f'    <!-- {_safe(line)} -->' for line in _element(element, ''))
+        yield from _commented(element, '    ')
     yield '  </device>'
+
+
+def _commented(element: DraftElement, indent: str) -> Iterator[str]:
+    yield from comment_lines([element.comment] if element.comment else [], indent)
+    if element.active:
+        yield from _element(element, indent)
+    else:
+        yield from (f'{indent}<!-- {_safe(line)} -->' for line in _element(element, ''))
 
 
 def _element(element: DraftElement, indent: str) -> Iterator[str]:

@@ -16,6 +16,7 @@ from process_visualizer.discovery.devices import (
 )
 from process_visualizer.discovery.draft import CellNames, Draft, DraftDevice, is_frame, is_topic
 from process_visualizer.discovery.place import BasePlaces, global_frame
+from process_visualizer.discovery.process import Process
 from process_visualizer.discovery.robot_topics import (
     FoundModel,
     RobotGroup,
@@ -33,18 +34,23 @@ class MadeConfiguration(NamedTuple):
     models: Dict[str, str]
 
 
-def make_draft(seen: Seen, models: Sequence[FoundModel]) -> MadeConfiguration:
-    """Return the configuration for what was seen, with the models that were found for it."""
-    return _Making(seen, [it for it in models if all(map(is_frame, it.description.links))]).made()
+def make_draft(seen: Seen, models: Sequence[FoundModel],
+               process: Optional[Process] = None) -> MadeConfiguration:
+    """Return the configuration for what was seen, with the models and process found for it."""
+    usable = [it for it in models if all(map(is_frame, it.description.links))]
+    return _Making(seen, usable, process).made()
 
 
 class _Making:
     """One draft."""
 
-    def __init__(self, seen: Seen, models: Sequence[FoundModel]) -> None:
+    def __init__(self, seen: Seen, models: Sequence[FoundModel],
+                 process: Optional[Process]) -> None:
         self._topics = [it for it in device_topics(seen.topics) if is_topic(it.name)]
         self._is_moment = seen.is_moment
         self._draft = Draft(seen.where, remarks=[*seen.remarks, *_left_out(seen)])
+        self._draft.process += process.elements if process is not None else ()
+        self._states = process.states if process is not None else ()
         self._models = models
         self._forest = FrameForest(it for it in seen.transforms
                                    if is_frame(it.parent) and is_frame(it.child))
@@ -128,7 +134,7 @@ class _Making:
         bases = [base.attributes['frame'] for it in self._draft.devices
                  for base in [it.first('base')] if base is not None]
         machines = Machines(self._names, self._places, self._forest, {*self._links, *bases},
-                            self._is_moment)
+                            self._is_moment, self._states)
         by_name = {it.name: it for it in self._draft.devices}
         for first, found in by_namespace(topics).items():
             device = owners.get(first) if first else None

@@ -32,10 +32,11 @@ from process_visualizer.cell.stored_configuration import (
 from process_visualizer.cell.trust import Origin, Provenance, trusted_packages
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.discovery.bag_look import look_into
-from process_visualizer.discovery.draft import comment_lines, draft_text
+from process_visualizer.discovery.draft import comment_lines, draft_text, is_topic
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
 from process_visualizer.discovery.moving_frames import recorded_motions
+from process_visualizer.discovery.process import Process, proposed_process, recorded_states
 from process_visualizer.discovery.robot_topics import FoundModel
 from process_visualizer.discovery.seen import FrameForest, Seen
 from process_visualizer.discovery.topic_groups import device_topics
@@ -228,22 +229,24 @@ class NewConfiguration(NamedTuple):
 
 
 def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
-                      search: Optional[ModelSearch] = None) -> NewConfiguration:
+                      search: Optional[ModelSearch] = None,
+                      process: Optional[Process] = None) -> NewConfiguration:
     """Return a configuration for what was seen; looks for models in the packages.
 
-    Models that are ``known`` need not be looked for.
+    Models that are ``known`` need not be looked for. ``process`` says what one run is.
 
     Raises:
         ValueError: nothing was seen that belongs into one.
     """
     search = search or ModelSearch()
-    made = make_draft(seen, search.find(seen, known))
+    made = make_draft(seen, search.find(seen, known), process)
     made.draft.remarks.extend(search.remarks)
     if not made.draft.devices:
         raise ValueError(f'{seen.where}: no device was seen, only what the program and ROS publish '
                          'themselves; start the drivers first')
     return NewConfiguration(draft_text(made.draft), made.models,
-                            _summary([it.type for it in made.draft.devices]))
+                            _summary([it.type for it in made.draft.devices])
+                            + ('' if process is None else f'; {process.summary}'))
 
 
 def _summary(types: Sequence[str]) -> str:
@@ -271,12 +274,14 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
                 refused = [f'The configuration in the recording is not used: {error}']
         models, of_models = recorded_models(recording)
         motions = recorded_motions(recording)
+        process = proposed_process(recorded_states(
+            recording, [it.name for it in device_topics(seen.topics) if is_topic(it.name)]))
         of_bags = recording.remarks
     remarks = (*refused, *(f'{it}.' for it in of_bags), *of_models,
                *(() if models else seen.remarks))
     try:
         return new_configuration(replace(seen, remarks=remarks), models,
-                                 ModelSearch(motions=motions))
+                                 ModelSearch(motions=motions), process)
     except ValueError as error:
         raise ValueError('; '.join([str(error), *of_bags])) from None
 
