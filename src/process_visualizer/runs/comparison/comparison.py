@@ -24,6 +24,7 @@ from process_visualizer.runs.alignment.alignment import (
     aligned_by_states,
     with_anchor,
 )
+from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
     MIN_RUNS,
@@ -77,6 +78,8 @@ _MIN_SHARE = 0.8
 _OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
 _SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
 """Tools are at the same place when so many are so near, and not soon before or after."""
+_ELSEWHERE_M = 0.01
+"""A run whose tools are mostly farther from the reference's has its path at another place."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _BY_STATES_S = 0.08
@@ -140,6 +143,7 @@ class _Good(NamedTuple):
     run: Run
     fingerprint: bytes
     columns: Columns
+    aligned_by: AlignmentMethod
     states: Mapping[Key, States]
 
 
@@ -219,6 +223,23 @@ class GoodRuns:
     def _learn(self, runs: Sequence[Run], most_left_out: int) -> None:
         self.reference = runs[0]
         self.times_s = grid_s(self.reference)
+        self._is_displaced = False
+        self._hold_beside(runs, most_left_out)
+        if self._are_elsewhere():
+            self._is_displaced = True
+            self._hold_beside(runs, most_left_out)
+
+    def _are_elsewhere(self) -> bool:
+        """Return whether most good runs have the reference's path at another place, by design."""
+        others = [it for it in self._good if it.run is not self.reference]
+        if any(it.run.place for it in self._good) or not self.reference.motions:
+            return False
+        elsewhere = [it.run for it in others if it.run.motions and _is_elsewhere(it)]
+        found = [displacement(self.reference, it) for it in elsewhere]
+        return len(elsewhere) > 0 and 2 * sum(
+            it is not None and not it.is_small for it in found) >= len(others)
+
+    def _hold_beside(self, runs: Sequence[Run], most_left_out: int) -> None:
         self._good: List[_Good] = []
         self._first_of_place: Dict[Context, Tuple[Run, Alignment]] = {}
         aligned_runs = []
@@ -227,7 +248,7 @@ class GoodRuns:
             aligned_runs.append((run, alignment.time_map))
             if run.place != self.reference.place:
                 self._first_of_place.setdefault(run.place, (run, alignment))
-            self._good.append(_Good(run, fingerprint(run), columns,
+            self._good.append(_Good(run, fingerprint(run), columns, alignment.means,
                                     _states(self.reference, run, alignment)))
         self._learner = BandLearner([_without_place(it, self.reference) for it in self._good],
                                     self._tolerance, most_left_out)
@@ -302,8 +323,19 @@ class GoodRuns:
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
-        alignment = self._aligned(run, anchors)
-        return alignment, signals(self.reference, run, alignment.time_map)
+        if not self._is_displaced or run is self.reference:
+            alignment = self._aligned(run, anchors)
+            return alignment, signals(self.reference, run, alignment.time_map)
+        found = displacement(self.reference, run)
+        beside = run if found is None else found.of_run(run)
+        alignment = self._aligned(beside, anchors)
+        if found is not None and not found.is_small:
+            alignment = alignment._replace(
+                notes=(*alignment.notes, f'{found.text(self.reference)}; tools are judged relative '
+                                         'to that, joints are not judged'))
+        columns = signals(self.reference, beside, alignment.time_map)
+        return alignment, {signal: values for signal, values in columns.items()
+                           if signal.kind is not SignalKind.JOINT}
 
     def _aligned(self, run: Run, anchors: Sequence[Anchor]) -> Alignment:
         """The alignment; of runs of another place, by the first good one of that place.
@@ -404,6 +436,15 @@ class GoodRuns:
                 more = f' and {len(only) - 4} more' if len(only) > 4 else ''
                 notes.append(f'only {where} has {names}{more}')
         return notes
+
+
+def _is_elsewhere(good: _Good) -> bool:
+    places = [it for signal, it in good.columns.items() if signal.kind is SignalKind.PLACE]
+    if good.aligned_by is not AlignmentMethod.MOTION or not places:
+        return True
+    away_m = np.sqrt(np.square(np.stack(places)).sum(axis=0))
+    known = away_m[np.isfinite(away_m)]
+    return len(known) > 0 and float(np.median(known)) > _ELSEWHERE_M
 
 
 def _smooth_since(it: Departure, alignment: Alignment) -> Departure:

@@ -74,7 +74,8 @@ def amount(departure: Departure) -> str:
     if signal.kind is SignalKind.NOISE:
         at = '' if departure.frequency_hz is None else \
             f', it vibrates at {departure.frequency_hz:.3g} Hz'
-        return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g}){at}'
+        band = f'up to {math.exp(half):.2g}' if value > 0.0 else f'from {math.exp(-half):.2g}'
+        return f'{math.exp(value):.2g} times as rough (band {band}){at}'
     if signal.label == SLOWER_LABEL:
         pace = 'slower' if value > 0.0 else 'faster'
         return f'{100 * abs(value):.1f} % {pace} (band ±{100 * half:.1f} %)'
