@@ -84,8 +84,9 @@ _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _BY_STATES_S = 0.08
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
-_FOLLOWING_LABELS = ('tool sideways', 'tool up', FORCE_DIRECTION, TORQUE_DIRECTION)
+_FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """They have data where another signal of theirs has."""
+_DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """From so much on, also as a share of the reference, a different pace is reported."""
@@ -548,9 +549,12 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
     """Return where the good runs have data of a channel or tool, and the run has none."""
     run_s = alignment.time_map.to_run(times_s)
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
-    found = []
+    found: List[Unjudged] = []
     for signal, limits in band.signals.items():
-        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s:
+        if signal.kind is SignalKind.STATE:
+            found += _unknown_states(run, signal)
+        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s or (
+                signal.label in _DIRECTIONS and signal in columns):
             continue
         known = np.isfinite(limits.middle)
         if known.mean() < _MIN_KNOWN:
@@ -565,6 +569,14 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
                 found.append(Unjudged(signal, run.begin_s + float(run_s[begin]),
                                       run.begin_s + float(run_s[end - 1])))
     return tuple(sorted(found, key=lambda it: it.begin_s))
+
+
+def _unknown_states(run: Run, signal: Signal) -> Iterator[Unjudged]:
+    """Yield from when on a state is not known, because its messages ended."""
+    channel = run.by_key.get((signal.device, signal.label))
+    if channel is not None and states(channel).until_s < run.duration_s:
+        yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
+                       run.begin_s + run.duration_s)
 
 
 def _pace(alignment: Alignment) -> List[str]:
