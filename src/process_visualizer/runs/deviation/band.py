@@ -181,6 +181,8 @@ _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
 """Of the tolerance of one good run; no number of good runs makes the margin smaller."""
 _NOISE_SPREADS = 6.0
+_TIMES_FARTHEST = 3.0
+"""No band is more times as wide as the farthest of the good runs was from the others."""
 
 
 class TooFewRuns(ValueError):
@@ -419,7 +421,8 @@ class LearnedSignal:
             usual, deviation = self._deviation(values, False)
             spread = smoothed(common(deviation * deviation), usual, len(values),
                               self.signal.over_s > 0.0, self._least)
-            margin = np.maximum(margin, limit * spread)
+            farthest = float(sustained(np.abs(deviation)).max())
+            margin = np.maximum(margin, np.minimum(limit * spread, _TIMES_FARTHEST * farthest))
         if self.signal.max_tolerance is not None:
             margin = np.minimum(margin, self.signal.max_tolerance)
         return SignalBand(0.5 * (low + high), 0.5 * (high - low) + margin, common(values))
