@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.page.robots import PageSpan
@@ -85,6 +85,8 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     _check_comparable(reference, others)
     runs = _comparable(reference, chosen.runs(options.runs))
     _check_recorded([reference, *others, *runs])
+    for text, _ in sorted(_absent([reference, *others, *runs])):
+        say(f'cell: not judged: {text}', file=sys.stderr)
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
     say(as_json(good, found) if options.json else as_text(good, found))
@@ -111,13 +113,14 @@ def _chosen(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenRun
 
 
 def _check_recorded(runs: Sequence[Run]) -> None:
-    """Refuse what is configured, no recording has, and seems to be misspelt; tell of the rest."""
-    everywhere = set.intersection(*(set(run.absent) for run in runs))
-    mistakes = sorted(text for text, is_mistake in everywhere if is_mistake)
+    """Refuse what is configured, no recording has, and seems to be misspelt."""
+    mistakes = sorted(text for text, is_mistake in _absent(runs) if is_mistake)
     if mistakes:
         raise ValueError('; '.join(mistakes))
-    for text, _ in sorted(everywhere):
-        print(f'cell: not judged: {text}', file=sys.stderr)
+
+
+def _absent(runs: Sequence[Run]) -> Set[Tuple[str, bool]]:
+    return set.intersection(*(set(run.absent) for run in runs))
 
 
 def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:
