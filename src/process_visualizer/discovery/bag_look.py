@@ -229,7 +229,7 @@ def _positions(positions: np.ndarray, total: int, connection: Connection) -> Lis
     if not len(positions) or kind in _LARGE:
         return [int(it) for it in positions[:1]]
     found = _spread(positions, total, _MOMENTS_OF_TF if kind in TF_TYPES else _MOMENTS)
-    if kind == JOINT_STATE or kind in TF_TYPES:  # their parts may take turns
+    if kind in NAMED_JOINTS or kind in TF_TYPES:  # their parts may take turns
         found = sorted({*found, *positions[:_TURNS].tolist()})
     return found
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from made_runs import made_run, progress
 
+from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
@@ -215,8 +217,8 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         assert f'not judged: robot tool force from {clock(begin_s - 0.4)[:-1]}' in text
         assert '(no data' in text
         assert json.loads(as_json(good, [found]))['runs'][0]['not_judged']
-        notes = [it.text for it in elements(comparison_page(good, [found]), 'p')]
-        assert any('run 77: not judged: robot tool force from ' in (it or '') for it in notes)
+        notes = run_words(found.run, found, (), PageSpan(0.0, found.run.duration_s))['notes']
+        assert any('not judged: robot tool force from ' in it for it in notes)
         bands = timeline_bands(good.times_s, [found], found.run.duration_s, 140)
         assert not any(it.departed.any() for it in bands.values())
 
