@@ -284,8 +284,6 @@ def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: Mo
     """The numbers of a part at times; ``latest_s`` is when a joint came last."""
     if isinstance(moving, SentTransform):
         return interpolated(times_s, known_s, values, GAP_S, slice(3, 7))
-    is_usable = np.isfinite(values).all(axis=1)
-    known_s, values = known_s[is_usable], values[is_usable]
     if moving.kind == 'continuous':
         values = np.unwrap(values, axis=0)
     ends_s = [*known_s[-2:], latest_s]
