@@ -312,8 +312,7 @@ def kill_faults(faults: Faults, _beside: Beside) -> None:
     """SIGKILL of every process in turn."""
     for node in NODES:
         pid = process_of(node)
-        words = ('RViz', 'killed') if node == '/rviz' and 'launcher' in faults.program.name \
-            else (title(node) if 'launcher' in faults.program.name else node, 'killed by SIGKILL')
+        words = (title(node) if 'launcher' in faults.program.name else node, 'killed')
         if pid is not None:
             faults.say(f'SIGKILL {node}', words, lambda pid=pid: os.kill(pid, signal.SIGKILL))
 

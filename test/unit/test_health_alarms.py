@@ -188,7 +188,7 @@ def test_a_player_says_why_it_stopped() -> None:
         'Player stopped (ended with code 1)']
     (found,) = own(BAG_PART, PartReport(BAG_PART, PartState.RUNNING, (
         NodeReport('/bag_recorder', NodeState.EXITED, -9),)), mode=Mode.REALTIME)
-    assert found.said == 'Recorder: bag_recorder killed by SIGKILL'
+    assert found.said == 'Recorder was killed'
 
 
 def test_a_part_that_has_failed() -> None:

@@ -58,7 +58,7 @@ def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[C
 def part_titles(mode: Mode) -> Dict[str, str]:
     """Return the names of the parts that belong to no device, for the operator."""
     return {FRAMES_PART: _FRAMES, RVIZ_PART: _RVIZ,
-            BAG_PART: 'Recorder' if mode is Mode.REALTIME else _PLAYER}
+            BAG_PART: _RECORDER if mode is Mode.REALTIME else _PLAYER}
 
 
 def _end_of_player(node: NodeReport) -> str:
@@ -74,17 +74,21 @@ def _end_of_window(node: NodeReport) -> str:
     """Return how a window has ended, which its own button may have closed."""
     if node.state is not NodeState.EXITED:
         return node_line(node).text
-    if node.exit_code == 0:
-        return 'was closed'
+    return 'was closed' if node.exit_code == 0 else _end_of_recorder(node)
+
+
+def _end_of_recorder(node: NodeReport) -> str:
+    """Return how a process has ended that is called by what it does."""
     return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
-_PLAYER, _RVIZ, _FRAMES, _MASTER = 'Player', 'RViz', 'Frames', 'ROS master'
+_PLAYER, _RECORDER, _RVIZ = 'Player', 'Recorder', 'RViz'
+_FRAMES, _MASTER = 'Frames', 'ROS master'
 _SILENT = 'is not responding'
 _STATE_KEY = 'for_s'  # of what is on /diagnostics for as long as it lasts
 _TRANSIENT_S = 1.0  # while a driver starts
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
-    _PLAYER: _end_of_player, _RVIZ: _end_of_window}
+    _PLAYER: _end_of_player, _RECORDER: _end_of_recorder, _RVIZ: _end_of_window}
 
 
 def _about_node(source: str, name: str, text: str) -> str:
