@@ -265,14 +265,24 @@ class SourceLocators(NamedTuple):
                        if isinstance(it, SentTransform)), counts.index(max(counts)))
         known_s = [measured(part) for part in parts]
         times_s = known_s[leader]
-        latest_s = max((it[-1] for it, moving in zip(known_s, path.moving)
-                        if len(it) and not isinstance(moving, SentTransform)), default=math.inf)
+        joints_s = [it for it, moving in zip(known_s, path.moving)
+                    if len(it) and not isinstance(moving, SentTransform)]
+        latest_s = max((it[-1] for it in joints_s), default=math.inf)
         values = {moving: _at(times_s, it, part.values, moving, latest_s)
                   for moving, it, part in zip(path.moving, known_s, parts)}
         positions = path.places(values).positions
         known = np.isfinite(positions).all(axis=1)
+        if joints_s:
+            known &= np.any([_comes(times_s, it) for it in joints_s], axis=0)
         return Numbers(parts[leader].positions[known], positions[known],
                        parts[leader].stamps_ns[known])
+
+
+def _comes(times_s: np.ndarray, known_s: np.ndarray) -> np.ndarray:
+    """Return at which times (bool) something came shortly before and after."""
+    nothing = np.zeros((len(known_s), 1))
+    found: np.ndarray = np.isfinite(interpolated(times_s, known_s, nothing, GAP_S)[:, 0])
+    return found
 
 
 _EQUAL = 0.02

@@ -161,10 +161,14 @@ def test_arrays_of_joints_are_not_taken_for_poses(tmp_path: Path) -> None:
     assert curves(tmp_path / 'a.bag', devices, rows) == ()
 
 
-def test_there_is_no_speed_where_joints_are_missing(tmp_path: Path, cell: Any) -> None:
+@pytest.mark.parametrize('returns', [False, True])
+def test_there_is_no_speed_where_joints_are_missing(tmp_path: Path, cell: Any,
+                                                    returns: bool) -> None:
+    """Even if they are where they were before."""
     rows = [Row('/tf', time_s, TFMessage([sent('flange', 'tip')])) for time_s in times(30)]
-    joints = [Row('/joints', time_s, JointState(name=['j'], position=[2.0 * time_s]))
-              for time_s in times(50) if not 1.0 < time_s < 2.5]
+    joints = [Row('/joints', time_s, JointState(name=['j'], position=[
+        2.0 * (abs(time_s - 1.75) if returns else time_s)]))
+        for time_s in times(50) if not 1.0 < time_s < 2.5]
     (curve,) = curves(tmp_path / 'a.bag', cell('tip'), rows + joints)
     assert np.isfinite(curve.high[4:9]).all() and np.isfinite(curve.high[27:37]).all()
     assert not np.isfinite(curve.high[11:24]).any()
