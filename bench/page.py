@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The page of a run: how large, how soon, how smooth; and the film made of it.
+
+usage: bench/run page RUN [--reference GOOD …] [--clouds] [--film]
+
+The browser is a Chromium without a window and without a graphics card, 1280x720. Times of the page
+itself are taken by its own clock.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, List
+
+import numpy as np
+
+from process_visualizer.commands.headless_browser import HeadlessBrowser
+
+SIZE = 1280, 720
+SEEKS = 40
+
+FIRST = '''new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
+  () => done(performance.now()))))'''
+PLAY = '''new Promise((done) => {
+  const draw = page.draw.bind(page);
+  let count = 0;
+  page.draw = (time) => { ++count; draw(time); };
+  page.transport.seek(page.run.begin);
+  page.transport.toggle();
+  const begin = performance.now();
+  setTimeout(() => { page.transport.pause(); page.draw = draw;
+    done(1000 * count / (performance.now() - begin)); }, 5000);
+})'''
+SEEK = '''new Promise((done) => {
+  const begin = performance.now();
+  page.transport.seek(%f);
+  requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now() - begin)));
+})'''
+
+
+def timed(words: List[str]) -> str:
+    """Run a command; return its wall and processor time in words."""
+    before, begin_s = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    subprocess.run(words, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu_s = sum(getattr(after, it) - getattr(before, it) for it in ('ru_utime', 'ru_stime'))
+    return f'{time.monotonic() - begin_s:.1f} s, {cpu_s:.1f} s of processor time'
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('run')
+    parser.add_argument('--reference', nargs='+', default=[])
+    parser.add_argument('--clouds', action='store_true')
+    parser.add_argument('--film', action='store_true')
+    options = parser.parse_args()
+    print(f'load {os.getloadavg()[0]:.1f}')
+    words = ['rosrun', 'process_visualizer', 'cell', 'share', options.run,
+             *(['--reference', *options.reference] if options.reference else []),
+             *(['--clouds'] if options.clouds else []), '-o']
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / 'page.html'
+        print('written in', timed([*words, str(path)]))
+        print(f'size {path.stat().st_size / 1e6:.2f} MB')
+        with HeadlessBrowser(path, SIZE) as browser:
+            print(f'first picture after {browser.evaluate(FIRST) / 1000:.2f} s')
+            print(f'playing: {browser.evaluate(PLAY):.1f} pictures a second')
+            begin_s, end_s = browser.evaluate('[page.run.begin, page.run.end]')
+            chance = np.random.default_rng(1)
+            seeks: Any = [browser.evaluate(SEEK % at_s)
+                          for at_s in chance.uniform(begin_s, end_s, SEEKS)]
+            print('seek to picture: median {:.0f} ms, p95 {:.0f} ms'.format(
+                *np.percentile(seeks, (50, 95))))
+        if options.film:
+            words[3] = 'film'
+            print('film in', timed([*words, str(Path(folder) / 'film.mp4')]))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
