@@ -5,6 +5,8 @@ import {between, rowAt} from './tracks.js';
 
 /** @typedef {{text: string, value: number|null, color: number[]}} Shown */
 
+const STALE = [0.55, 0.55, 0.55];  // as in RViz
+
 /** A number over the time of a run. */
 export class NumberTrack {
   /** @param {any} entry  @param {import('./packed.js').Columns} columns */
@@ -18,6 +20,8 @@ export class NumberTrack {
     this.vectors = entry.vectors ? columns.of(entry.vectors) : null;
     this.values = entry.values ? columns.of(entry.values) : null;
     this.texts = entry.texts;
+    this.short = entry.short;
+    this.holds = entry.holds ?? Infinity;
     this.text = entry.text ? columns.of(entry.text) : null;
     this.colors = entry.colors;
     this.colored = entry.colored ? columns.of(entry.colored) : null;
@@ -33,6 +37,10 @@ export class NumberTrack {
     const row = rowAt(this.times, time);
     if (row < 0 || this.values === null || this.text === null) {
       return {text: `${this.label} –`, value: null, color: this.color};
+    }
+    const age = time - this.times[row];
+    if (age > this.holds) {
+      return {text: `${this.short} no data for ${age.toFixed(1)} s`.trim(), value: null, color: STALE};
     }
     const color = this.colored === null ? this.color : this.colors[this.colored[row]];
     return {text: this.texts[this.text[row]], value: this.values[row], color};

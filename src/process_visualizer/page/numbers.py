@@ -2,6 +2,7 @@
 """The numbers at each moment of a recording, in the words that RViz has beside its arrows."""
 from __future__ import annotations
 
+import math
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -11,10 +12,11 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Color, Device, Variable
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Samples, Series, sampled
+from process_visualizer.curves.sending_habit import holds_for_s
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan
 from process_visualizer.parameters.arrow_style import configured_arrow
-from process_visualizer.parameters.reading import opaque
+from process_visualizer.parameters.reading import STALE_AFTER_S, opaque
 from process_visualizer.parameters.variable_parameters import VariableColors
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.arrows import (
@@ -64,11 +66,15 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
     if source.quantity is Quantity.SPEED:
         return {**entry, **_speed(device, found.samples, packed, span)}
     times_s, values = held(found.samples)
+    holds_s = holds_for_s(np.diff(times_s).tolist(), STALE_AFTER_S)
     rows = span.rows(times_s)
     times_s, values = times_s[rows], values[rows]
     texts, numbers = _texts(device, source, found, values)
     return {**entry, 'times': packed.times(times_s), 'values': packed.exact(values),
             'texts': texts, 'text': packed.plain(numbers),
+            'short': configured_arrow(device, 'force').label
+            if source.quantity is Quantity.FORCE else source.label,
+            'holds': holds_s if math.isfinite(holds_s) else None,
             **_colors(device, source, values, packed)}
 
 

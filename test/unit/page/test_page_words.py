@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import genpy
+import pytest
+import rosbag
 from cycle_bags import write_bag
+from page_reader import PageReader
+from std_msgs.msg import Bool, Float32
 
+from process_visualizer.commands.command_line import main
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns, Unjudged
@@ -28,3 +34,32 @@ def test_where_a_run_has_no_data_the_page_says_so(tmp_path: Path) -> None:
     with_gap = found._replace(unjudged=(Unjudged(force, 4.0, 5.5),))
     assert run_words(run, with_gap, (), PageSpan(0.0, 10.0))['notes'][-1] == (
         'not judged: arm tool force from 0:04.00 to 0:05.50 (no data)')
+
+
+@pytest.mark.parametrize(('period_s', 'holds_s'), [(0.02, 0.7), (0.5, 0.7), (2.0, 6.0)])
+def test_a_value_is_out_of_date_as_in_rviz(tmp_path: Path, period_s: float,
+                                           holds_s: float) -> None:
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text('<visualizer><device type="other" name="oven"><base frame="oven"/>'
+                      '<variable topic="/heat" frame="oven" label="heat"/></device></visualizer>',
+                      encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(20):
+            file.write('/heat', Float32(20.0), genpy.Time.from_sec(100.0 + period_s * number))
+        file.write('/end', Float32(0.0), genpy.Time.from_sec(200.0))
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    entry, = PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['numbers']
+    assert (entry['holds'], entry['short']) == (pytest.approx(holds_s), 'heat')
+
+
+def test_a_value_that_is_sent_on_change_holds(tmp_path: Path) -> None:
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text('<visualizer><device type="other" name="oven"><base frame="oven"/>'
+                      '<variable topic="/door" frame="oven" label="door"/></device></visualizer>',
+                      encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number, time_s in enumerate((0.0, 0.1, 7.0, 30.0, 31.0, 60.0)):
+            file.write('/door', Bool(bool(number % 2)), genpy.Time.from_sec(100.0 + time_s))
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    entry, = PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['numbers']
+    assert entry['holds'] is None

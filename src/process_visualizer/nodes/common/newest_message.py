@@ -2,14 +2,13 @@
 """The newest message of a topic of any type, decoded only when it is needed; how long it holds."""
 from __future__ import annotations
 
-import math
-from collections import deque
-from typing import Any, Callable, Deque, Dict, NamedTuple, Optional
+from typing import Any, Callable, Dict, NamedTuple, Optional
 
 import genpy
 import roslib.message
 import rospy
 
+from process_visualizer.curves.sending_habit import SendingHabit
 from process_visualizer.nodes.common.node_handle import NodeHandle
 
 
@@ -20,44 +19,6 @@ class RawMessage(NamedTuple):
     md5sum: str  # of the publisher's definition
     content: bytes
     time_s: float
-
-
-class SendingHabit:
-    """Learns from the times of a topic's messages how long a value holds before it is out of date.
-
-    A driver that sends at a rate has stopped when it is silent for longer than usual. One that
-    sends when a value changes may be silent for as long as it likes.
-    """
-
-    _WINDOW = 500  # intervals; of a fast topic they soon forget a moment in which it was held up
-    _MIN_INTERVALS = 3
-    _MAINLY = 0.8  # of the time
-    _EVEN, _SLACK = 1.5, 3.0  # longest interval to the usual one; silence to the longest interval
-
-    def __init__(self) -> None:
-        self._last_s: Optional[float] = None
-        self._intervals_s: Deque[float] = deque(maxlen=self._WINDOW)
-
-    def add(self, time_s: float) -> None:
-        """Take the time [s] of a message."""
-        if self._last_s is not None:
-            self._intervals_s.append(max(0.0, time_s - self._last_s))
-        self._last_s = time_s
-
-    def holds_for_s(self, quick_s: float) -> float:
-        """Return how long [s] a value holds; infinite if the topic has no rate that is known.
-
-        Args:
-            quick_s: what usually comes within this time holds for no longer than that.
-        """
-        intervals_s = sorted(self._intervals_s)
-        if len(intervals_s) < self._MIN_INTERVALS:
-            return math.inf
-        if sum(it for it in intervals_s if it <= quick_s) >= self._MAINLY * sum(intervals_s):
-            return quick_s
-        longest_s = intervals_s[-1]
-        is_even = longest_s <= self._EVEN * intervals_s[len(intervals_s) // 2]
-        return self._SLACK * longest_s if is_even else math.inf
 
 
 class NewestMessage:

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How long a value holds before it is out of date, by how its topic is used to be sent.
+
+A driver that sends at a rate has stopped when it is silent for longer than usual. One that sends
+when a value changes may be silent for as long as it likes.
+"""
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Deque, Optional, Sequence
+
+_MIN_INTERVALS = 3
+_MAINLY = 0.8  # of the time
+_EVEN, _SLACK = 1.5, 3.0  # longest interval to the usual one; silence to the longest interval
+
+
+def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
+    """Return how long [s] a value holds; infinite if its topic has no rate that is known.
+
+    Args:
+        intervals_s: between the messages of the topic.
+        quick_s: what usually comes within this time holds for no longer than that.
+    """
+    known_s = sorted(intervals_s)
+    if len(known_s) < _MIN_INTERVALS:
+        return math.inf
+    if sum(it for it in known_s if it <= quick_s) >= _MAINLY * sum(known_s):
+        return quick_s
+    longest_s = known_s[-1]
+    is_even = longest_s <= _EVEN * known_s[len(known_s) // 2]
+    return _SLACK * longest_s if is_even else math.inf
+
+
+class SendingHabit:
+    """Learns it from the messages as they come."""
+
+    _WINDOW = 500  # intervals; of a fast topic they soon forget a moment in which it was held up
+
+    def __init__(self) -> None:
+        """Begin without messages."""
+        self._last_s: Optional[float] = None
+        self._intervals_s: Deque[float] = deque(maxlen=self._WINDOW)
+
+    def add(self, time_s: float) -> None:
+        """Take the time [s] of a message."""
+        if self._last_s is not None:
+            self._intervals_s.append(max(0.0, time_s - self._last_s))
+        self._last_s = time_s
+
+    def holds_for_s(self, quick_s: float) -> float:
+        """Return how long [s] the last value holds, see the function."""
+        return holds_for_s(tuple(self._intervals_s), quick_s)
