@@ -14,6 +14,7 @@ from std_srvs.srv import TriggerRequest
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.health.other_publishers import OtherPublisher, Others
 from process_visualizer.msg import PlayerState
+from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.playback.timeline import FOREVER_NS, NS_PER_S, Clock, Result
 from process_visualizer.player.bag_player import BagPlayer, PlayerSettings, Surroundings
 from process_visualizer.player.bag_publishers import OtherNodes, PlaybackListener, PublishedTopic
@@ -225,6 +226,10 @@ class SimulatedPublishers:
     def jump(self, bag_ns: int) -> None:
         """See BagPublishers."""
         self.listener.on_jump(bag_ns)
+
+    def restored(self, stamps: RestoredStamps) -> None:
+        """See BagPublishers."""
+        self.listener.on_restored(stamps)
 
     def finish(self) -> bool:
         """See BagPublishers."""

@@ -5,16 +5,20 @@
 #include <ros/node_handle.h>
 #include <ros/param.h>
 #include <ros/ros.h>
+#include <tf2/buffer_core.h>
 #include <tf2_eigen/tf2_eigen.h>
+#include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/cloud/box.hpp"
@@ -25,7 +29,7 @@
 #include "process_visualizer/objects/object_finder.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
-#include "process_visualizer/objects/played_jump.hpp"
+#include "process_visualizer/objects/played_recording.hpp"
 #include "process_visualizer/objects/point_image.hpp"
 
 namespace process_visualizer::objects {
@@ -36,8 +40,10 @@ using XmlRpc::XmlRpcValue;
 
 constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
+constexpr int kStaticPublishers = 100;  // each of which has a latched message
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
 constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
+constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
 }  // namespace
@@ -198,25 +204,33 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   bool isReady();
   void load();
   void complain(const tf2::TransformException& error);
-  void process(const sensor_msgs::PointCloud2::ConstPtr& cloud);
-  void find(const sensor_msgs::PointCloud2& cloud);
-  Scene sceneOf(const std_msgs::Header& header) const;
+  /// From a cloud's frame into another one, at the time of the cloud.
+  using Lookup = std::function<Eigen::Isometry3d(const std::string& target)>;
+
+  void take(const sensor_msgs::PointCloud2::ConstPtr& cloud);
+  void process(bool is_late);
+  std::optional<Scene> sceneOf(const std_msgs::Header& header, bool is_late) const;
+  Scene sceneWith(const Lookup& transform) const;
+  void find(const sensor_msgs::PointCloud2& cloud, const Scene& scene);
   Eigen::Isometry3d transform(const std::string& target, const std_msgs::Header& header) const;
   void follow(const PlayerState& state);
+  void subscribeToPoses(ros::NodeHandle& node_handle);
+  void takePoses(const tf2_msgs::TFMessage& poses, bool are_static);
   void redraw();
 
-  ros::Subscriber cloud_subscriber_, player_subscriber_;
+  ros::Subscriber cloud_subscriber_, player_subscriber_, poses_subscriber_, static_subscriber_;
   ros::Publisher objects_publisher_, marker_publisher_, unknown_publisher_;
-  ros::WallTimer redraw_timer_;
+  ros::WallTimer redraw_timer_, wait_timer_;
   tf2_ros::Buffer tf_buffer_;
+  tf2::BufferCore restored_poses_;  ///< with the stamps of clouds that are restored
+  sensor_msgs::PointCloud2::ConstPtr waiting_;
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
   ros::WallTime next_try_, missing_since_;
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
-  PlayedJump jump_;
-  bool is_paused_ = false;
+  PlayedRecording recording_;
 };
 
 void ObjectFinderNodelet::onInit() {
@@ -230,9 +244,25 @@ void ObjectFinderNodelet::onInit() {
                                     [this](const PlayerState::ConstPtr& state) { follow(*state); });
   redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
                                               [this](const ros::WallTimerEvent&) { redraw(); });
+  subscribeToPoses(node_handle);
   cloud_subscriber_ = subscribeChecked<sensor_msgs::PointCloud2>(
       node_handle, "input", 1,
-      [this](const sensor_msgs::PointCloud2::ConstPtr& cloud) { process(cloud); },
+      [this](const sensor_msgs::PointCloud2::ConstPtr& cloud) { take(cloud); },
+      ros::TransportHints().tcpNoDelay());
+}
+
+/// Poses at the times of restored clouds come on a topic of their own: on /tf are those of the
+/// position at which playback stands.
+void ObjectFinderNodelet::subscribeToPoses(ros::NodeHandle& node_handle) {
+  wait_timer_ = node_handle.createWallTimer(
+      ros::WallDuration(kMomentWait), [this](const ros::WallTimerEvent&) { process(true); }, true,
+      false);
+  static_subscriber_ = subscribeChecked<tf2_msgs::TFMessage>(
+      node_handle, "/tf_static", kStaticPublishers,
+      [this](const tf2_msgs::TFMessage::ConstPtr& poses) { takePoses(*poses, true); });
+  poses_subscriber_ = subscribeChecked<tf2_msgs::TFMessage>(
+      node_handle, "/tf_restored", kStates,
+      [this](const tf2_msgs::TFMessage::ConstPtr& poses) { takePoses(*poses, false); },
       ros::TransportHints().tcpNoDelay());
 }
 
@@ -264,10 +294,25 @@ void ObjectFinderNodelet::load() {
                cloud_subscriber_.getTopic().c_str(), finder_->bodies().size());
 }
 
-void ObjectFinderNodelet::process(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
-  if (!isReady() || jump_.isBefore(cloud->header.stamp)) return;
+void ObjectFinderNodelet::take(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
+  if (!isReady() || recording_.isBefore(cloud->header.stamp)) return;
+  waiting_ = cloud;
+  wait_timer_.stop();
+  wait_timer_.start();
+  process(false);
+}
+
+/// Looks at the cloud that waits, if where everything was at its time is known, or `is_late`.
+void ObjectFinderNodelet::process(bool is_late) {
+  const auto cloud = std::exchange(waiting_, nullptr);
+  if (!cloud) return;
   try {
-    find(*cloud);
+    const std::optional<Scene> scene = sceneOf(cloud->header, is_late);
+    if (!scene) {
+      waiting_ = cloud;
+      return;
+    }
+    find(*cloud, *scene);
     missing_since_ = {};
   } catch (const tf2::TransformException& error) {
     complain(error);
@@ -286,13 +331,12 @@ void ObjectFinderNodelet::complain(const tf2::TransformException& error) {
                         cloud_subscriber_.getTopic().c_str(), error.what());
 }
 
-void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
+void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scene& scene) {
   const Points points = pointsOf(cloud);
   // A blind sensor must not look like a clear cell.
   require(std::any_of(points.places.begin(), points.places.end(),
                       [](const auto& place) { return place.allFinite(); }),
           "it has no points, the sensor sees nothing");
-  const Scene scene = sceneOf(cloud.header);
   const std::vector<Label> labels = finder_->label(points, scene);
   if (unknown_publisher_.getNumSubscribers() > 0)
     unknown_publisher_.publish(
@@ -311,14 +355,33 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
   marker_publisher_.publish(markers_);
 }
 
-Scene ObjectFinderNodelet::sceneOf(const std_msgs::Header& header) const {
+/// Where everything was at the time of a cloud; nothing while that is not known yet. Whoever is
+/// late takes /tf, as poses may be missing there: a device may have no joints that are recorded.
+std::optional<Scene> ObjectFinderNodelet::sceneOf(const std_msgs::Header& header,
+                                                  bool is_late) const {
+  const std::string source = withoutLeadingSlash(header.frame_id);
+  if (recording_.isRestored(header.stamp)) {
+    try {
+      return sceneWith([&](const std::string& target) {
+        return tf2::transformToEigen(restored_poses_.lookupTransform(target, source, header.stamp));
+      });
+    } catch (const tf2::TransformException&) {
+      if (!is_late) return std::nullopt;
+    }
+  } else if (!is_late && recording_.isAwaited(header.stamp, ros::WallTime::now())) {
+    return std::nullopt;
+  }
+  return sceneWith([&](const std::string& target) { return transform(target, header); });
+}
+
+Scene ObjectFinderNodelet::sceneWith(const Lookup& transform) const {
   Scene scene;
   const auto insideOf = [&](const FramedBox& it) {
-    return cloud::InsideBox(transform(it.frame, header), it.box);
+    return cloud::InsideBox(transform(it.frame), it.box);
   };
-  scene.global_from_cloud = transform(parameters_.frame, header).cast<float>();
+  scene.global_from_cloud = transform(parameters_.frame).cast<float>();
   for (const KnownBody& body : finder_->bodies())
-    scene.cloud_from_body.push_back(transform(body.frame, header).inverse().cast<float>());
+    scene.cloud_from_body.push_back(transform(body.frame).inverse().cast<float>());
   if (parameters_.region) scene.region = insideOf(*parameters_.region);
   for (const FramedBox& box : parameters_.expected) scene.expected.push_back(insideOf(box));
   return scene;
@@ -331,17 +394,23 @@ Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
   const std::string source = withoutLeadingSlash(header.frame_id);
   const auto at_its_time =
       tf_buffer_.lookupTransform(target, source, header.stamp, ros::Duration(kTransformWait));
-  if (!jump_.isJustAfter(header.stamp)) return tf2::transformToEigen(at_its_time);
+  if (!recording_.isJustAfter(header.stamp)) return tf2::transformToEigen(at_its_time);
   return tf2::transformToEigen(tf_buffer_.lookupTransform(target, source, ros::Time(0)));
 }
 
 void ObjectFinderNodelet::follow(const PlayerState& state) {
-  is_paused_ = state.paused;
-  if (jump_.follow(state)) tracks_.reset();
+  if (recording_.follow(state, ros::WallTime::now())) tracks_.reset();
+  process(false);
+}
+
+void ObjectFinderNodelet::takePoses(const tf2_msgs::TFMessage& poses, bool are_static) {
+  for (const auto& pose : poses.transforms)
+    restored_poses_.setTransform(pose, are_static ? "/tf_static" : "/tf_restored", are_static);
+  process(false);
 }
 
 void ObjectFinderNodelet::redraw() {
-  if (is_paused_ && !markers_.markers.empty()) marker_publisher_.publish(markers_);
+  if (recording_.isPaused() && !markers_.markers.empty()) marker_publisher_.publish(markers_);
 }
 
 }  // namespace process_visualizer::objects

@@ -48,6 +48,8 @@ RVIZ_KEYS_TOPIC = f'/{RVIZ}/keys'  # subscribed there
 RVIZ_KEY_TOPIC = f'/{RVIZ}/key_pressed'  # published there
 
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
+RESTORED_TF_TOPIC = '/tf_restored'  # subscribed by src/objects/object_finder_nodelet.cpp
+"""Poses with the stamps of what a played sensor has sent, which is older than its stamp says."""
 
 JOINT_STATE = 'sensor_msgs/JointState'
 DYNAMIC_JOINT_STATE = 'control_msgs/DynamicJointState'

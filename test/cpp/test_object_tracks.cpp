@@ -11,7 +11,7 @@
 
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
-#include "process_visualizer/objects/played_jump.hpp"
+#include "process_visualizer/objects/played_recording.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -361,22 +361,48 @@ TEST(ObjectMessages, TheLineTurnsYellowAndRed) {
   EXPECT_EQ(clear[3].text, "object 7: 10 x 20 x 10 cm\n0.30 m to arm");
 }
 
-TEST(PlayedJump, CountsForPresentStampsOnly) {
-  PlayedJump jump;
+const ros::WallTime kNow(2000.0);
+
+TEST(PlayedRecording, AJumpCountsForPresentStampsOnly) {
+  PlayedRecording recording;
   PlayerState state;
   state.segment = 1;
   state.since = ros::Time(1000.0);
-  EXPECT_FALSE(jump.follow(state));  // the first state tells of no jump
-  EXPECT_FALSE(jump.isBefore(ros::Time(999.9)) || jump.isJustAfter(ros::Time(1000.0)));
+  EXPECT_FALSE(recording.follow(state, kNow));  // the first state tells of no jump
+  EXPECT_FALSE(recording.isBefore(ros::Time(999.9)) || recording.isJustAfter(ros::Time(1000.0)));
   state.segment = 2;
-  EXPECT_TRUE(jump.follow(state));
-  EXPECT_FALSE(jump.follow(state));
-  EXPECT_TRUE(jump.isBefore(ros::Time(999.9)) && !jump.isJustAfter(ros::Time(999.9)));
-  EXPECT_TRUE(jump.isJustAfter(ros::Time(1000.1)) && !jump.isBefore(ros::Time(1000.1)));
+  EXPECT_TRUE(recording.follow(state, kNow));
+  EXPECT_FALSE(recording.follow(state, kNow));
+  EXPECT_TRUE(recording.isBefore(ros::Time(999.9)) && !recording.isJustAfter(ros::Time(999.9)));
+  EXPECT_TRUE(recording.isJustAfter(ros::Time(1000.1)) && !recording.isBefore(ros::Time(1000.1)));
   for (const double recorded : {10.0, 1000.2, 5000.0}) {
-    EXPECT_FALSE(jump.isBefore(ros::Time(recorded))) << recorded;
-    EXPECT_FALSE(jump.isJustAfter(ros::Time(recorded))) << recorded;
+    EXPECT_FALSE(recording.isBefore(ros::Time(recorded))) << recorded;
+    EXPECT_FALSE(recording.isJustAfter(ros::Time(recorded))) << recorded;
   }
+}
+
+TEST(PlayedRecording, ACloudWaitsUntilThePlayerHasToldWhatItIs) {
+  PlayedRecording recording;
+  PlayerState state;
+  const ros::Time stamp(1000.05);
+  EXPECT_FALSE(recording.isAwaited(stamp, kNow));  // nothing is played
+  state.segment = 1;
+  recording.follow(state, kNow);
+  EXPECT_FALSE(recording.isAwaited(stamp, kNow));
+  state.segment = 2;
+  state.since = ros::Time(1000.0);
+  recording.follow(state, kNow);
+  EXPECT_TRUE(recording.isAwaited(stamp, kNow));  // just after a jump
+  state.restored.resize(1);
+  state.restored[0].stamp = stamp;
+  recording.follow(state, kNow);
+  EXPECT_TRUE(recording.isRestored(stamp) && !recording.isAwaited(stamp, kNow));
+  const ros::Time next(1000.08);
+  EXPECT_FALSE(recording.isRestored(next) || recording.isAwaited(next, kNow));
+  state.paused = true;
+  recording.follow(state, kNow);
+  EXPECT_TRUE(recording.isAwaited(next, kNow));
+  EXPECT_FALSE(recording.isAwaited(next, kNow + ros::WallDuration(1.1)));  // it has ended
 }
 
 TEST(ObjectMessages, AClearCellShowsNothing) {

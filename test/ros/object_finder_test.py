@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import unittest
 from typing import Callable, List, Tuple
 
@@ -16,9 +17,10 @@ from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.msg import DetectedObject, DetectedObjects, PlayerState
+from process_visualizer.msg import DetectedObject, DetectedObjects, PlayerState, RestoredStamp
 
 Box = Tuple[float, float, float, float, float, float]
 """Center x, y, height of the top, and sizes x, y, z, m."""
@@ -49,6 +51,7 @@ class ObjectFinderTest(unittest.TestCase):
     def setUpClass(cls) -> None:
         cls.publisher = rospy.Publisher('/cloud', PointCloud2, queue_size=1)
         cls.player = rospy.Publisher('/bag_player/state', PlayerState, queue_size=1)
+        cls.restored = rospy.Publisher('/tf_restored', TFMessage, queue_size=10)
         cls.broadcaster = tf2_ros.TransformBroadcaster()
 
     def setUp(self) -> None:
@@ -154,6 +157,46 @@ class ObjectFinderTest(unittest.TestCase):
                 self.player.publish(PlayerState(segment=segment, since=begin))
                 self.publish([at_its_place], arm_m=0.3, pose_late_s=0.03)
                 self.assertEqual(self.first_since(begin, found).objects, [])
+
+    def test_4_a_cloud_at_rest_is_compared_with_the_arm_of_its_time(self) -> None:
+        """While playback is paused, /tf has the arm where it was later than the cloud."""
+        on_arm = (0.3, 0.0, 0.4, 0.2, 0.2, 0.2)
+        with Listener('/finder/objects', DetectedObjects) as found:
+            wait_until(lambda: bool(found.messages) and not found.messages[-1].objects,
+                       'the cell before', lambda: self.publish([], arm_m=-0.4))
+            self.pause()
+            for tell in itertools.permutations((self.tell_restored, self.tell_pose)):
+                begin = rospy.Time.now()
+                stamps: List[rospy.Time] = []
+                self.publish([on_arm], lambda it, to=stamps: to.append(it.header.stamp),
+                             arm_m=-0.4)
+                for it in tell:
+                    it(stamps[0])
+                self.assertEqual(self.first_since(begin, found).objects, [])
+        self.player.publish(PlayerState(segment=20))
+
+    def test_4_a_cloud_at_rest_without_poses_is_not_left_out(self) -> None:
+        """A robot may have no joints that are recorded; nothing may be hidden by that."""
+        with Listener('/finder/objects', DetectedObjects) as found:
+            wait_until(lambda: bool(found.messages), 'a cell', lambda: self.publish([]))
+            self.pause()
+            begin = rospy.Time.now()
+            self.publish([THING], lambda it: self.tell_restored(it.header.stamp))
+            self.assertEqual(len(self.first_since(begin, found).objects), 1)
+        self.player.publish(PlayerState(segment=20))
+
+    def pause(self) -> None:
+        """Let the finder know that playback is paused: it draws again without clouds then."""
+        with Listener('/finder/markers', MarkerArray) as drawn:
+            wait_until(lambda: len(drawn.messages) > 2, 'markers without clouds',
+                       lambda: self.player.publish(PlayerState(segment=20, paused=True)))
+
+    def tell_restored(self, stamp: rospy.Time) -> None:
+        self.player.publish(PlayerState(segment=20, paused=True,
+                                        restored=[RestoredStamp(stamp=stamp)]))
+
+    def tell_pose(self, stamp: rospy.Time) -> None:
+        self.restored.publish(TFMessage([_arm_at(0.3, stamp)]))
 
     def test_5_complains_about_each_bad_input_and_lives(self) -> None:
         def big_endian(cloud: PointCloud2) -> None:

@@ -29,6 +29,7 @@ from process_visualizer.nodes.robot.message_reader import (
     TopicReader,
     Wrench,
 )
+from process_visualizer.nodes.robot.restored_poses import RestoredPoses
 from process_visualizer.nodes.robot.robot_display import FrameWatch, RobotDisplay, ShownMotion
 from process_visualizer.nodes.robot.tool_input import BaseFrames, ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
@@ -98,7 +99,9 @@ class RobotProcessor:
         self._markers = node.publisher('marker_array', MarkerArray, queue_size=1)
         self._tool_by_joints = bool(parameters.joint_states.name and model.links
                                     and not parameters.tool_center_frame.name)
-        self._recorded = self._recording_of(parameters.tool_center_frame, model)
+        joints = recorded_joints(node, parameters, model)
+        self._restored = None if joints is None else RestoredPoses(node, joints, model)
+        self._recorded = self._recording_of(parameters.tool_center_frame, model, joints)
         self._twist = TwistSource(node, self._recorded, parameters.velocity_window_s,
                                   parameters.stale_after_s)
         if parameters.joint_states.name or model.links:
@@ -113,14 +116,14 @@ class RobotProcessor:
             self._recorded.start()
         self._timer = node.every(TICK_S, self._on_timer)
 
-    def _recording_of(self, topic: TopicParameters,
-                      model: Kinematics) -> Optional[RecordedMotion]:
+    def _recording_of(self, topic: TopicParameters, model: Kinematics,
+                      joints: Optional[RecordedJoints]) -> Optional[RecordedMotion]:
         if not topic.name and not self._tool_by_joints:
             return None
         preroll_s = CHAIN_S if TF_MESSAGE in (topic.message_type, '') else 0.0
         reader = RecordedReader(
             self._node, topic.name, lambda message_type: self._input.decoder(message_type),
-            recorded_joints(self._node, self._parameters, model), preroll_s)
+            joints, preroll_s)
         return RecordedMotion(self._node, reader, self._playback.clock,
                               self._parameters.velocity_window_s, self._on_playback)
 
@@ -132,6 +135,8 @@ class RobotProcessor:
         now_s = self._node.ros_s()
         positions, stamp_s = dict(zip(state.name, state.position)), state.header.stamp.to_sec()
         self._base_frames.take_joints(stamp_s, positions)
+        if self._restored is not None:
+            self._restored.take_joints(positions)
         with self._lock:
             self._joints_time_s = self._playback.clock.data_time_s(now_s)
             self._joints_s = now_s

@@ -103,9 +103,10 @@ class Playback:
         self.uneven_parts = uneven_parts or UnevenParts(timeline)
         self._clock = clock or Clock()
         mapping = StampMapping(self._clock) if restamp else None
-        self._output = ScheduledOutput(output, self._clock, mapping, lead_bytes)
         self._loader = MessageLoader(recording)
         self._events = EventMaker(self._index, self._loader, recording.begin_ns)
+        self._output = ScheduledOutput(output, self._clock, mapping, lead_bytes,
+                                       self._events.sensors)
         self._ahead = ReadAhead(self._events, len(self._index))
         self._steps = StepRequests()
         self._shown = ShownScene(0, timeline.state.scene)

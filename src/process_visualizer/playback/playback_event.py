@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Deque, Dict, FrozenSet, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.bagio.message_definition import Connection
@@ -60,6 +60,11 @@ class EventMaker:
         self._emptied_topics: Dict[str, List[LoadedMessage]] = {}
         self._marker_topics = [topic for topic in self._scene.topics
                                if shows_markers(self._connection_of(self._scene.first_of(topic)))]
+
+    @property
+    def sensors(self) -> FrozenSet[int]:
+        """Return the connections on which sensors send."""
+        return self._sensors.connections
 
     def forward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position forwards."""

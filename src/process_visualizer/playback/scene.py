@@ -389,6 +389,8 @@ class SensorTimes:
     a while before, and the robot is where the picture has it only when the position comes to its
     stamp; until then that moment is in the future, and nothing may be stamped so. So the message
     is passed only then. May be used by several threads.
+
+    ``connections`` are those of sensors.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader) -> None:
@@ -400,6 +402,7 @@ class SensorTimes:
         for numbers in _sensors(index).values():
             self._sensors.append(index.positions_of(numbers))
             self._of_connection.update(dict.fromkeys(numbers, self._sensors[-1]))
+        self.connections = frozenset(self._of_connection)
         self._stamp_ns = lru_cache(maxsize=_STAMPS_KEPT)(self._read_stamp_ns)
         self._block = lru_cache(maxsize=4)(self._read_block)
 

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Callable, Deque, Iterator, List, NamedTuple, Optional, Protocol
+from typing import (
+    Callable,
+    Deque,
+    Dict,
+    FrozenSet,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Tuple,
+)
 
 from process_visualizer.bagio.message_layout import Data, with_stamps_moved
-from process_visualizer.playback.message_loader import LoadedMessage
+from process_visualizer.playback.message_loader import LoadedMessage, first_stamp_ns
 from process_visualizer.playback.playback_event import PlaybackEvent
-from process_visualizer.playback.stamp_mapping import StampMapping
+from process_visualizer.playback.stamp_mapping import MAX_DISTANCE_NS, StampMapping
 from process_visualizer.playback.timeline import NS_PER_S, Clock, TimelineState
 
 
@@ -55,6 +66,10 @@ class SendSchedule:
             yield scheduled
 
 
+RestoredStamps = Tuple[Tuple[int, int], ...]
+"""Of sensors' messages: stamps as published, rising, and the bag times that these show [ns]."""
+
+
 class Output(Protocol):
     """The receiver of played messages; called by one thread."""
 
@@ -80,12 +95,16 @@ class Output(Protocol):
     def jump(self, bag_ns: int) -> None:
         """Take note that the position has jumped to a bag time [ns]; its scene follows."""
 
+    def restored(self, stamps: RestoredStamps) -> None:
+        """Take note of what was just published and is stamped with the present."""
+
     def finish(self) -> bool:
         """Take note that play has reached its end; return whether nothing is to follow."""
 
 
 LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
+MAX_RESTORED = 100  # stamps that are told: those of a scene, and of the last steps
 AT_ONCE = 0  # a monotonic time [ns] that has passed
 
 
@@ -96,15 +115,18 @@ class ScheduledOutput:
     """
 
     def __init__(self, output: Output, clock: Clock, mapping: Optional[StampMapping],
-                 lead_bytes: int) -> None:
+                 lead_bytes: int, sensors: FrozenSet[int]) -> None:
         """Take where the messages go to, and what moves their stamps; None: they stay.
 
-        About ``lead_bytes`` at most are given to the output before they are due.
+        About ``lead_bytes`` at most are given to the output before they are due. ``sensors`` are
+        the connections of those.
         """
         self._output = output
         self._clock = clock
         self._mapping = mapping
         self._lead_bytes = lead_bytes
+        self._sensors = sensors
+        self._restored: Dict[int, int] = {}
         self._schedule = SendSchedule()
         self._given = 0  # messages, withdrawn ones too, to the output
         self._published = 0
@@ -155,11 +177,15 @@ class ScheduledOutput:
         for message in event.messages:
             stamper = self._stamper(state, message.time_ns, event.time_ns, due_ns)
             self._publish(message, stamper, due_ns)
+        if state.paused:
+            self._tell_restored(event, state)
 
     def restore(self, event: PlaybackEvent, state: TimelineState) -> None:
         """Send a scene at once, with the present time as stamps."""
         for message in event.messages:
             self._publish(message, lambda stamp_ns: self._present(state, stamp_ns), AT_ONCE)
+        self._restored.clear()
+        self._tell_restored(event, state)
 
     def forget_stamps(self) -> None:
         """Stamp anew what is published again."""
@@ -172,6 +198,7 @@ class ScheduledOutput:
 
     def jump(self, bag_ns: int) -> None:
         """Tell the output that the position has jumped to a bag time [ns]; its scene follows."""
+        self._restored.clear()
         self._output.jump(bag_ns)
 
     def finish(self) -> bool:
@@ -187,6 +214,17 @@ class ScheduledOutput:
 
     def _present(self, state: TimelineState, stamp_ns: int) -> int:
         return stamp_ns if self._mapping is None else self._mapping.present(state, stamp_ns)
+
+    def _tell_restored(self, event: PlaybackEvent, state: TimelineState) -> None:
+        """Tell the output what sensors' messages of an event show: their stamps do not say it."""
+        for message in event.messages:
+            if message.connection in self._sensors:
+                stamp_ns = first_stamp_ns(message)
+                if stamp_ns is not None:
+                    self._restored[self._present(state, stamp_ns)] = shown_ns(message, stamp_ns)
+        stamps = sorted(self._restored.items())[-MAX_RESTORED:]
+        self._restored = dict(stamps)
+        self._output.restored(tuple(stamps))
 
     def _publish(self, message: LoadedMessage, mapping: Callable[[int], int],
                  due_ns: int) -> None:
@@ -204,3 +242,9 @@ class ScheduledOutput:
     def _unsettle(self, due_ns: int = AT_ONCE) -> None:
         """Take note that something changes at a monotonic time [ns]."""
         self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
+
+
+def shown_ns(message: LoadedMessage, stamp_ns: int) -> int:
+    """Return the bag time [ns] that a message with a stamp shows: its own, if the clock is ours."""
+    is_ours = abs(stamp_ns - message.time_ns) <= MAX_DISTANCE_NS
+    return stamp_ns if is_ours else message.time_ns

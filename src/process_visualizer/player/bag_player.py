@@ -21,12 +21,13 @@ from process_visualizer.health.other_publishers import (
     PublisherWatch,
     described,
 )
-from process_visualizer.msg import PlayerState, TopicCount
+from process_visualizer.msg import PlayerState, RestoredStamp, TopicCount
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.scene import sources
+from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.playback.uneven_parts import UnevenParts
@@ -190,6 +191,7 @@ class BagPlayer:
         self._started = self._finished = self._quitting = False
         self._failure: Optional[PlaybackFailed] = None
         self._repeats, self._repeated_ns = settings.restamp, 0
+        self._restored: RestoredStamps = ()
         self._timeline = _timeline(recording, settings.end_s, self._clock)
         self._begin = _ros_time(self._timeline.state.begin_ns)
         self._publishers = surroundings.publishers(
@@ -347,7 +349,9 @@ class BagPlayer:
             topics=[TopicCount(*topic) for topic in self._publishers.published.items()],
             others=described(self._others),
             not_begun=[self._names[topic] for topic
-                       in self._playback.not_begun(self._bag_ns(status.position_s))])
+                       in self._playback.not_begun(self._bag_ns(status.position_s))],
+            restored=[RestoredStamp(_ros_time(stamp_ns), _ros_time(shown_ns))
+                      for stamp_ns, shown_ns in self._restored])
 
     def _wall_offset_ns(self) -> int:
         """Return the difference of wall and monotonic time [ns], not disturbed by other threads."""
@@ -442,6 +446,12 @@ class BagPlayer:
         """Note a jump to a bag time [ns], before its scene is published."""
         if self._ros_clock is not None:
             self._ros_clock.jump(bag_ns)
+        self._restored = ()
+        self._state.update()
+
+    def on_restored(self, stamps: RestoredStamps) -> None:
+        """Note what was just published and is stamped with the present."""
+        self._restored = stamps
         self._state.update()
 
     def on_finish(self) -> bool:

@@ -32,6 +32,7 @@ from process_visualizer.launching.ros_api import (
 )
 from process_visualizer.nodes.common.node_handle import at_shutdown
 from process_visualizer.playback.scene import is_static
+from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.player.timed_sender import TimedSender
 
 # Publishes recorded messages of one topic: unchanged bytes, never waiting for a subscriber.
@@ -143,6 +144,9 @@ class PlaybackListener(Protocol):
     def on_jump(self, bag_ns: int) -> None:
         """Note a jump to a bag time [ns], before its scene is published."""
 
+    def on_restored(self, stamps: RestoredStamps) -> None:
+        """Note what was just published and is stamped with the present."""
+
     def on_finish(self) -> bool:
         """Note that play has reached its end; return whether nothing follows."""
 
@@ -199,6 +203,10 @@ class BagPublishers:
     def jump(self, bag_ns: int) -> None:
         """Announce a jump to a bag time [ns]; its scene follows."""
         self._listener.on_jump(bag_ns)
+
+    def restored(self, stamps: RestoredStamps) -> None:
+        """Announce what was just published and is stamped with the present."""
+        self._listener.on_restored(stamps)
 
     def finish(self) -> bool:
         """Announce that play has reached its end; return whether nothing follows."""

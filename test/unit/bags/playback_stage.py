@@ -19,6 +19,7 @@ from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.player_control import PlayerControl
+from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.playback.timeline import Timeline
 from process_visualizer.playback.uneven_parts import UnevenParts
 
@@ -190,6 +191,7 @@ class Viewer:
         self.markers: List[str] = []  # their namespaces
         self.static: Dict[str, float] = {}
         self.begun_ns = 0
+        self.restored_stamps: RestoredStamps = ()
         self._scheduled: List[Shown] = []
         self._kept_until_ns = 0  # what is due until then is not taken back
         clock.on_time = self.receive
@@ -264,6 +266,9 @@ class Viewer:
 
     def jump(self, bag_ns: int) -> None:
         self.jumps.append(bag_ns)
+
+    def restored(self, stamps: RestoredStamps) -> None:
+        self.restored_stamps = stamps
 
     def finish(self) -> bool:
         self.finished += 1

@@ -31,7 +31,7 @@ class OutputMachine(RuleBasedStateMachine):
         mapping = StampMapping(self.clock) if restamp else None
         self.lead = lead  # how many messages fit into what may be ahead
         self.output = ScheduledOutput(self.viewer, self.clock, mapping,
-                                      lead * EVENTS.forward(0).size)
+                                      lead * EVENTS.forward(0).size, EVENTS.sensors)
         timeline = Timeline(RECORDING.begin_ns, RECORDING.end_ns, self.clock)
         timeline.play()
         self.state = timeline.state

@@ -14,7 +14,7 @@ import rospy
 
 from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.number_places import joint_places
-from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import RefreshRate
@@ -89,7 +89,7 @@ class RecordedJoints(NamedTuple):
 SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
 """At most this rate of joint states is used, as by robot_state_publisher."""
-_ANSWER_S = 5.0
+ANSWER_S = 5.0
 _NS = 1e-9
 _SHORTEST = 0.9  # of a period: joint states come unevenly
 Decoders = Callable[[str], Optional[PoseDecoder]]
@@ -103,13 +103,34 @@ class Reading(NamedTuple):
     problem: str = ''
 
 
-class _Messages(NamedTuple):
+class TopicPart(NamedTuple):
     """The messages of a topic with the positions [s] at which they were recorded."""
 
     type: str
     begin_s: float  # of the recording: bag time of position 0
     period_s: float
     messages: List[Tuple[float, bytes]]
+
+
+def read_messages(service: ServiceConnection, topic: str, part: PosePart) -> Optional[TopicPart]:
+    """Return the recorded messages of a topic, by the player's service; None if it is not played.
+
+    Raises:
+        ServiceUnreachable: the player does not answer.
+    """
+    messages: List[Tuple[float, bytes]] = []
+    begin_s, end_s = round(part.begin_s, 9), round(part.end_s, 9)  # as the player counts, in ns
+    while True:
+        answer = service.call(topic, begin_s, end_s)
+        if not answer.success:
+            return None
+        end = 0
+        for recorded_s, size in zip(answer.positions, answer.sizes):
+            end += size
+            messages.append((recorded_s, answer.data[end - size:end]))
+        if answer.end >= end_s:
+            return TopicPart(answer.type, answer.recording_begin.to_sec(), answer.period, messages)
+        begin_s = answer.end + _NS
 
 
 class _Event(NamedTuple):
@@ -138,7 +159,7 @@ class RecordedReader:
         self.topic = node.resolve(topic or (joints.topics[0] if joints else topic))
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
         self._needs_joints = False
-        self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
+        self._service = node.connect(SERVICE, ReadTopic, ANSWER_S)
 
     def read(self, part: PosePart) -> Optional[Reading]:
         """Return the poses of a part of the recording; None if they are not played.
@@ -147,14 +168,15 @@ class RecordedReader:
             ServiceUnreachable: the player does not answer.
         """
         reach = PosePart(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
-        tool = self._messages(self.topic, reach) if self._has_poses else None
+        tool = read_messages(self._service, self.topic, reach) if self._has_poses else None
         reading = None if self._needs_joints or not self._has_poses \
             else self._decoded(part, tool, [])
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
         topics = [self._node.resolve(it) for it in self._joints.topics]
         # Those of before the part count beside others that come: one may be sent when it moves.
-        joints = [it for it in (self._messages(topic, reach) for topic in topics) if it]
+        joints = [it for it in (read_messages(self._service, topic, reach) for topic in topics)
+                  if it is not None]
         self._needs_joints = bool(joints)
         if not joints and reading is not None:
             return reading._replace(problem=f'{reading.problem}; record {" and ".join(topics)} too,'
@@ -162,25 +184,8 @@ class RecordedReader:
         come = any(it.messages and it.messages[-1][0] >= reach.begin_s for it in joints)
         return self._decoded(part, tool, joints if come else [])
 
-    def _messages(self, topic: str, part: PosePart) -> Optional[_Messages]:
-        """Return the messages of a topic; None if it is not played."""
-        messages: List[Tuple[float, bytes]] = []
-        begin_s = part.begin_s
-        while True:
-            answer = self._service.call(topic, begin_s, part.end_s)
-            if not answer.success:
-                return None
-            end = 0
-            for recorded_s, size in zip(answer.positions, answer.sizes):
-                end += size
-                messages.append((recorded_s, answer.data[end - size:end]))
-            if answer.end >= part.end_s:
-                return _Messages(answer.type, answer.recording_begin.to_sec(), answer.period,
-                                 messages)
-            begin_s = answer.end + _NS
-
-    def _decoded(self, part: PosePart, tool: Optional[_Messages],
-                 joints: Sequence[_Messages]) -> Optional[Reading]:
+    def _decoded(self, part: PosePart, tool: Optional[TopicPart],
+                 joints: Sequence[TopicPart]) -> Optional[Reading]:
         decoder = self._decoders('' if tool is None else tool.type)
         if decoder is None:
             return None
@@ -196,7 +201,7 @@ class RecordedReader:
         return Reading(RecordedPoses(part, poses), tool.period_s if tool else found.period_s,
                        '' if found.poses else found.problem)
 
-    def _joint_events(self, decoder: PoseDecoder, joints: _Messages) -> Iterator[_Event]:
+    def _joint_events(self, decoder: PoseDecoder, joints: TopicPart) -> Iterator[_Event]:
         assert self._joints is not None
         new: Dict[str, float] = {}
         next_s = -math.inf
