@@ -24,7 +24,7 @@
 namespace {
 
 constexpr std::uint32_t kQueueSize = 2;
-constexpr double kFocalPx = 525, kCentreX = (kWidth - 1) / 2.0, kCentreY = (kHeight - 1) / 2.0;
+constexpr double kFocalPx = 525, kCenterX = (kWidth - 1) / 2.0, kCenterY = (kHeight - 1) / 2.0;
 constexpr double kFramesPerSecond = 30;
 
 sensor_msgs::Image colorImage() {
@@ -41,9 +41,9 @@ sensor_msgs::CameraInfo cameraInfo() {
   info.height = kHeight;
   info.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
   info.D.assign(5, 0);
-  info.K = {kFocalPx, 0, kCentreX, 0, kFocalPx, kCentreY, 0, 0, 1};
+  info.K = {kFocalPx, 0, kCenterX, 0, kFocalPx, kCenterY, 0, 0, 1};
   info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.P = {kFocalPx, 0, kCentreX, 0, 0, kFocalPx, kCentreY, 0, 0, 0, 1, 0};
+  info.P = {kFocalPx, 0, kCenterX, 0, 0, kFocalPx, kCenterY, 0, 0, 0, 1, 0};
   return info;
 }
 

@@ -27,9 +27,9 @@ inline sensor_msgs::Image depthImage() {
   std::mt19937 generator(1);
   std::normal_distribution<float> distance(2000, 8);
   for (std::size_t pixel = 0; pixel < kWidth * kHeight; ++pixel) {
-    const auto millimetres =
+    const auto millimeters =
         static_cast<std::uint16_t>(generator() % 10 == 0 ? 0 : distance(generator));
-    std::memcpy(&depth.data[2 * pixel], &millimetres, sizeof(millimetres));
+    std::memcpy(&depth.data[2 * pixel], &millimeters, sizeof(millimeters));
   }
   return depth;
 }

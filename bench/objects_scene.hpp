@@ -89,7 +89,7 @@ struct MovingObject {
 
   bool stands() const { return center.z() <= size.z(); }
 
-  /// How far from its centre it or its way reaches, m.
+  /// How far from its center it or its way reaches, m.
   float reach() const { return radius + size.head<2>().norm() / 2; }
 };
 

@@ -34,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kNumbers = 30000;  // a number comes again after four minutes
 constexpr double kRadPerNumber = 1e-4;
-constexpr double kRateStep = 3e-4;  // between neighbouring robots
+constexpr double kRateStep = 3e-4;  // between neighboring robots
 
 double secondsNow() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -132,7 +132,7 @@ class Robot {
     stopwatch_.joint_states.add(jointAge(state->position.at(0)));
   }
 
-  // The processor draws the force as an arrow of one metre per newton.
+  // The processor draws the force as an arrow of one meter per newton.
   void onMarkers(const visualization_msgs::MarkerArray::ConstPtr& array) {
     for (const auto& marker : array->markers) {
       if (marker.ns != "force" || marker.type != visualization_msgs::Marker::ARROW) continue;

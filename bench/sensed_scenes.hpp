@@ -10,7 +10,7 @@
 
 namespace process_visualizer::objects {
 
-/// Something in the cell that nobody modelled, at one time.
+/// Something in the cell that nobody modeled, at one time.
 struct Thing {
   int number;  ///< another one for each visit
   std::vector<Solid> solids;

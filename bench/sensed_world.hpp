@@ -124,7 +124,7 @@ inline float noiseOf(const SensorModel& sensor, float depth) {
   }
 }
 
-/// Normally distributed numbers that neighbours share: of a lattice, interpolated between.
+/// Normally distributed numbers that neighbors share: of a lattice, interpolated between.
 class CorrelatedNoise {
  public:
   CorrelatedNoise(int width, int height, int spacing)

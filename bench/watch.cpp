@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// Other sensors, views and speeds than those of bench/objects.cpp: what is seen of things and
-/// people that nobody modelled, how soon, how large and how near to the robot; and beside it what a
+/// people that nobody modeled, how soon, how large and how near to the robot; and beside it what a
 /// plain pipeline (region, planes, clusters) finds.
 ///
 /// usage: watch_benchmark CLOUDS SEED [sensor=NAME] [view=NAME] [rate=HZ] [scene=NAME] [late=S]
@@ -69,7 +69,7 @@ Eigen::AlignedBox3f boundsOf(const Thing& thing) {
   return bounds;
 }
 
-/// What a pipeline of any textbook finds: the region, at a centimetre, without the largest planes,
+/// What a pipeline of any textbook finds: the region, at a centimeter, without the largest planes,
 /// in clusters.
 std::vector<Vector3f> plainCenters(const Points& points, const Isometry3f& pose,
                                    const cloud::InsideBox& region) {

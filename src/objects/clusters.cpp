@@ -50,7 +50,7 @@ Sorted sorted(const std::vector<Vector3f>& points, float cube) {
   return result;
 }
 
-/// Joins cubes that touch. The three neighbours along x follow each other in the order of cubes.
+/// Joins cubes that touch. The three neighbors along x follow each other in the order of cubes.
 DisjointSets joined(const std::vector<std::int64_t>& cubes) {
   DisjointSets sets(cubes.size());
   for (std::uint32_t number = 0; number < cubes.size(); ++number) {

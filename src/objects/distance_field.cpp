@@ -72,7 +72,7 @@ void DistanceField::markInside() {
     if (!is_outside[index]) distances_[index] = -distances_[index];
 }
 
-/// A line between neighbouring nodes that crosses the surface has an end within half a step of it:
+/// A line between neighboring nodes that crosses the surface has an end within half a step of it:
 /// such nodes are reached, but nothing beyond them.
 std::vector<bool> DistanceField::reachableFromOutside() const {
   std::vector<bool> is_reached(distances_.size());

@@ -120,7 +120,7 @@ void PosedBodies::layOut() {
   masks_.assign(static_cast<std::size_t>(count_.prod()) * words_, 0);
 }
 
-/// Sets the body's bit in the cells that its box may touch: their centres lie in the box grown by
+/// Sets the body's bit in the cells that its box may touch: their centers lie in the box grown by
 /// half a cell's diagonal.
 void PosedBodies::insert(std::size_t body) {
   AlignedBox3f box = bodies_[body].field.bounds();

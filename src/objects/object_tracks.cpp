@@ -263,7 +263,7 @@ constexpr float kNewestShare = 0.2F;        // of the newest value in the mean
 constexpr float kPartReach = 0.04F;  // m: so far beside an object a part of it may seem to be
 constexpr float kWhole = 0.015F;     // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;        // s
-constexpr std::size_t kKept = 1000;  // places of an object: a centimetre apart on a large one
+constexpr std::size_t kKept = 1000;  // places of an object: a centimeter apart on a large one
 
 float mean(float old, float newest) { return old + kNewestShare * (newest - old); }
 

@@ -37,8 +37,8 @@ PointCloud2 crop(const CameraImages& images, const Box& box = kEverything,
 float depthAt(const Image& depth, std::uint32_t column, std::uint32_t row) {
   const std::uint8_t* bytes = &depth.data[row * depth.step];
   if (depth.encoding == "32FC1") return reinterpret_cast<const float*>(bytes)[column];
-  const std::uint16_t millimetres = reinterpret_cast<const std::uint16_t*>(bytes)[column];
-  return millimetres == 0 ? kNaN : millimetres * 0.001f;
+  const std::uint16_t millimeters = reinterpret_cast<const std::uint16_t*>(bytes)[column];
+  return millimeters == 0 ? kNaN : millimeters * 0.001f;
 }
 
 /// The depth in the image's own unit, with which depth_image_proc calculates.
@@ -248,10 +248,10 @@ TEST_P(KnownPlane, IsWhereItIs) {
   EXPECT_EQ(cloud.width, 640U * 480);
   const double rms = rmsFrom(plane, cloud);
   EXPECT_LT(rms, most);
-  EXPECT_GT(rms, 0.0001);  // depths are whole millimetres
+  EXPECT_GT(rms, 0.0001);  // depths are whole millimeters
 }
 
-/// Goal: 2 mm. Whole millimetres alone make 0.3 mm; at 1 m a Kinect's steps and noise make 1.3 mm.
+/// Goal: 2 mm. Whole millimeters alone make 0.3 mm; at 1 m a Kinect's steps and noise make 1.3 mm.
 INSTANTIATE_TEST_SUITE_P(RegisteredCrop, KnownPlane,
                          testing::Values(PlaneCase{0.7, 0.1, false, false, 0.0004},
                                          PlaneCase{2.0, 0.4, false, false, 0.0004},

@@ -52,7 +52,7 @@ struct UprightBox {
   float yaw;               ///< of its first edge from the x axis, rad
 };
 
-/// A place as it is seen from a box: from its centre, along its edges, m.
+/// A place as it is seen from a box: from its center, along its edges, m.
 Eigen::Vector3f inBox(const UprightBox& box, const Eigen::Vector3f& place);
 
 /// How far a place is from a box, m; 0 in it.

@@ -27,7 +27,7 @@ enum class Label : std::uint8_t {
   kRobot,     ///< on a robot
   kExpected,  ///< where something is expected
   kStray,     ///< made up by the sensor
-  kFree,      ///< on something that nobody modelled
+  kFree,      ///< on something that nobody modeled
 };
 
 /// Finds among the free points what a camera makes up where something hides what is behind it: a
