@@ -3,13 +3,15 @@
 //
 // Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (without them those of
 // robot_description), ~joint_offsets, ~joint_rate, ~prefix (which the driver's names of joints may
-// begin with, beside those names).
+// begin with, beside those names), ~latencies (a list, of the topics: by how many seconds positions
+// were measured before their stamps, or their arrival).
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
@@ -37,6 +39,7 @@ struct JointParameters {
   std::vector<std::string> topics;  ///< at least one
   std::string message_type;         ///< package/Type; empty: the type found on the topics
   double rate_hz;                   ///< maximum
+  std::vector<double> latencies;    ///< of the topics, s; empty: none
 };
 
 /// Publishes a robot's joint states for robot_state_publisher, each joint at most at a rate; the
@@ -46,7 +49,7 @@ struct JointParameters {
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
 /// publisher, and the master, which that asks at every state. A published state may have a part
 /// of the joints (see JointBoard). Its stamp is the driver's if that is of this computer's clock,
-/// else the time of arrival.
+/// else the time of arrival; a latency of the driver that is known is taken off it.
 ///
 /// A message that cannot be used is left out with a throttled warning, which is on /diagnostics
 /// as long as the problem lasts; without a warning if it has only joints of other robots, while
@@ -61,6 +64,7 @@ class JointProcessor {
 
   struct Subscription {
     std::string topic;
+    ros::Duration latency;  ///< by which positions were measured before their stamp, or arrival
     ros::Subscriber subscriber;
     bool was_connected = false;
   };
@@ -115,7 +119,10 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
                  std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-  for (const std::string& topic : parameters_.topics) subscriptions_.push_back({topic, {}});
+  for (std::size_t number = 0; number < parameters_.topics.size(); ++number) {
+    const double latency = parameters_.latencies.empty() ? 0.0 : parameters_.latencies[number];
+    subscriptions_.push_back({parameters_.topics[number], ros::Duration(latency), {}});
+  }
   for (Subscription& subscription : subscriptions_) subscribe(subscription);
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
                                  [this](const ros::WallTimerEvent&) { tick(); });
@@ -158,7 +165,7 @@ void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& 
     const ros::Time arrival = ros::Time::now();
     const ros::Time stamp = ros::Time().fromNSec(message.stamp_ns);
     const double age_s = (arrival - stamp).toSec();
-    stamp_ = age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival;
+    stamp_ = (age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival) - subscription.latency;
     board_.add(joints, event.getPublisherName(), now);
     publish(board_.due(now));
     watch(topic, joints.unusable);
@@ -243,6 +250,7 @@ using process_visualizer::joints::JointMatching;
 using process_visualizer::joints::JointParameters;
 
 constexpr double kRateHz = 30.0;  // what a screen shows
+constexpr double kMaxLatencyS = 1.0;
 constexpr double kCallTimeoutS = 0.1;
 
 [[noreturn]] void refuse(const std::string& name, const std::string& expected) {
@@ -255,10 +263,20 @@ double number(const std::string& name, XmlRpc::XmlRpcValue value) {
   return static_cast<double>(value);
 }
 
+std::vector<double> readLatencies(std::size_t topics) {
+  std::vector<double> latencies;
+  if (!ros::param::has("~latencies")) return latencies;
+  const bool are_usable = ros::param::get("~latencies", latencies) && latencies.size() == topics &&
+                          std::all_of(latencies.begin(), latencies.end(),
+                                      [](double it) { return it >= 0.0 && it < kMaxLatencyS; });
+  if (!are_usable) refuse("~latencies", "a number of seconds for each topic is expected, below 1");
+  return latencies;
+}
+
 JointParameters readParameters() {
   std::string robot_name = ros::this_node::getNamespace();
   robot_name.erase(0, robot_name.find_first_not_of('/'));
-  JointParameters parameters{robot_name, {}, "", kRateHz};
+  JointParameters parameters{robot_name, {}, "", kRateHz, {}};
   ros::param::get("~topics", parameters.topics);
   const auto topic = ros::param::param<std::string>("~topic", "");
   if (!topic.empty()) parameters.topics = {topic};
@@ -268,6 +286,7 @@ JointParameters readParameters() {
   if (parameters.topics.empty()) refuse("~topic", "the topic of the joints is expected");
   if (!(parameters.rate_hz > 0.0) || !std::isfinite(parameters.rate_hz))
     refuse("~joint_rate", "a number above 0 is expected");
+  parameters.latencies = readLatencies(parameters.topics.size());
   return parameters;
 }
 

@@ -406,6 +406,18 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   return objects;
 }
 
+std::optional<Sight> ObjectFinder::sight(const Points& points,
+                                         const std::vector<Label>& labels) const {
+  std::vector<float> ranges;
+  for (std::size_t index = 0; index < labels.size(); ++index)
+    if (labels[index] != Label::kNowhere && labels[index] != Label::kOutside)
+      ranges.push_back(points.places[index].norm());
+  if (ranges.empty()) return std::nullopt;
+  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  return Sight{*middle, noise().toleranceAt(*middle)};
+}
+
 std::optional<RobotDistance> ObjectFinder::distanceTo(const Cluster& places,
                                                       const Scene& scene) const {
   return distanceToRobots(places, bodies_, inGlobalFrame(scene));

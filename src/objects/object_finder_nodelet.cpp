@@ -39,6 +39,8 @@ using cloud::require;
 using XmlRpc::XmlRpcValue;
 
 constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
+constexpr float kSoughtSize = 0.05F;    // m: what is larger is to be seen
+constexpr double kNoisePeriod = 60;     // s: of saying that it cannot
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
 constexpr int kStaticPublishers = 100;  // each of which has a latched message
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
@@ -196,7 +198,7 @@ std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_
 
 }  // namespace
 
-/// Nodelet that finds what nobody modelled in the clouds on `~input`: `~objects` (for each cloud),
+/// Nodelet that finds what nobody modeled in the clouds on `~input`: `~objects` (for each cloud),
 /// `~markers` for RViz, and `~unknown`, the points that belong to no model.
 class ObjectFinderNodelet : public nodelet::Nodelet {
  private:
@@ -216,6 +218,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void follow(const PlayerState& state);
   void subscribeToPoses(ros::NodeHandle& node_handle);
   void takePoses(const tf2_msgs::TFMessage& poses, bool are_static);
+  void complainOfNoise(const std::optional<Sight>& sight) const;
   void redraw();
 
   ros::Subscriber cloud_subscriber_, player_subscriber_, poses_subscriber_, static_subscriber_;
@@ -351,6 +354,7 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scen
       [&](const Cluster& places) { return finder_->distanceTo(places, scene); });
   const DetectedObjects objects = messageOf(tracked, parameters_.limits, header);
   objects_publisher_.publish(objects);
+  complainOfNoise(finder_->sight(points, labels));
   markers_ = markersOf(objects);
   marker_publisher_.publish(markers_);
 }
@@ -372,6 +376,16 @@ std::optional<Scene> ObjectFinderNodelet::sceneOf(const std_msgs::Header& header
     return std::nullopt;
   }
   return sceneWith([&](const std::string& target) { return transform(target, header); });
+}
+
+/// A clear cell must not look alike if somebody's hand could lie in it.
+void ObjectFinderNodelet::complainOfNoise(const std::optional<Sight>& sight) const {
+  if (!sight || sight->smallest < kSoughtSize) return;
+  NODELET_WARN_THROTTLE(
+      kNoisePeriod,
+      "The sensor of %s is noisy: at %.1f m what is lower than %.0f cm, or nearer "
+      "than that to a robot, may be missed. Put it nearer",
+      cloud_subscriber_.getTopic().c_str(), sight->range, std::ceil(100 * sight->smallest));
 }
 
 Scene ObjectFinderNodelet::sceneWith(const Lookup& transform) const {

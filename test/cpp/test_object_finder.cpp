@@ -53,6 +53,21 @@ TEST_F(ObjectFinderTest, NothingInAClearCellOfANoisySensor) {
   }
 }
 
+TEST_F(ObjectFinderTest, ItIsKnownHowSmallSomethingMayBe) {
+  FinderSettings settings;
+  const auto smallest = [&](const Points& points) {
+    ObjectFinder finder(cell_.bodies(), settings);
+    return finder.sight(points, finder.label(points, cell_.scene()));
+  };
+  const Points points = cell_.picture().points(random_);
+  EXPECT_LT(smallest(points)->smallest, 0.04F);
+  settings.noise = DepthNoise{0.0042F};
+  const auto noisy = smallest(points);
+  EXPECT_NEAR(noisy->smallest, 4 * 0.0042F * noisy->range * noisy->range, 1e-4F);
+  EXPECT_GT(noisy->smallest, 0.05F);
+  EXPECT_FALSE(smallest(Points{{Vector3f::Constant(NAN)}, 1, 1}));
+}
+
 TEST_F(ObjectFinderTest, TheRobotAndNothingElseIsKnown) {
   std::size_t robot = 0, missed = 0, others = 0, taken = 0;
   for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {

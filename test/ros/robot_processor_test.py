@@ -22,7 +22,7 @@ from geometry_msgs.msg import TwistStamped, WrenchStamped
 from rosgraph_msgs.msg import Log
 from roslib.packages import find_node
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float32MultiArray
+from std_msgs.msg import Float32MultiArray, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 RATE_PARAMETER = '/process_visualizer/playback_rate'
@@ -164,6 +164,17 @@ class RobotProcessorTest(unittest.TestCase):
                 name: position for state in states.messages
                 for name, position in zip(state.name, state.position)}.items(), 'both', publish)
 
+    def test_the_latency_of_a_driver_is_taken_off_the_stamps(self) -> None:
+        arm = publisher('/m/joints', JointState)
+        stamp = rospy.Time.now() - rospy.Duration(0.05)
+
+        def publish() -> None:
+            arm.publish(JointState(Header(stamp=stamp), ['arm'], [0.7], [], []))
+
+        with Listener('/m/joint_states', JointState) as states:
+            wait_until(lambda: any(state.header.stamp == stamp - rospy.Duration(0.2)
+                                   for state in states.messages), 'its stamp', publish)
+
     def test_wrong_parameters_end_the_node_with_a_message(self) -> None:
         rospy.set_param('/broken', '<robot>')
         rospy.set_param('/one', '<robot name="t"><joint name="a" type="revolute"/></robot>')
@@ -172,6 +183,7 @@ class RobotProcessorTest(unittest.TestCase):
                 ('joint_proc', [], 'topic: the topic of the joints is expected'),
                 ('joint_proc', ['_topic:=q'], 'joint_names: the names of'),
                 ('joint_proc', ['_topic:=q', '_joint_rate:=fast'], 'joint_rate: a number'),
+                ('joint_proc', ['_topic:=q', '_latencies:=[0.1, 0.2]'], 'latencies: a number of'),
                 ('joint_proc', ['_topic:=q', '_joint_rate:=9', '_joint_offsets/b:=1',
                                 'robot_description:=/one'],
                  'an offset of b'),

@@ -25,6 +25,9 @@ PARAMETERS: Dict[str, Mapping[str, object]] = {
     # the tool's frame from tf, two frames away from the base
     't': {'base_frame': 't/base', 'tool_frame': 't/tool', 'topics': {'tool_center_frame': {
         'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 't/tip'}}},
+    # a driver that sends what it measured 0.1 s before
+    'l': {'base_frame': 'n/base', 'topics': {'tool_center_frame': {'name': '/n/tcf',
+                                                                   'latency': 0.1}}},
     # the same arrays in the frame of a maker, which is turned by half a turn
     'm': {'base_frame': 'left_base_link', 'tool_frame': 'left_tool', 'link_prefix': 'left_',
           'topics': {'tool_center_frame': {'name': '/n/tcf', 'parent_frame': 'base'}}}}
@@ -243,6 +246,13 @@ def test_a_tool_on_tf(stage: Callable[..., Shown]) -> None:
         before, after = (np.array(place(1000 * (position_s + by))) for by in (-0.05, 0.05))
         np.testing.assert_allclose(shown.robot.velocity()[:2], (after - before)[:2] / 0.1,
                                    atol=0.005)
+
+
+def test_a_driver_with_a_latency(stage: Callable[..., Shown]) -> None:
+    shown = stage('l')
+    for position_s in (4.0, 11.0, 0.5):
+        shown.seek(position_s)
+        shown.check(position_s, shown.truth.velocity(position_s + 0.1))
 
 
 def test_poses_in_the_frame_of_the_maker(stage: Callable[..., Shown]) -> None:

@@ -6,6 +6,7 @@ from typing import Any, Dict, List
 
 import numpy as np
 import pytest
+import rospy
 from geometry_msgs.msg import WrenchStamped
 from robot_stage import MODELS, RobotStage, array, direction, moving_tool, transform
 from sensor_msgs.msg import JointState
@@ -260,3 +261,29 @@ def test_two_publishers_that_contradict_each_other_are_named(robot: RobotStage, 
     robot.run(1.0, drive)
     assert robot.warnings(topic, '2 nodes publish on this topic, /driver, /simulator')
     assert robot.reports('2 nodes publish')
+
+
+def test_a_force_has_the_stamp_of_its_measurement(robot: RobotStage) -> None:
+    for age_s, shown_age_s in ((0.15, 0.15), (0.0, 0.0), (5.0, 0.0), (-0.2, 0.0)):
+        robot.forget()
+        robot.node.advance(2.0)
+        wrench = WrenchStamped()
+        wrench.header.stamp = rospy.Time.from_sec(robot.node.now_s - age_s)
+        robot.send('/ft/ft', wrench)
+        (shown,) = robot.node.sent('tool_force')
+        assert robot.node.now_s - shown.header.stamp.to_sec() == pytest.approx(shown_age_s)
+
+
+def test_a_latency_that_is_known_is_taken_off_the_stamps() -> None:
+    topics = {'tool_center_frame': {'name': '/r/tcf', 'latency': 0.3},
+              'force_sensor': {'name': '/ft/ft', 'latency': 0.1}}
+    late, plain = (RobotStage({'force_frame': 'r/force', 'topics': {
+        name: {**it, **without} for name, it in topics.items()}}, model='robot.urdf')
+        for without in ({}, {'latency': 0.0}))
+    for robot in (late, plain):
+        robot.run(2.0, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+        robot.send('/ft/ft', array(0.0, 0.0, 45.0))
+    for topic, by_s in (('tool_velocity', 0.3), ('tool_force', 0.1)):
+        stamps_s = [robot.node.sent(topic)[-1].header.stamp.to_sec() for robot in (plain, late)]
+        assert stamps_s[0] - stamps_s[1] == pytest.approx(by_s, abs=1e-6)
+    np.testing.assert_allclose(late.velocities(100), [[0.0, 0.1, 0.0]] * 100, atol=1e-6)

@@ -6,13 +6,14 @@ import itertools
 import math
 import random
 from pathlib import Path
-from typing import Dict, Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import pytest
 import simulated_player
 from recorded_rows import Row, stamp, write_bag
 from robot_stage import RobotStage
 from sensor_msgs.msg import JointState, PointCloud2
+from simulated_node import SimulatedNode
 from std_msgs.msg import Header
 
 from process_visualizer.player.bag_player import REPEAT_S
@@ -70,8 +71,8 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
 class Cell:
     """A robot beside a player, and somebody who compares its clouds with it."""
 
-    def __init__(self, bag: str) -> None:
-        self.robot = RobotStage(PARAMETERS, 'r', MODEL)
+    def __init__(self, bag: str, params: Optional[Dict[str, Any]] = None) -> None:
+        self.robot = RobotStage(PARAMETERS, 'r', MODEL, SimulatedNode('/r/robot_proc', params))
         self.player = simulated_player.SimulatedPlayer(self.robot.node, bag)
 
     def places(self) -> Dict[int, Tuple[float, float]]:
@@ -168,6 +169,16 @@ def test_the_robot_itself_stands_at_the_position(cell: Cell) -> None:
     told = [JointState().deserialize(it) for it in cell.player.of('/arm/joints')]
     assert {round(math.remainder(it.position[0] - turn(3.26), 2.0 * math.pi), 9)
             for it in told} == {0.0}
+
+
+def test_latencies_that_are_known_count(bag: str) -> None:
+    shown = Cell(bag, {'/r/joint_proc/latencies': [0.1, 0.0]})
+    shown.robot.forget()
+    shown.player.seek(3.3)
+    shown.come()
+    angle, _ = shown.places()[shown.clouds()[FAR]]
+    assert abs(math.remainder(angle - turn(3.339), 2.0 * math.pi)) < 0.002
+    shown.player.close()
 
 
 def test_without_subscribers_nothing_is_read(cell: Cell) -> None:

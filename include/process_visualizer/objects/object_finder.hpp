@@ -47,7 +47,7 @@ struct Rim {
   bool is_cut;               ///< whether it may go on behind something
 };
 
-/// Something that nobody modelled, in the global frame.
+/// Something that nobody modeled, in the global frame.
 struct FoundObject {
   UprightBox box;  ///< around what is seen of it
   std::size_t points;
@@ -59,6 +59,12 @@ struct FoundObject {
   bool isCut() const {
     return std::any_of(rim.begin(), rim.end(), [](const Rim& it) { return it.is_cut; });
   }
+};
+
+/// What a sensor can see at the distance of what it looks at.
+struct Sight {
+  float range;     ///< the middle one of the points that are looked at, m
+  float smallest;  ///< what is lower above a surface, or nearer to a robot, may be missed there, m
 };
 
 /// Takes what is known out of clouds, and divides the rest into objects.
@@ -77,6 +83,9 @@ class ObjectFinder {
   DepthNoise noise() const {
     return settings_.noise ? *settings_.noise : noise_.value_or(DepthNoise());
   }
+
+  /// What can be seen of a cloud, by the noise of the sensor; nothing if it has no points.
+  std::optional<Sight> sight(const Points& points, const std::vector<Label>& labels) const;
 
   /// The objects among the points that are free, at most the `kMostObjects` largest.
   /// \param expected  objects of earlier clouds, where they are thought to be now. They tell what

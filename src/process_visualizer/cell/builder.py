@@ -139,7 +139,7 @@ def _objects(parsed: Optional[Parsed], global_frame: str) -> Optional[SoughtObje
         values['warn'], values['stop'], values['padding'], values['surface'],
         None if values['topic'] is None else absolute_topic('', values['topic']),
         None if values['size'] is None else _roi(parsed, global_frame),
-        tuple(box for box in expected if box is not None), parsed.location)
+        tuple(box for box in expected if box is not None), parsed.location, values['noise'])
 
 
 def _mode(text: Optional[str]) -> Optional[Mode]:
@@ -178,7 +178,8 @@ def _topic(parsed: Parsed) -> Topic:
     values = parsed.values
     function = None if values['type'] is None else TopicFunction(values['type'])
     return Topic(absolute_topic(values['ns'], values['name']), function, values['msg'],
-                 values['record'], parsed.location, values['frame'], values['parentframe'])
+                 values['record'], parsed.location, values['frame'], values['parentframe'],
+                 values['latency'])
 
 
 def _display(parsed: Parsed) -> Display:

@@ -15,7 +15,7 @@ from process_visualizer.cell.elements import (
     Attribute,
     Tag,
 )
-from process_visualizer.cell.values import AXES, COLORS, PATTERNS
+from process_visualizer.cell.values import AXES, COLORS, PATTERNS, SENSOR_NOISES
 
 # The tables of the reference in the documentation, made from the table ``elements``.
 
@@ -25,7 +25,8 @@ _KINDS: Dict[str, str] = {
     'axis': 'direction', 'boolean': 'True or False', 'color': 'color', 'command_line': 'text',
     'environment': 'name', 'executable': 'file name', 'field': 'field', 'frame': 'frame',
     'integer': 'whole number', 'length': 'number ≥ 0', 'message': 'message type', 'name': 'name',
-    'names': 'names', 'namespace': 'ROS name', 'number': 'number', 'package': 'package',
+    'names': 'names', 'namespace': 'ROS name', 'noise': 'sensor, or number > 0',
+    'number': 'number', 'package': 'package',
     'path': 'path',
     'positive': 'number > 0', 'resource': 'ROS name', 'size': 'three numbers > 0',
     'text': 'text', 'topic': 'ROS name', 'vector': 'three numbers',
@@ -147,6 +148,7 @@ def _value_types() -> Iterator[str]:
             yield _pattern_type(f'plain_{kind}', pattern)
     yield _choice_type('plain_axis_name', AXES)
     yield _choice_type('plain_color_name', COLORS)
+    yield _choice_type('plain_sensor', SENSOR_NOISES)
     for kind, members in _unions().items():
         yield (f'  <xs:simpleType name="{kind}">\n'
                f'    <xs:union memberTypes="{" ".join(members)} substitution"/>\n'
@@ -157,6 +159,7 @@ def _unions() -> Dict[str, List[str]]:
     unions = {
         'axis': ['plain_axis_name', 'plain_vector'],
         'color': ['plain_color_name', 'plain_hex_color', 'plain_rgb'],
+        'noise': ['plain_sensor', 'plain_positive'],
     }
     used = {attribute.kind for tag in _tags().values() for attribute in tag.attributes.values()}
     for kind in sorted(used - set(_ANY_TEXT) - {'choice'} - set(unions)):

@@ -305,6 +305,10 @@ _STRUCTURE: Dict[str, Tag] = {
          'surface': _optional('positive', 'level surfaces of at least this area in m², such as '
                                           'tables and the floor, are not objects themselves',
                               '0.5'),
+         'noise': _optional('noise', 'error of depths: `kinect`, `realsense`, `tof`, or a standard '
+                                     'deviation in m at a distance of 1 m, which grows with the '
+                                     'square of the distance; default: estimated from the largest '
+                                     'level surface'),
          'topic': _optional('topic', 'cloud to search; default: the one that the device shows'),
          'frame': _BOX['frame'], 'xyz': _BOX['xyz'],
          'size': _optional('size', 'edge lengths in m of the box to search; default: '
@@ -395,6 +399,9 @@ _DRAWN: Dict[str, Tag] = {
                                      'tool; default: the tool frame (see `<tool>`)'),
          'parentframe': _optional('frame', 'frame of poses or forces if the messages name none; '
                                            'default: the base frame or the force frame'),
+         'latency': _optional('length', 'with a `type` of robots: seconds, up to 0.5, by which '
+                                        'something was measured before the stamp of its message, '
+                                        'or before its arrival if it has none', '0'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
     'rviz': Tag(
         'An RViz display of the device.',

@@ -150,6 +150,7 @@ class Topic:
     location: Location
     frame: Optional[str] = None  # of a tf topic: which frame
     parent_frame: Optional[str] = None  # in which the values are, where messages name none
+    latency_s: float = 0.0  # by which it was measured before its stamp, or its arrival
 
 
 @dataclass(frozen=True)
@@ -269,6 +270,7 @@ class SoughtObjects:
     region: Optional[RegionOfInterest]
     expected: Tuple[RegionOfInterest, ...]
     location: Location
+    noise_m: Optional[float] = None  # of depths at 1 m; None: it is estimated
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,8 @@ from process_visualizer.ros_names import (
     VIEW_RELAY,
 )
 
+MAX_LATENCY_S = 0.5  # with it a stamp still counts, which may be 1 s old
+
 
 def check_display(display: Display, problems: ProblemList) -> None:
     """Check that type, topic, properties and children of a display fit together."""
@@ -364,6 +366,7 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
         _check_topic_function(topic, problems)
     for topic in device.topics:
         _check_parent_frame(topic, problems)
+        _check_latency(topic, problems)
 
 
 def _parts_of_joints(device: Device) -> Tuple[Topic, ...]:
@@ -400,6 +403,16 @@ def _check_parent_frame(topic: Topic, problems: ProblemList) -> None:
         problems.add(topic.location, 'topic', 'attribute "parentframe" belongs to poses and forces '
                      f'(type "tool_center_frame" or "force_sensor") that are not {TF_MESSAGE}; '
                      'remove it')
+
+
+def _check_latency(topic: Topic, problems: ProblemList) -> None:
+    if topic.latency_s and topic.function not in ROBOT_FUNCTIONS:
+        kinds = ', '.join(f'"{it.value}"' for it in ROBOT_FUNCTIONS)
+        problems.add(topic.location, 'topic', f'attribute "latency" belongs to topics with one of '
+                                              f'the types {kinds}; remove it')
+    elif topic.latency_s > MAX_LATENCY_S:
+        problems.add(topic.location, 'topic', f'a latency of {topic.latency_s:g} s is too long; '
+                     f'give at most {MAX_LATENCY_S:g} s')
 
 
 def _check_topic_function(topic: Topic, problems: ProblemList) -> None:

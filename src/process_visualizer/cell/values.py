@@ -88,6 +88,22 @@ def length(text: str) -> float:
     return value
 
 
+SENSOR_NOISES = {'kinect': 0.0013, 'realsense': 0.0042, 'tof': 0.0017}
+"""Standard deviations of depths at 1 m [m]."""
+
+
+def noise(text: str) -> float:
+    """A standard deviation of depths at 1 m [m]: a kind of sensor, or a number above 0."""
+    if text in SENSOR_NOISES:
+        return SENSOR_NOISES[text]
+    try:
+        return positive(text)
+    except ValueError:
+        raise ValueError(f'{quoted(text)} is no noise of a sensor; write '
+                         f'{", ".join(SENSOR_NOISES)} or a number greater than 0, such as 0.002'
+                         ) from None
+
+
 def integer(text: str) -> int:
     """A whole number of at least 0."""
     return int(_matched('integer', text, 'is not a whole number; write one such as 22'))
@@ -252,7 +268,7 @@ def _matched(kind: str, text: str, advice: str) -> str:
 
 
 CONVERTERS: Dict[str, Callable[[str], object]] = {
-    'number': number, 'positive': positive, 'length': length, 'integer': integer,
+    'number': number, 'positive': positive, 'length': length, 'noise': noise, 'integer': integer,
     'vector': vector, 'size': size, 'axis': axis, 'color': color, 'boolean': boolean,
     'text': text_value, 'command_line': command_line, 'path': path_below, 'name': name,
     'names': names, 'namespace': namespace, 'topic': topic, 'resource': resource, 'frame': frame,

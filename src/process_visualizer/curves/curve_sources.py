@@ -45,7 +45,8 @@ class CurveSource(NamedTuple):
     poses has the topic of the robot's joints, of which its place is computed. A source that is
     ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
     ``tolerance`` is how far a run may be from a good one, ``max_tolerance`` how far it may never
-    be; ``value_names`` are what some values are called.
+    be; ``value_names`` are what some values are called. Numbers were measured ``latency_s`` before
+    their stamp, or before they came.
     """
 
     device: str
@@ -63,6 +64,7 @@ class CurveSource(NamedTuple):
     tolerance: Optional[float] = None
     value_names: Tuple[Tuple[float, str], ...] = ()
     max_tolerance: Optional[float] = None
+    latency_s: float = 0.0
 
     @property
     def channel_label(self) -> str:
@@ -120,7 +122,7 @@ def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: st
     if given is not None and given.color is not None:
         color = given.color
     return CurveSource(device.name, label, unit, color, quantity, topic.name,
-                       topic.message_type or '',
+                       topic.message_type or '', latency_s=topic.latency_s,
                        tolerance=None if given is None else given.tolerance,
                        max_tolerance=None if given is None else given.max_tolerance)
 

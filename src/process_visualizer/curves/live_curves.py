@@ -137,7 +137,7 @@ class LiveSeries:
         numbers = self._locators.joined(self._measured_s, self._context)
         if len(numbers.positions) < 2:
             return np.empty(0), np.empty(0)
-        times_s = self._measured_s(numbers)
+        times_s = self._measured_s(numbers) - self._source.latency_s
         middle_s, values = sampled(Samples(self._source, times_s, numbers.values))
         is_new = (middle_s > self._known_s) & (middle_s <= times_s[-1] - 0.45 * WINDOW_S)
         if is_new.any():
@@ -145,7 +145,8 @@ class LiveSeries:
         return _finite(middle_s[is_new], values[is_new])
 
     def _samples(self, numbers: Numbers) -> Samples:
-        return Samples(self._source, (numbers.positions - self._begin_ns) / 1e9, numbers.values)
+        times_s = (numbers.positions - self._begin_ns) / 1e9 - self._source.latency_s
+        return Samples(self._source, times_s, numbers.values)
 
     def _measured_s(self, numbers: Numbers) -> np.ndarray:
         stamps_s = np.where(numbers.stamps_ns > 0, (numbers.stamps_ns - self._begin_ns) / 1e9,

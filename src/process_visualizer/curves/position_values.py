@@ -95,6 +95,7 @@ class _Topic:
 
     def value(self, time_ns: int) -> Optional[float]:
         """Return the value at a bag time [ns]."""
+        time_ns += round(self._source.latency_s * _NS_PER_S)  # what was measured then
         if self._source.quantity is Quantity.SPEED:
             return self._speed(time_ns)
         numbers = self._last(time_ns)

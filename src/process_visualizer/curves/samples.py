@@ -155,7 +155,8 @@ def _samples(recording: Recording, series: Series,
         joined = series.locators.joined(partial(measured_s, recording), numbers)
     by_stamp = series.source.quantity is Quantity.SPEED or by_stamp and bool(
         (joined.stamps_ns > 0).any())
-    return Samples(series.source, _times_s(recording, by_stamp, joined), joined.values)
+    times_s = _times_s(recording, by_stamp, joined) - series.source.latency_s
+    return Samples(series.source, times_s, joined.values)
 
 
 def _times_s(recording: Recording, by_stamp: bool, numbers: Numbers) -> np.ndarray:

@@ -151,12 +151,15 @@ def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> Lis
         parameters['msg'] = topics[0].message_type
     if device.model is not None and device.model.prefix:
         parameters['prefix'] = device.model.prefix
+    if any(topic.latency_s for topic in topics):
+        parameters['latencies'] = [topic.latency_s for topic in topics]
     return [ProcessorNode(PACKAGE, JOINT_PROC, JOINT_PROC, parameters)]
 
 
 def _topic(topic: Optional[Topic]) -> TopicParameters:
     return TopicParameters() if topic is None else TopicParameters(
-        topic.name, topic.message_type or '', topic.frame or '', topic.parent_frame or '')
+        topic.name, topic.message_type or '', topic.frame or '', topic.parent_frame or '',
+        topic.latency_s)
 
 
 def _depth_nodes(device: Device, manager: Optional[Manager]) -> List[ProcessorNode]:
@@ -257,7 +260,8 @@ def _parameters(objects: SoughtObjects) -> Dict[str, Any]:
     return {'warn': objects.warn_m, 'stop': objects.stop_m, 'padding': objects.padding_m,
             'surface': objects.surface_m2,
             'region': [] if objects.region is None else [_box(objects.region)],
-            'expected': [_box(box) for box in objects.expected]}
+            'expected': [_box(box) for box in objects.expected],
+            **({} if objects.noise_m is None else {'noise': objects.noise_m})}
 
 
 def _box(box: RegionOfInterest) -> Dict[str, Any]:

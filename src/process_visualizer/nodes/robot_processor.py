@@ -41,13 +41,16 @@ from process_visualizer.nodes.robot.twist_source import (
 )
 from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.parameters.robot_parameters import (
+    JOINT_LATENCIES,
     JOINT_OFFSETS,
     RobotParameters,
     TopicParameters,
+    usable_latencies,
     usable_offsets,
 )
 from process_visualizer.robot.joints import JointMatching
 from process_visualizer.robot.kinematics import Kinematics
+from process_visualizer.robot.velocity import MeasuringTime
 from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'
@@ -91,6 +94,7 @@ class RobotProcessor:
         self._pose_time_s = self._came_s = 0.0
         self._shown_paused: Tuple[Tuple[float, ...], float] = ((), 0.0)
         self._force: Optional[VectorSample] = None
+        self._force_times = MeasuringTime()
         self._joints_time_s: Optional[float] = None
         self._joints_s = -math.inf
         self._patience = Patience(PATIENCE_S)
@@ -103,7 +107,7 @@ class RobotProcessor:
         self._restored = None if joints is None else RestoredPoses(node, joints, model)
         self._recorded = self._recording_of(parameters.tool_center_frame, model, joints)
         self._twist = TwistSource(node, self._recorded, parameters.velocity_window_s,
-                                  parameters.stale_after_s)
+                                  parameters.stale_after_s, parameters.tool_center_frame.latency_s)
         if parameters.joint_states.name or model.links:
             node.subscribe('joint_states', JointState, self._on_joints, queue_size=_GROUPS)
         self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose, static,
@@ -125,7 +129,8 @@ class RobotProcessor:
             self._node, topic.name, lambda message_type: self._input.decoder(message_type),
             joints, preroll_s)
         return RecordedMotion(self._node, reader, self._playback.clock,
-                              self._parameters.velocity_window_s, self._on_playback)
+                              self._parameters.velocity_window_s, self._on_playback,
+                              topic.latency_s)
 
     def _on_joints(self, state: JointState) -> None:
         """Draw with the joint states that move the drawn robot: arrows turn with it.
@@ -225,7 +230,9 @@ class RobotProcessor:
             self._frames.want(drawn_frame, self._parameters.force_sensor.name)
             self._draw_data(now_s)
         if self._tool_force.get_num_connections() > 0:
-            self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
+            measured_s = min(self._force_times.wall_s(wrench.stamp_s, now_s), now_s)
+            self._publish_force(rospy.Time.from_sec(
+                measured_s - self._parameters.force_sensor.latency_s), frame, wrench)
 
     def _publish_force(self, stamp: rospy.Time, frame: str, wrench: Wrench) -> None:
         message = WrenchStamped()
@@ -304,14 +311,16 @@ def recorded_joints(node: NodeHandle, parameters: RobotParameters, model: Kinema
                     ) -> Optional[RecordedJoints]:
     """Return the recorded joints of the robot; None if they have no topic.
 
-    Offsets are those of the robot's joint_proc.
+    Offsets and latencies are those of the robot's joint_proc.
     """
     topics = (parameters.joint_states.name, *parameters.more_joint_states)
     if not topics[0] or not model.joint_names:
         return None
     offsets = usable_offsets(node.param(JOINT_OFFSETS, {}))
-    return RecordedJoints(topics, JointMatching(parameters.robot_name, model.joint_names, offsets,
-                                                parameters.link_prefix))
+    matching = JointMatching(parameters.robot_name, model.joint_names, offsets,
+                             parameters.link_prefix)
+    latencies_s = usable_latencies(node.param(JOINT_LATENCIES, []), len(topics))
+    return RecordedJoints(dict(zip(topics, latencies_s)), matching)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Tuple
 
 from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
 from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed, is_number
@@ -21,18 +21,20 @@ class TopicParameters:
     message_type: str = ''  # package/Type; empty: what the topic turns out to carry
     frame: str = ''  # of a tf topic: which frame
     parent_frame: str = ''  # in which the values are, where the message does not say it
+    latency_s: float = 0.0  # by which they were measured before their stamp, or their arrival
 
     @staticmethod
     def read(parameters: Parameters) -> 'TopicParameters':
         """Return the topic of a group of parameters."""
         return TopicParameters(parameters.text('name', ''), parameters.text('msg', ''),
                                parameters.frame('frame', ''),
-                               parameters.frame('parent_frame', ''))
+                               parameters.frame('parent_frame', ''),
+                               parameters.number('latency', 0.0))
 
-    def to_parameters(self) -> Dict[str, str]:
+    def to_parameters(self) -> Dict[str, Any]:
         """Return the group of parameters that ``read`` reads; empty for no topic."""
         values = {'name': self.name, 'msg': self.message_type, 'frame': self.frame,
-                  'parent_frame': self.parent_frame}
+                  'parent_frame': self.parent_frame, 'latency': self.latency_s}
         return {name: value for name, value in values.items() if value}
 
 
@@ -145,6 +147,16 @@ class RobotParameters:
 
 JOINT_OFFSETS = f'{JOINT_PROC}/joint_offsets'
 """Its name in the robot's namespace; joint_proc (C++) reads it as ~joint_offsets."""
+
+
+JOINT_LATENCIES = f'{JOINT_PROC}/latencies'
+"""Likewise: those of its topics [s], in their order; not set where there are none."""
+
+
+def usable_latencies(values: Any, count: int) -> List[float]:
+    """Return the latencies [s] of a number of topics; joint_proc refuses any others."""
+    usable = isinstance(values, list) and len(values) == count and all(map(is_number, values))
+    return [float(it) for it in values] if usable else [0.0] * count
 
 
 def usable_offsets(values: Any) -> Dict[str, float]:

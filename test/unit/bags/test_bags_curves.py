@@ -103,6 +103,18 @@ def test_speed_and_force_of_a_robot(tmp_path: Path, devices: Any, compression: s
     assert force.low == pytest.approx(5.0)
 
 
+def test_numbers_that_come_late_are_drawn_when_they_were_measured(tmp_path: Path,
+                                                                  devices: Any) -> None:
+    path = write(tmp_path / 'a.bag', robot_rows())
+    late = ROBOT.replace('type="tool_center_frame"/>', 'type="tool_center_frame" latency="0.2"/>')
+    late = late.replace('type="force_sensor"/>', 'type="force_sensor" latency="0.4"/>')
+    speed, force = read_curves([path], devices(late), columns=100)
+    assert abs(force.times_s[int(np.nanargmax(force.high))] - (200 / 125 - 0.4)) < 0.04
+    plain, _ = read_curves([path], devices(ROBOT), columns=100)
+    begins_s = [it.times_s[np.flatnonzero(np.isfinite(it.high))[-1]] for it in (plain, speed)]
+    assert begins_s[0] - begins_s[1] == pytest.approx(0.2, abs=0.05)
+
+
 def test_standard_messages(tmp_path: Path, devices: Any) -> None:
     rows = []
     for number in range(200):

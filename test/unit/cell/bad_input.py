@@ -205,6 +205,16 @@ VALUES: List[Bad] = [
     _in_robot('parent frame in tf', '<topic name="a" type="tool_center_frame" parentframe="base" '
               'msg="tf2_msgs/TFMessage"/>',
               '3: <topic>: attribute "parentframe" belongs to poses and forces', schema_sees=False),
+    _in_robot('latency of a topic that is only recorded', '<topic name="a" latency="0.1"/>',
+              '3: <topic>: attribute "latency" belongs to topics with one of the types '
+              '"joint_states", "tool_center_frame", "force_sensor"; remove it',
+              schema_sees=False),
+    _in_robot('latency with which no stamp counts', '<topic name="a" type="joint_states" '
+              'latency="0.6"/>', '3: <topic>: a latency of 0.6 s is too long; give at most 0.5 s',
+              schema_sees=False),
+    _in_robot('noise', '<topic name="a" type="pointcloud"/><objects noise="kinectt"/>',
+              '3: <objects>: attribute "noise": "kinectt" is no noise of a sensor; write kinect, '
+              'realsense, tof or a number greater than 0', kind='depth_sensor'),
     _in_robot('size', '<topic name="a" type="pointcloud"/><roi size="1 0 1"/>',
               '3: <roi>: attribute "size": "1 0 1": each edge length', kind='depth_sensor'),
     _in_robot('environment variable', _NODE + '><env name="A B" value=""/></node>',

@@ -21,6 +21,7 @@ def _triple(item: 'st.SearchStrategy[str]') -> 'st.SearchStrategy[str]':
 VALUES: Dict[str, 'st.SearchStrategy[str]'] = {
     'number': _NUMBER,
     'positive': _POSITIVE,
+    'noise': st.one_of(st.sampled_from(['kinect', 'tof']), _POSITIVE),
     'length': st.one_of(_POSITIVE, st.just('0')),
     'integer': st.integers(0, 65535).map(str),
     'vector': _triple(_NUMBER),

@@ -55,6 +55,11 @@ def test_everything_given(parse: Parse) -> None:
     assert values['expected'] == [{'frame': 'oven', 'center': [0, 0, 0], 'size': [1, 1, 1]}]
 
 
+def test_noise_of_the_sensor(parse: Parse) -> None:
+    assert finder(parse, '<objects noise="realsense"/>').parameters['noise'] == 0.0042
+    assert finder(parse, '<objects noise="0.002"/>').parameters['noise'] == 0.002
+
+
 def test_a_crop_comes_first(parse: Parse) -> None:
     node = finder(parse, '<roi size="1 1 1"/><objects/>')
     assert node.remaps['~input'] == '/k/roi_points'

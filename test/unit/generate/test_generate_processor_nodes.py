@@ -248,6 +248,19 @@ def test_joints_of_an_arm_and_of_its_gripper(parse: Parse) -> None:
     assert found == {'topics': ['/q', '/hand/q'], 'joint_names': ['j1', 'j2']}
 
 
+def test_latencies_of_a_robot(parse: Parse) -> None:
+    elements = ('<topic name="q" type="joint_states" latency="0.1"/>'
+                '<topic ns="hand" name="q" type="joint_states"/>'
+                '<topic name="f" type="force_sensor" latency="0.02"/>'
+                '<topic name="p" type="tool_center_frame" latency="0.03"/>')
+    found = next(node.parameters for node in nodes_of(parse, 'robot', elements, ARM)
+                 if node.name == 'joint_proc')
+    assert found['latencies'] == [0.1, 0.0]
+    topics = written(device(parse, 'robot', elements), ARM)['topics']
+    assert topics['force_sensor'] == {'name': '/f', 'latency': 0.02}
+    assert topics['tool_center_frame'] == {'name': '/p', 'latency': 0.03}
+
+
 def test_joints_of_a_robot_whose_model_has_a_prefix(parse: Parse) -> None:
     nodes = nodes_of(parse, 'robot', '<model pkg="p" path="a.urdf" prefix="left_"/>'
                      '<topic name="q" type="joint_states"/>', ARM)

@@ -320,6 +320,7 @@ class Wrench:
     force: Sequence[float]
     torque: Sequence[float]
     frame: str = ''
+    stamp_s: float = 0.0  # when it was measured; 0: the message does not say
 
 
 def _pose_from_array(message: bytes) -> ToolPose:
@@ -359,12 +360,13 @@ def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
     stamped = deserialize(WrenchStamped, message)
     return _wrench(_finite(_numbers(stamped.wrench.force)),
                    _finite(_numbers(stamped.wrench.torque)),
-                   stamped.header.frame_id.lstrip('/'))
+                   stamped.header.frame_id.lstrip('/'), stamped.header.stamp.to_sec())
 
 
-def _wrench(force: Sequence[float], torque: Sequence[float], frame: str = '') -> Wrench:
+def _wrench(force: Sequence[float], torque: Sequence[float], frame: str = '',
+            stamp_s: float = 0.0) -> Wrench:
     return Wrench(_in_range(force, 'force', _MAX_FORCE_N, 'N'),
-                  _in_range(torque, 'torque', _MAX_TORQUE_NM, 'Nm'), frame)
+                  _in_range(torque, 'torque', _MAX_TORQUE_NM, 'Nm'), frame, stamp_s)
 
 
 POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {

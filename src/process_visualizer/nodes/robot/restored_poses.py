@@ -18,17 +18,14 @@ from process_visualizer.nodes.robot.twist_source import (
     ANSWER_S,
     SERVICE,
     RecordedJoints,
-    TopicPart,
-    read_messages,
 )
 from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.recorded_velocity import PosePart
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC, RESTORED_TF_TOPIC
 from process_visualizer.srv import ReadTopic
 
-_REACHES_S = 0.5, 5.0, 60.0
-"""How long before a moment joints are looked for: some are sent seldom."""
-_AFTER_S = 0.5  # what was measured just after a moment comes late
+_BEFORE_S = 0.5  # the player adds what was told of each joint last before
+_AFTER_S = 1.0  # what was measured just after a moment comes late
 _HELD_S = 0.5  # a joint of which nothing is told for so long has stood, and then moved at once
 _TURNING = 'revolute', 'continuous'
 
@@ -111,31 +108,16 @@ class RestoredPoses:
         Raises:
             ServiceUnreachable: the player does not answer.
         """
+        part = PosePart(first_s - _BEFORE_S, last_s + _AFTER_S)
         told: DefaultDict[str, List[Tuple[float, float]]] = defaultdict(list)
-        for topic in map(self._node.resolve, self._joints.topics):
-            for name, it in self._told_on(topic, first_s, last_s).items():
-                told[name] += it
+        for topic, messages in self._joints.read(self._node, self._service, part).items():
+            for recorded_s, message in messages.messages:
+                try:
+                    found = self._joints.decode(topic, messages.type, message,
+                                                messages.begin_s + recorded_s)
+                except ValueError:
+                    continue  # joint_proc reports it when it is played
+                measured_s = found.stamp.to_sec() - messages.begin_s
+                for name, position in found.positions.items():
+                    told[name].append((measured_s, position))
         return {name: sorted(it) for name, it in told.items()}
-
-    def _told_on(self, topic: str, first_s: float, last_s: float) -> Told:
-        found: Told = {}
-        for reach_s in _REACHES_S:
-            part = PosePart(first_s - reach_s, last_s + _AFTER_S)
-            messages = read_messages(self._service, topic, part)
-            found = {} if messages is None else self._decoded(messages)
-            if messages is None or found and all(
-                    min(it)[0] <= first_s for it in found.values()):
-                break
-        return found
-
-    def _decoded(self, part: TopicPart) -> Told:
-        told: DefaultDict[str, List[Tuple[float, float]]] = defaultdict(list)
-        for recorded_s, message in part.messages:
-            try:
-                found = self._joints.decode(part.type, message, part.begin_s + recorded_s)
-            except ValueError:
-                continue  # joint_proc reports it when it is played
-            measured_s = found.stamp.to_sec() - part.begin_s
-            for name, position in found.positions.items():
-                told[name].append((measured_s, position))
-        return told

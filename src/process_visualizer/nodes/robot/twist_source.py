@@ -7,7 +7,7 @@ import struct
 import threading
 from functools import partial
 from operator import itemgetter
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import genpy
 import rospy
@@ -57,20 +57,35 @@ _POSITION = struct.Struct('<d')
 
 
 class RecordedJoints(NamedTuple):
-    """The topics on which drivers send the joints, and the meaning of their messages."""
+    """The topics on which drivers send the joints, and the meaning of their messages.
 
-    topics: Tuple[str, ...]
+    They were measured a latency [s] before their stamp, or before they came.
+    """
+
+    latencies_s: Dict[str, float]  # by topic
     matching: JointMatching
 
-    def decode(self, kind: str, message: bytes, recorded_s: float) -> JointsAt:
+    def read(self, node: NodeHandle, service: ServiceConnection, part: PosePart
+             ) -> Dict[str, TopicPart]:
+        """Return the recorded messages, by those topics that are played.
+
+        Raises:
+            ServiceUnreachable: the player does not answer.
+        """
+        parts = {topic: read_messages(service, node.resolve(topic), part)
+                 for topic in self.latencies_s}
+        return {topic: it for topic, it in parts.items() if it is not None}
+
+    def decode(self, topic: str, kind: str, message: bytes, recorded_s: float) -> JointsAt:
         """Return the robot's joints in a message that was recorded at a time [s].
 
         Raises:
             ValueError: it cannot be used.
         """
+        latency = rospy.Duration.from_sec(self.latencies_s[topic])
         if kind == FLOAT_ARRAY:
             return JointsAt(self.matching.match((), float32_values(message)),
-                            rospy.Time.from_sec(recorded_s))
+                            rospy.Time.from_sec(recorded_s) - latency)
         if kind not in NAMED_JOINTS:
             raise ValueError(f'{kind} carries no joints')
         try:
@@ -81,7 +96,7 @@ class RecordedJoints(NamedTuple):
         if abs(stamp.to_sec() - recorded_s) > USABLE_WITHIN_S:  # none, or another computer's
             stamp = rospy.Time.from_sec(recorded_s)
         positions = [_POSITION.unpack_from(message, offset)[0] for offset in offsets]
-        return JointsAt(self.matching.match(names, positions), stamp)
+        return JointsAt(self.matching.match(names, positions), stamp - latency)
 
 
 # Reads the poses of a tool from a part of the recording, with the player's service ~read.
@@ -156,7 +171,7 @@ class RecordedReader:
             preroll_s: how much a decoder receives before the wanted poses [s].
         """
         self._node, self._has_poses = node, bool(topic)
-        self.topic = node.resolve(topic or (joints.topics[0] if joints else topic))
+        self.topic = node.resolve(topic or (next(iter(joints.latencies_s)) if joints else topic))
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
         self._needs_joints = False
         self._service = node.connect(SERVICE, ReadTopic, ANSWER_S)
@@ -170,44 +185,46 @@ class RecordedReader:
         reach = PosePart(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
         tool = read_messages(self._service, self.topic, reach) if self._has_poses else None
         reading = None if self._needs_joints or not self._has_poses \
-            else self._decoded(part, tool, [])
+            else self._decoded(part, tool, {})
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
-        topics = [self._node.resolve(it) for it in self._joints.topics]
         # Those of before the part count beside others that come: one may be sent when it moves.
-        joints = [it for it in (read_messages(self._service, topic, reach) for topic in topics)
-                  if it is not None]
+        joints = self._joints.read(self._node, self._service, reach)
         self._needs_joints = bool(joints)
         if not joints and reading is not None:
-            return reading._replace(problem=f'{reading.problem}; record {" and ".join(topics)} too,'
-                                    ' from which it can be computed')
-        come = any(it.messages and it.messages[-1][0] >= reach.begin_s for it in joints)
-        return self._decoded(part, tool, joints if come else [])
+            topics = ' and '.join(map(self._node.resolve, self._joints.latencies_s))
+            return reading._replace(problem=f'{reading.problem}; record {topics} too, from which '
+                                    'it can be computed')
+        come = any(it.messages and it.messages[-1][0] >= reach.begin_s for it in joints.values())
+        return self._decoded(part, tool, joints if come else {})
 
     def _decoded(self, part: PosePart, tool: Optional[TopicPart],
-                 joints: Sequence[TopicPart]) -> Optional[Reading]:
+                 joints: Dict[str, TopicPart]) -> Optional[Reading]:
         decoder = self._decoders('' if tool is None else tool.type)
         if decoder is None:
             return None
-        events = [event for it in joints for event in self._joint_events(decoder, it)]
+        events = [event for topic, it in joints.items()
+                  for event in self._joint_events(decoder, topic, it)]
         if tool is None and not events:
             return None
         if tool is not None:
             events += [_Event(recorded_s, partial(decoder.pose, message), tool.period_s)
                        for recorded_s, message in tool.messages]
-        played = [*joints, *([tool] if tool else [])]
+        played = [*joints.values(), *([tool] if tool else [])]
         found = _collected(events, played[-1].begin_s, is_in_parts=tool is None)
         poses = [it for it in found.poses if it.recorded_s >= part.begin_s]
         return Reading(RecordedPoses(part, poses), tool.period_s if tool else found.period_s,
                        '' if found.poses else found.problem)
 
-    def _joint_events(self, decoder: PoseDecoder, joints: TopicPart) -> Iterator[_Event]:
+    def _joint_events(self, decoder: PoseDecoder, topic: str, joints: TopicPart
+                      ) -> Iterator[_Event]:
         assert self._joints is not None
         new: Dict[str, float] = {}
         next_s = -math.inf
         for recorded_s, message in joints.messages:
             try:
-                found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
+                found = self._joints.decode(topic, joints.type, message,
+                                            joints.begin_s + recorded_s)
             except ValueError:
                 continue  # joint_proc reports it when it is played
             new.update(found.positions)
@@ -289,7 +306,8 @@ class RecordedMotion:
     """
 
     def __init__(self, node: NodeHandle, reader: RecordedReader, clock: PlaybackClock,
-                 window_s: float, on_change: Callable[[], None]) -> None:
+                 window_s: float, on_change: Callable[[], None],
+                 latency_s: float = 0.0) -> None:
         """Prepare; `start` begins to follow the player.
 
         Args:
@@ -299,10 +317,11 @@ class RecordedMotion:
             window_s: the window of the slopes [s].
             on_change: called, in various threads, with each state of the player, and when more is
                 known.
+            latency_s: by which the poses were measured before their stamps, or their arrival.
         """
         self._node, self._reader = node, reader
         self._clock = clock
-        self._window_s = window_s
+        self._window_s, self._latency_s = window_s, latency_s
         self._on_change = on_change
         self._lock = threading.Lock()
         self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
@@ -363,7 +382,8 @@ class RecordedMotion:
         self._on_change()
 
     def _within(self, position_s: float) -> float:
-        return min(max(position_s, 0.0), self._duration_s)
+        """Return the position at which that is stamped, or has come, which was measured then."""
+        return min(max(position_s + self._latency_s, 0.0), self._duration_s)
 
     def _read(self) -> Optional[float]:
         """Read the part that is needed next, and go on (0 s) until none is."""
@@ -444,13 +464,16 @@ class TwistSource:
     """
 
     def __init__(self, node: NodeHandle, recorded: Optional[RecordedMotion], window_s: float,
-                 stale_after_s: float) -> None:
-        """``recorded`` reads the recording, if there is a topic."""
+                 stale_after_s: float, latency_s: float = 0.0) -> None:
+        """``recorded`` reads the recording, if there is a topic.
+
+        Received poses were measured ``latency_s`` before their stamps, or before they came.
+        """
         self._node, self._recorded = node, recorded
         self._live = ToolVelocity(window_s)
         self._times = MeasuringTime()
         self._rate = LiveNumber(node, PLAYBACK_RATE, 1.0)
-        self._stale_after_s = stale_after_s
+        self._stale_after_s, self._latency_s = stale_after_s, latency_s
         self._last_recorded: Optional[Triple] = None
 
     @property
@@ -473,11 +496,12 @@ class TwistSource:
         wall_s = self._times.wall_s(pose.stamp_s, now_s)
         if not self.is_recorded:
             self._last_recorded = None
-            self._live.add(now_s, wall_s, pose.position, pose.quaternion, self._rate.value())
+            self._live.add(now_s - self._latency_s, wall_s - self._latency_s, pose.position,
+                           pose.quaternion, self._rate.value())
 
     def settle(self, now_s: float) -> None:
         """Use the poses that have waited for long enough."""
-        self._live.settle(now_s)
+        self._live.settle(now_s - self._latency_s)
 
     def is_awaited(self) -> bool:
         """Return whether it will be known in a moment, so that nothing should be drawn now."""
