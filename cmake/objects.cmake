@@ -57,6 +57,8 @@ process_visualizer_compile(objects_benchmark)
 target_link_libraries(objects_benchmark process_visualizer_objects)
 
 # Another one, with the scenes and sensors of bench/sensed_world.hpp; bench/watch.py builds it.
+# The plain pipeline beside it needs more of PCL.
 add_executable(watch_benchmark EXCLUDE_FROM_ALL bench/watch.cpp)
 process_visualizer_compile(watch_benchmark)
-target_link_libraries(watch_benchmark process_visualizer_objects)
+target_link_libraries(watch_benchmark
+  process_visualizer_objects pcl_segmentation pcl_filters pcl_search pcl_sample_consensus)
