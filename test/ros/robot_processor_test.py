@@ -183,12 +183,13 @@ class RobotProcessorTest(unittest.TestCase):
                 ('joint_proc', [], 'topic: the topic of the joints is expected'),
                 ('joint_proc', ['_topic:=q'], 'joint_names: the names of'),
                 ('joint_proc', ['_topic:=q', '_joint_rate:=fast'], 'joint_rate: a number'),
-                ('joint_proc', ['_topic:=q', '_latencies:=[0.1, 0.2]'], 'latencies: a number of'),
                 ('joint_proc', ['_topic:=q', '_joint_rate:=9', '_joint_offsets/b:=1',
                                 'robot_description:=/one'],
                  'an offset of b'),
                 ('joint_proc', ['_topic:=q', '_joint_rate:=9', 'robot_description:=/broken'],
-                 'the URDF is not XML')):
+                 'the URDF is not XML'),
+                ('joint_proc', ['_topic:=q', '_joint_rate:=9', '_latencies:=[0.1, 0.2]'],
+                 'latencies: a number of')):
             status, output = run_node(node, ['__ns:=/t', *arguments])
             self.assertEqual(status, 1, output)
             self.assertIn(problem, output)
