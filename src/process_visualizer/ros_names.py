@@ -37,6 +37,8 @@ OWN_TOPICS = f'/{PACKAGE}/'  # as in src/recorder/bag_recorder.cpp
 """What the names of our topics and parameters begin with that belong to no node."""
 PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
 """The parameter that says how fast a recording is played."""
+COMPARISON_TOPIC = f'{OWN_TOPICS}comparison'
+"""On which the launcher says how the running cell compares with good runs, as JSON."""
 PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
 GHOST_TOPIC = f'/{GHOST}/marker_array'
 GHOST_PHASE_TOPIC = f'/{GHOST}/phase'

@@ -73,12 +73,12 @@ def lane_entries(curves: Sequence[Curve], labels: Mapping[Tuple[str, str, str], 
                              'out': packed.plain(band.departed[grid.shown].astype(np.uint8))}
         limits = [] if curve.limits is None else [
             it for it in (curve.limits.low, curve.limits.high) if it is not None]
-        found.append({**entry, 'limits': limits, **_scale(ends, limits)})
+        found.append({**entry, 'limits': limits, **lane_scale(ends, limits)})
     return found
 
 
-def _scale(columns: Sequence[np.ndarray], limits: Sequence[float]) -> Dict[str, Any]:
-    """The ends and ticks of a lane."""
+def lane_scale(columns: Sequence[np.ndarray], limits: Sequence[float]) -> Dict[str, Any]:
+    """Return the ends and ticks of a lane, for JSON."""
     known = np.concatenate([it[np.isfinite(it)] for it in columns])
     if not len(known):
         return {'scale': [0.0, 1.0], 'ticks': []}

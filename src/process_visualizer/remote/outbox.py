@@ -139,9 +139,17 @@ class LinkWindow:
     can, and shrinks when they become slower.
     """
 
-    def __init__(self) -> None:
-        """Nothing is known of the link."""
-        self._window = float(_BEGIN_BYTES)
+    def __init__(self, least_bytes: int = _MIN_BYTES, begin_bytes: int = _BEGIN_BYTES,
+                 queued_s: float = _QUEUED_S, longest_s: float = math.inf) -> None:
+        """Nothing is known of the link.
+
+        Args:
+            least_bytes, begin_bytes: the smallest window, and the first one.
+            queued_s: by so much an answer may be slower than the quickest one.
+            longest_s: an answer may take, however quick others were.
+        """
+        self._least_bytes, self._window = least_bytes, float(begin_bytes)
+        self._queued_s, self._longest_s = queued_s, longest_s
         self._sent = self._acknowledged = 0
         self._marks: Deque[Tuple[int, float]] = deque()  # bytes sent up to a time
         self._quickest: Deque[Tuple[float, float]] = deque()  # rising: time, answer [s]
@@ -202,9 +210,9 @@ class LinkWindow:
         self._quickest.append((now_s, answer_s))
         while self._quickest[0][0] < now_s - _QUICKEST_S:
             self._quickest.popleft()
-        if answer_s > self._quickest[0][1] + _QUEUED_S:
+        if answer_s > min(self._quickest[0][1] + self._queued_s, self._longest_s):
             if now_s - self._shrunk_s > answer_s:  # once for what is under way
-                self._window = max(_MIN_BYTES, self._window * _SHRINK)
+                self._window = max(self._least_bytes, self._window * _SHRINK)
                 self._shrunk_s = now_s
         elif was_full:
             self._window = min(_MAX_WINDOW_BYTES, self._window + 0.5 * new)

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What viewers of a live page are sent: everything encoded once, and never anything old.
+
+There is one newest message of each kind. A viewer gets those that it has not had yet, when it has
+said that the earlier ones came; what was replaced meanwhile it never gets. So nothing queues for a
+slow viewer, and none slows another one.
+"""
+from __future__ import annotations
+
+import hmac
+from collections import deque
+from enum import IntEnum
+from struct import Struct
+from typing import Deque, Dict, NamedTuple, Optional, Tuple, Union
+from urllib.parse import urlsplit
+
+from process_visualizer.remote.outbox import LinkWindow
+
+Message = Union[str, bytes]
+MEMORY_S = 300.0
+"""So much of the past a viewer can look back at, at most, when it has just come."""
+MAX_RECENT = 1500
+"""Frames of one answer; of more, every second or third, ..."""
+_LENGTH = Struct('<I')
+
+
+class Slot(IntEnum):
+    """The kinds of messages; a layout comes before the frames that have it."""
+
+    LAYOUT = 0
+    STATE = 1
+    FRAME = 2
+    LANES = 3
+    CLOUD = 4
+
+
+class _Kept(NamedTuple):
+    time_s: float
+    layout: int
+    data: bytes
+
+
+class LiveFeed:
+    """The newest messages, and the frames of the last minutes."""
+
+    def __init__(self, memory_s: float = MEMORY_S) -> None:
+        """Begin without any."""
+        self._memory_s = memory_s
+        self._newest: Dict[Slot, Tuple[int, Message]] = {}
+        self._kept: Deque[_Kept] = deque()
+        self._layout = 0
+
+    def put(self, slot: Slot, message: Message) -> None:
+        """Replace the newest message of a kind; one that is the same is not sent again."""
+        number, before = self._newest.get(slot, (0, b''))
+        if message != before:
+            self._newest[slot] = number + 1, message
+
+    def put_frame(self, time_s: float, layout: int, data: bytes) -> None:
+        """Replace the newest frame, and keep it; ``time_s`` rises."""
+        self.put(Slot.FRAME, data)
+        self._layout = layout
+        self._kept.append(_Kept(time_s, layout, data))
+        while self._kept[0].time_s < time_s - self._memory_s:
+            self._kept.popleft()
+
+    def newest(self, slot: Slot) -> Tuple[int, Message]:
+        """Return the number and the newest message of a kind; 0 if there is none."""
+        return self._newest.get(slot, (0, b''))
+
+    def recent(self, after_s: float, before_s: float) -> bytes:
+        """Return kept frames between two times, each behind its length (32 bits).
+
+        Those of another layout than the present one are left out.
+        """
+        found = [it.data for it in self._kept
+                 if after_s < it.time_s < before_s and it.layout == self._layout]
+        step = max(-(-len(found) // MAX_RECENT), 1)
+        return b''.join(_LENGTH.pack(len(it)) + it for it in found[::step])
+
+
+_LEAST_BYTES, _BEGIN_BYTES = 1500, 4000
+"""Under way to a viewer: two messages on any link, and some more before it is known."""
+_QUEUED_S, _LONGEST_S = 0.2, 0.5
+_CLOUD_SHARE = 0.25
+"""Of the time, at most, in which a cloud is under way: what moves does not wait for it."""
+_GONE_S = 20.0
+"""After so long without an answer a viewer is taken as gone."""
+
+
+class ViewerPace:
+    """Decides what a viewer is sent next; times [s] are those of a clock that does not jump.
+
+    A link that carries less than is sent would fill every buffer on the way, up to seconds. So
+    no more is under way than the link carries (`LinkWindow`).
+    """
+
+    def __init__(self, feed: LiveFeed, now_s: float, has_clouds: bool = False) -> None:
+        """Nothing has been sent; ``has_clouds``: it wants clouds, too."""
+        self._feed = feed
+        self.has_clouds = has_clouds
+        self._had: Dict[Slot, int] = {}
+        self._others = deque((Slot.STATE, Slot.FRAME, Slot.LANES))  # in turn
+        if has_clouds:
+            self._others.append(Slot.CLOUD)
+        self._cloud: Optional[Tuple[int, float]] = None  # under way: its count, and since when
+        self._cloud_from_s = now_s
+        self._window = LinkWindow(_LEAST_BYTES, _BEGIN_BYTES, _QUEUED_S, _LONGEST_S)
+        self._sent: Deque[Tuple[int, int]] = deque()  # messages and bytes up to each of them
+        self._bytes = 0
+        self._count = self._answered = 0
+        self._answered_s = now_s
+
+    def next(self, now_s: float) -> Optional[Message]:
+        """Return what is to be sent now, which then counts as sent; None if there is nothing."""
+        if not self._window.may_send_large():
+            return None
+        for slot in (Slot.LAYOUT, *self._others):
+            number, message = self._feed.newest(slot)
+            is_early = slot is Slot.CLOUD and (self._cloud is not None
+                                               or now_s < self._cloud_from_s)
+            if number != self._had.get(slot, 0) and not is_early:
+                self._note(slot, number, len(message), now_s)
+                return message
+        return None
+
+    def _note(self, slot: Slot, number: int, size: int, now_s: float) -> None:
+        self._had[slot] = number
+        self._count += 1
+        self._bytes += size
+        if not self._sent:
+            self._answered_s = now_s
+        self._sent.append((self._count, self._bytes))
+        self._window.sent(size, now_s)
+        if slot is Slot.CLOUD:
+            self._cloud = self._count, now_s
+        if slot in self._others:
+            self._others.remove(slot)
+            self._others.append(slot)
+
+    def answered(self, count: int, now_s: float) -> bool:
+        """Take how many messages have come there in all; return whether that is true and new.
+
+        So a viewer can say no more than it is sent.
+        """
+        if not self._answered < count <= self._count:
+            return False
+        self._answered = count
+        self._answered_s, total = now_s, 0
+        while self._sent and self._sent[0][0] <= count:
+            _, total = self._sent.popleft()
+        self._window.acknowledged(total, now_s)
+        if self._cloud is not None and self._cloud[0] <= count:
+            took_s = now_s - self._cloud[1]
+            self._cloud, self._cloud_from_s = None, now_s + took_s * (1.0 / _CLOUD_SHARE - 1.0)
+        return True
+
+    def is_gone(self, now_s: float) -> bool:
+        """Return whether it has not answered for long."""
+        return bool(self._sent) and now_s - self._answered_s > _GONE_S
+
+
+class Refusal(NamedTuple):
+    """Why a request is refused: the status of HTTP, and what a person reads."""
+
+    status: int
+    text: str
+
+
+_LOCAL = ('localhost', '127.0.0.1', '::1')
+
+
+class Admission:
+    """Decides who may see the page.
+
+    The token is the first part of the path; without one, only this computer's own names count as
+    hosts, so that no page from elsewhere can lead a browser here under a name of its own.
+    """
+
+    def __init__(self, token: str) -> None:
+        """Take the token; '': only this computer can connect, and needs none."""
+        self._token = token
+
+    def path(self) -> str:
+        """Return where the page is."""
+        return f'/{self._token}/' if self._token else '/'
+
+    def asked(self, path: str) -> Optional[str]:
+        """Return what a path asks for behind the token; None if the token is wrong or missing."""
+        if not self._token:
+            return path[1:]
+        token, separator, rest = path[1:].partition('/')
+        is_right = hmac.compare_digest(token.encode('utf-8', 'surrogatepass'),
+                                       self._token.encode())
+        return rest if is_right and separator else None
+
+    def refusal(self, path: str, host: str, origin: Optional[str],
+                is_socket: bool) -> Optional[Refusal]:
+        """Return why a request is refused; None if it is not.
+
+        Args:
+            path: of the request, with the token.
+            host: its header Host.
+            origin: its header Origin; None without one.
+            is_socket: it asks for the connection over which the cell is shown.
+        """
+        if not self._token and _name(host) not in _LOCAL:
+            return Refusal(403, 'This page is for this computer only; open it as localhost.')
+        if self.asked(path) is None:
+            return Refusal(403, 'This address is not right: it has to end with the token that '
+                                '"cell serve" has printed.')
+        if (is_socket or origin is not None) and not _is_same(origin, host):
+            return Refusal(403, 'Another page asks for this one; open it by its own address.')
+        return None
+
+
+def _name(host: str) -> str:
+    try:
+        return urlsplit(f'//{host}').hostname or ''
+    except ValueError:
+        return ''
+
+
+def _is_same(origin: Optional[str], host: str) -> bool:
+    if origin is None:
+        return False
+    try:
+        parts = urlsplit(origin)
+    except ValueError:
+        return False
+    return parts.scheme in ('http', 'https') and parts.netloc.lower() == host.lower()
+

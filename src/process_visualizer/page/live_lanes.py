@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of a running cell over its last minutes, as a live page has them."""
+from __future__ import annotations
+
+from struct import Struct
+from typing import Any, Dict, List, NamedTuple, Tuple
+
+import numpy as np
+
+from process_visualizer.curves.live_curves import COLUMN_S, MAX_S, LiveCurve, LiveWindow
+from process_visualizer.page.lanes import lane_scale
+
+LANES = 2
+"""The first byte of columns; see `LiveLanes.columns`."""
+JOINED = 5
+STEP_S = JOINED * COLUMN_S
+"""Of a column of a page: a pixel, if two minutes are shown on a screen."""
+MAX_LANES = 40
+WINDOW_S = 1500 * STEP_S
+"""The longest LiveWindow that has columns of this length."""
+_HEAD = Struct('<BBHIId')
+
+
+class _Lane(NamedTuple):
+    curve: LiveCurve
+    low: np.ndarray
+    high: np.ndarray
+
+
+class LiveLanes:
+    """Keeps the columns of all curves; those of the same number are of the same time."""
+
+    def __init__(self, keep_s: float = MAX_S) -> None:
+        """Keep so much."""
+        self._count = round(keep_s / STEP_S)
+        self._lanes: Dict[Tuple[str, str, str], _Lane] = {}
+        self._epoch_s = 0.0
+        self._end = 0
+        self._number = 0
+        self._entries: List[Dict[str, Any]] = []
+
+    @property
+    def entries(self) -> List[Dict[str, Any]]:
+        """Return the lanes without their columns, for JSON."""
+        return self._entries
+
+    def take(self, window: LiveWindow) -> None:
+        """Take the newest curves; the window is not longer than WINDOW_S."""
+        if not window.curves:
+            return
+        if window.epoch_s != self._epoch_s:  # the recorder has begun anew
+            self._lanes, self._entries = {}, []
+            self._epoch_s, self._end = window.epoch_s, 0
+        end = round((window.begin_s + window.duration_s) / STEP_S)
+        self._move_to(end)
+        for curve in window.curves[:MAX_LANES]:
+            key = curve.source.device, curve.source.label, curve.source.topic
+            lane = self._lanes.get(key) or _Lane(curve, *self._empty())
+            count = min(len(curve.low), self._count)
+            lane.low[-count:], lane.high[-count:] = curve.low[-count:], curve.high[-count:]
+            self._lanes[key] = lane._replace(curve=curve)
+        if len(self._lanes) != len(self._entries):
+            self._number += 1
+        self._entries = [_entry(it) for it in self._lanes.values()]
+
+    def _empty(self) -> Tuple[np.ndarray, np.ndarray]:
+        return np.full(self._count, np.nan), np.full(self._count, np.nan)
+
+    def _move_to(self, end: int) -> None:
+        step = min(max(end - self._end, 0), self._count)
+        self._end = end
+        for lane in self._lanes.values():
+            for values in (lane.low, lane.high):
+                values[:len(values) - step] = values[step:].copy()
+                values[len(values) - step:] = np.nan
+
+    def columns(self, seconds: float) -> bytes:
+        """Return the columns of the last seconds as bytes.
+
+        A head: kind, number of lanes, number of their set, number of the first column, number of
+        columns, and when column 0 begins [s since the epoch]; then for each lane the least and
+        the greatest values in single precision, NaN for none.
+        """
+        count = min(round(seconds / STEP_S), self._count, self._end)
+        lanes = list(self._lanes.values())
+        head = _HEAD.pack(LANES, len(lanes), self._number & 0xFFFF, self._end - count, count,
+                          self._epoch_s)
+        with np.errstate(over='ignore'):
+            return head + b''.join(values[len(values) - count:].astype('<f4').tobytes()
+                                   for lane in lanes for values in (lane.low, lane.high))
+
+
+def _entry(lane: _Lane) -> Dict[str, Any]:
+    source = lane.curve.source
+    limits = [] if source.limits is None else [
+        it for it in (source.limits.low, source.limits.high) if it is not None]
+    return {'device': source.device, 'label': source.channel_label, 'unit': source.unit,
+            'color': list(source.color), 'limits': limits, 'step': STEP_S,
+            **lane_scale([lane.low, lane.high], limits)}

@@ -1,0 +1,434 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A running cell as a live page draws it: where frames are now, and the arrows and words of RViz.
+
+A layout says which places, arrows and texts there are; a frame has one row of numbers for each of
+them, whatever has changed, so any of them may be left out on its way to a viewer.
+"""
+from __future__ import annotations
+
+import math
+from struct import Struct
+from types import MappingProxyType
+from typing import (
+    Any,
+    Dict,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+)
+
+from process_visualizer.bagio.message_layout import Data
+from process_visualizer.bagio.number_places import transforms_in
+from process_visualizer.curves.curve_sources import CurveSource, Quantity
+from process_visualizer.page.live_markers import (
+    MarkerAction,
+    MarkerType,
+    SeenMarker,
+    markers_in,
+)
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.rotations import Quaternion
+from process_visualizer.ros_names import GHOST, GHOST_TOPIC
+
+MAX_MARKERS = 200
+"""Arrows and texts of a page; what a node draws beyond that is left out."""
+MAX_FRAMES = 2000
+FRAME = 1
+"""The first byte of a frame; see `LiveScene.frame`."""
+_HEAD = Struct('<BxHId')
+_PLACE = Struct('<3f4h')
+_ARROW = Struct('<6f3B')
+_TEXT = Struct('<3BB')
+_POSE = Struct('<7d')
+_TURN_STEPS = 32_767
+_MAX_TEXT_BYTES = 255
+_NOWHERE = _PLACE.pack(math.nan, math.nan, math.nan, 0, 0, 0, _TURN_STEPS)
+_NO_ARROW = _ARROW.pack(*[math.nan] * 6, 0, 0, 0)
+_NO_TEXT = _TEXT.pack(0, 0, 0, 0)
+_VARIABLE = 'variable/'
+_QUANTITIES = {'velocity': (Quantity.SPEED.value, 'v'), 'force': (Quantity.FORCE.value, 'F'),
+               'joints': ('joints', 'joints')}
+_LIGHT = 0.65  # of a text's color, as nodes/common/markers.py lightens that of its arrow
+
+
+class NewestFrames:
+    """The newest transform of each frame, whatever its stamp: what RViz draws models with."""
+
+    def __init__(self, root: str) -> None:
+        """``root`` is the frame in which places are."""
+        self._root = root
+        self._above: Dict[str, Tuple[str, Placement, bool]] = {}
+        self._dropped: Set[str] = set()
+
+    def take(self, data: Data, is_static: bool) -> bool:
+        """Take a tf2_msgs/TFMessage; return whether the frames are others, or a fixed one moved."""
+        is_other = False
+        for it in transforms_in(data):
+            child = it.child
+            x, y, z, *turn = _POSE.unpack_from(data, it.pose)
+            before = self._above.get(child)
+            if not all(map(math.isfinite, (x, y, z, *turn))) or not any(turn) \
+                    or (before is None and len(self._above) >= MAX_FRAMES):
+                continue
+            row = it.parent, Placement((x, y, z), tuple(turn)), is_static
+            is_other = is_other or before is None or before[0] != row[0] or (
+                is_static and before != row)
+            self._above[child] = row
+        return is_other
+
+    def place(self, frame: str, known: Dict[str, Optional[Placement]]) -> Optional[Placement]:
+        """Return where a frame is in the root; None if it is not connected with it.
+
+        ``known`` has those that have been found at this moment.
+        """
+        passed: List[str] = []
+        found: Optional[Placement] = None
+        while frame not in known:
+            if frame == self._root:
+                known[frame] = Placement()
+                break
+            above = self._above.get(frame)
+            if above is None or frame in passed:
+                known[frame] = None
+                break
+            passed.append(frame)
+            frame = above[0]
+        found = known[frame]
+        for child in reversed(passed):
+            found = None if found is None else found.then(self._above[child][1])
+            known[child] = found
+        return found
+
+    def is_moving(self, frame: str) -> bool:
+        """Return whether anything between a frame and the root is sent again and again."""
+        for _ in range(len(self._above)):
+            above = self._above.get(frame)
+            if above is None or frame == self._root:
+                return False
+            if not above[2]:
+                return True
+            frame = above[0]
+        return False
+
+
+class _Drawn(NamedTuple):
+    """A marker, and when it came."""
+
+    marker: SeenMarker
+    came_s: float
+
+    def is_there(self, now_s: float) -> bool:
+        lifetime_s = self.marker.lifetime_s
+        return math.isfinite(self.came_s) and (
+            not lifetime_s or now_s - self.came_s <= lifetime_s)
+
+
+class _Layout(NamedTuple):
+    number: int
+    entry: Dict[str, Any]
+    moving: Tuple[str, ...]
+    ghosts: Tuple['_Key', ...]
+    arrows: Tuple['_Key', ...]
+    texts: Tuple['_Key', ...]
+
+
+_Key = Tuple[str, str]
+"""Topic and namespace of an arrow or a text."""
+
+
+class ShownPart(NamedTuple):
+    """A mesh of a page: the link of a device that has it."""
+
+    device: str
+    link: str
+    mesh: int
+
+
+class ShownTool(NamedTuple):
+    """The frame of a robot's tool, and in which direction from there its numbers stand."""
+
+    frame: str
+    up: Tuple[float, ...]
+
+
+_GHOST, _DEVIATION = '/ghost', '/deviation'
+Visuals = Mapping[str, Sequence[Tuple[str, Placement]]]
+"""Of each device the shapes of its model in their order: the link, and the place in it."""
+
+
+class LiveScene:
+    """Takes what nodes publish; has no clock and no threads."""
+
+    def __init__(self, root: str, parts: Sequence[ShownPart], tools: Dict[str, ShownTool],
+                 devices: Sequence[str], sources: Sequence[CurveSource],
+                 visuals: Visuals = MappingProxyType({})) -> None:
+        """Take what is drawn besides markers; ``root`` is the frame of the cell.
+
+        ``devices`` draw on topics of their own. The reference as a ghost has a marker for each of a
+        model's ``visuals``.
+        """
+        self._devices = tuple(devices)
+        self._shapes = {(device, number): (link, place.inverse())
+                        for device, several in visuals.items()
+                        for number, (link, place) in enumerate(several)}
+        self._ghosts: Dict[_Key, _Drawn] = {}
+        self._frames = NewestFrames(root)
+        self._parts, self._tools, self._sources = parts, tools, tuple(sources)
+        self._arrows: Dict[_Key, _Drawn] = {}
+        self._texts: Dict[_Key, _Drawn] = {}
+        self._is_other = True
+        self._layout = _Layout(0, {}, (), (), (), ())
+        self._turns: Dict[str, Quaternion] = {}
+        self._count = 0
+
+    def take_transforms(self, data: Data, is_static: bool) -> None:
+        """Take a message of /tf or /tf_static as bytes."""
+        self._is_other |= self._frames.take(data, is_static)
+
+    def take_markers(self, topic: str, data: Data, now_s: float) -> None:
+        """Take a visualization_msgs/MarkerArray as bytes."""
+        for marker in markers_in(data):
+            key = topic, marker.namespace
+            if marker.action == MarkerAction.DELETE_ALL:
+                self._forget(topic)
+            elif marker.action == MarkerAction.DELETE:
+                # an arrow and its text have one namespace and numbers of their own
+                for drawn in (self._arrows, self._texts):
+                    before = drawn.get(key)
+                    if before is not None and before.marker.number == marker.number:
+                        drawn[key] = before._replace(came_s=-math.inf)
+            elif topic == GHOST_TOPIC and marker.namespace.endswith(_GHOST) \
+                    and marker.kind != MarkerType.ARROW:
+                self._take_ghost(marker, now_s)
+            elif marker.kind == MarkerType.ARROW:
+                self._take(self._arrows, key, marker, now_s)
+            elif marker.kind == MarkerType.TEXT:
+                self._take(self._texts, key, marker, now_s)
+
+    def _take(self, drawn: Dict[_Key, _Drawn], key: _Key, marker: SeenMarker,
+              now_s: float) -> None:
+        before = drawn.get(key)
+        if before is None and len(self._arrows) + len(self._texts) >= MAX_MARKERS:
+            return
+        self._is_other |= before is None or before.marker.frame != marker.frame
+        drawn[key] = _Drawn(marker, now_s)
+
+    def _take_ghost(self, marker: SeenMarker, now_s: float) -> None:
+        """The first shape of each link says where the link is."""
+        device = marker.namespace[:-len(_GHOST)]
+        found = self._shapes.get((device, marker.number))
+        if found is None or (device, marker.number - 1) in self._shapes \
+                and self._shapes[device, marker.number - 1][0] == found[0]:
+            return
+        link, inner = found
+        self._is_other |= (device, link) not in self._ghosts
+        self._ghosts[device, link] = _Drawn(marker._replace(place=marker.place.then(inner)), now_s)
+
+    def _forget(self, topic: str) -> None:
+        if topic == GHOST_TOPIC:
+            self._ghosts.clear()
+        for drawn in (self._arrows, self._texts):
+            for key in [it for it in drawn if it[0] == topic]:
+                del drawn[key]
+        self._is_other = True
+
+    def place(self, frame: str) -> Optional[Placement]:
+        """Return where a frame is in the root now; None if that is not known."""
+        return self._frames.place(frame, {})
+
+    def said(self, topic: str, now_s: float) -> List[str]:
+        """Return the lines of the texts of a topic that are there now."""
+        return [line for key, it in self._texts.items() if key[0] == topic and it.is_there(now_s)
+                for line in it.marker.text.split('\n') if line.strip()]
+
+    @property
+    def layout(self) -> Dict[str, Any]:
+        """Return which places, arrows and texts a frame has, for JSON; `frame` keeps it current.
+
+        ``places`` are fixed (``at``) or have a row in each frame, in their order, as have
+        ``arrows``, ``numbers`` and ``notes`` after each other.
+        """
+        return self._layout.entry
+
+    def frame(self, time_s: float, now_s: float) -> bytes:
+        """Return what is there now, as bytes.
+
+        A head (kind, number of the layout, number of the frame, time), then for each place that
+        moves position [m] (NaN: not known) and turn, for each arrow its foot and itself [m] (NaN:
+        none) and color, for each text its color, length and UTF-8.
+
+        Args:
+            time_s: that the frame has.
+            now_s: the time of the clock with which markers came.
+        """
+        known: Dict[str, Optional[Placement]] = {}
+        if self._is_other:
+            self._is_other = False
+            self._arrange(known)
+        layout = self._layout
+        self._count += 1
+        parts = [_HEAD.pack(FRAME, layout.number & 0xFFFF, self._count & 0xFFFF_FFFF, time_s)]
+        parts += [self._place(frame, self._frames.place(frame, known)) for frame in layout.moving]
+        parts += [self._place(f'{device}{_GHOST} {link}', self._ghost_place((device, link), now_s,
+                                                                            known))
+                  for device, link in layout.ghosts]
+        parts += [_arrow(self._arrows.get(key), now_s) for key in layout.arrows]
+        parts += [_text(self._texts.get(key), now_s) for key in layout.texts]
+        return b''.join(parts)
+
+    def _ghost_place(self, key: _Key, now_s: float,
+                     known: Dict[str, Optional[Placement]]) -> Optional[Placement]:
+        drawn = self._ghosts.get(key)
+        if drawn is None or not drawn.is_there(now_s):
+            return None
+        outer = self._frames.place(drawn.marker.frame, known)
+        return None if outer is None else outer.then(drawn.marker.place)
+
+    def _place(self, frame: str, place: Optional[Placement]) -> bytes:
+        if place is None or max(map(abs, place.position)) > 1e6:
+            return _NOWHERE
+        turn = _unit(place.quaternion)
+        before = self._turns.get(frame, turn)
+        if sum(a * b for a, b in zip(turn, before)) < 0.0:  # the page takes the shorter way
+            x, y, z, w = turn
+            turn = -x, -y, -z, -w
+        self._turns[frame] = turn
+        return _PLACE.pack(*place.position, *(round(_TURN_STEPS * it) for it in turn))
+
+    def _arrange(self, known: Dict[str, Optional[Placement]]) -> None:
+        """Make the layout anew; it gets another number only if it is another one."""
+        numbers: Dict[str, int] = {}
+        places: List[Dict[str, Any]] = []
+        moving: List[str] = []
+
+        def number(frame: str) -> Optional[int]:
+            place = self._frames.place(frame, known)
+            if place is None:
+                return None
+            if frame not in numbers:
+                numbers[frame] = len(places)
+                if self._frames.is_moving(frame):
+                    moving.append(frame)
+                    places.append({'name': frame})
+                else:
+                    places.append({'name': frame, 'at': [
+                        *place.position, *_unit(place.quaternion)]})
+            return numbers[frame]
+
+        parts = [{'device': it.device, 'mesh': it.mesh, 'place': number(it.link)}
+                 for it in self._parts]
+        tools = {device: {'place': place, 'up': list(it.up)}
+                 for device, it in self._shown_tools().items()
+                 for place in [number(it.frame)] if place is not None}
+        arrows = {key: it for key, it in self._arrows.items() if it.marker.size[1] > 0.0
+                  and number(it.marker.frame) is not None}
+        texts = self._in_order(key for key, it in self._texts.items()
+                               if number(it.marker.frame) is not None)
+        ghosts = tuple(self._ghosts)
+        ghost_parts = []
+        for device, link in ghosts:
+            ghost_parts += [{'device': device, 'mesh': it.mesh, 'place': len(places)}
+                            for it in self._parts if (it.device, it.link) == (device, link)]
+            places.append({'name': f'{device}{_GHOST} {link}'})
+        entry = {'places': places, 'tools': tools, 'ghost': ghost_parts,
+                 'parts': [it for it in parts if it['place'] is not None],
+                 'arrows': [self._arrow_entry(key, it.marker, numbers)
+                            for key, it in arrows.items()],
+                 'texts': [self._text_entry(key, numbers) for key in texts]}
+        before = {key: it for key, it in self._layout.entry.items() if key != 'number'}
+        if entry != before or not self._layout.number:
+            number_ = self._layout.number + 1
+            self._layout = _Layout(number_, {**entry, 'number': number_ & 0xFFFF}, tuple(moving),
+                                   ghosts, tuple(arrows), tuple(texts))
+
+    def _shown_tools(self) -> Dict[str, ShownTool]:
+        """Those of models, and of robots without one where their numbers are."""
+        found = dict(self._tools)
+        for (topic, namespace), drawn in self._texts.items():
+            if namespace in _QUANTITIES:
+                found.setdefault(_device(topic), ShownTool(drawn.marker.frame, (0.0, 0.0, 1.0)))
+        return found
+
+    def _in_order(self, keys: Iterable[_Key]) -> List[_Key]:
+        """In the order of devices and curves, then what has none."""
+        devices = {name: row for row, name in enumerate(self._devices)}
+        order = {(it.device, _namespace(it)): row for row, it in enumerate(self._sources)}
+        return sorted(keys, key=lambda key: (
+            devices.get(_device(key[0]), len(devices)),
+            order.get((_device(key[0]), key[1]), len(order))))
+
+    def _arrow_entry(self, key: _Key, marker: SeenMarker,
+                     numbers: Dict[str, int]) -> Dict[str, Any]:
+        place = numbers[marker.frame]
+        if key[0] == GHOST_TOPIC:  # no number belongs to it
+            return {'device': GHOST, 'quantity': key[1], 'frame': place, 'footFrame': place,
+                    'diameter': round(marker.size[1], 6), 'color': list(_rounded(marker.color))}
+        return {'device': _device(key[0]), 'quantity': _label(key[1]),
+                'frame': place, 'footFrame': place, 'diameter': round(marker.size[1], 6),
+                'color': list(_rounded(marker.color))}
+
+    def _text_entry(self, key: _Key, numbers: Dict[str, int]) -> Dict[str, Any]:
+        topic, namespace = key
+        marker = self._texts[key].marker
+        if topic == GHOST_TOPIC and namespace.endswith(_DEVIATION):
+            return {'device': namespace[:-len(_DEVIATION)], 'label': 'Δ', 'quantity': 'deviation'}
+        if namespace in _QUANTITIES:
+            quantity, label = _QUANTITIES[namespace]
+            return {'device': _device(topic), 'label': label, 'quantity': quantity}
+        place = {'place': numbers[marker.frame], 'foot': list(marker.place.position)}
+        if _device(topic) in self._devices:  # without an arrow it stands by itself
+            return {'device': _device(topic), 'label': _label(namespace),
+                    'quantity': Quantity.NUMBER.value, **({} if key in self._arrows else place)}
+        return {'device': namespace, 'label': '', 'quantity': 'note', **place}
+
+
+def _device(topic: str) -> str:
+    return topic.strip('/').partition('/')[0]
+
+
+def _label(namespace: str) -> str:
+    return namespace[len(_VARIABLE):] if namespace.startswith(_VARIABLE) else namespace
+
+
+def _namespace(source: CurveSource) -> str:
+    """Return the namespace of the markers that show a source."""
+    found = {Quantity.SPEED: 'velocity', Quantity.FORCE: 'force'}.get(source.quantity)
+    return f'{_VARIABLE}{source.label}' if found is None else found
+
+
+def _arrow(drawn: Optional[_Drawn], now_s: float) -> bytes:
+    if drawn is None or not drawn.is_there(now_s):
+        return _NO_ARROW
+    marker = drawn.marker
+    return _ARROW.pack(*marker.place.position, *marker.vector, *_bytes(marker.color))
+
+
+def _text(drawn: Optional[_Drawn], now_s: float) -> bytes:
+    if drawn is None or not drawn.is_there(now_s):
+        return _NO_TEXT
+    text = '\n'.join(it for it in (line.strip() for line in drawn.marker.text.split('\n')) if it)
+    data = text.encode()[:_MAX_TEXT_BYTES].decode('utf-8', 'ignore').encode()
+    color = tuple((it - _LIGHT) / (1.0 - _LIGHT) for it in drawn.marker.color) \
+        if min(drawn.marker.color) > _LIGHT - 1e-3 else drawn.marker.color
+    return _TEXT.pack(*_bytes(color), len(data)) + data
+
+
+def _bytes(color: Sequence[float]) -> Tuple[int, ...]:
+    return tuple(min(max(round(255.0 * it), 0), 255) for it in color)
+
+
+def _rounded(color: Sequence[float]) -> Tuple[float, ...]:
+    return tuple(round(it, 3) for it in color)
+
+
+def _unit(quaternion: Sequence[float]) -> Quaternion:
+    length = math.sqrt(sum(it * it for it in quaternion)) or 1.0
+    x, y, z, w = (it / length for it in quaternion)
+    return x, y, z, w
+
+
