@@ -3,7 +3,6 @@
 
 import {cssColor} from './css_color.js';
 import {NumberTrack} from './numbers.js';
-import {Columns, unpacked} from './packed.js';
 import {CellScene, hasWebGL} from './scene.js';
 import {Timeline} from './timeline.js';
 import {between, isWithin} from './tracks.js';
@@ -19,7 +18,7 @@ const KEYS = [
   ['+ −', 'zoom the timeline'], ['?', 'these keys']];
 
 /** @param {string} name  @param {string} [text]  @param {string} [style] */
-function made(name, text = '', style = '') {
+export function made(name, text = '', style = '') {
   const found = document.createElement(name);
   if (text) found.textContent = text;
   if (style) found.className = style;
@@ -27,7 +26,7 @@ function made(name, text = '', style = '') {
 }
 
 /** @param {string} text  @param {string} label  @param {() => void} act */
-function button(text, label, act) {
+export function button(text, label, act) {
   const found = /** @type {HTMLButtonElement} */ (made('button', text));
   found.type = 'button';
   found.title = label;
@@ -42,8 +41,8 @@ function isFilm() {
 }
 
 /** The page. */
-class Page {
-  /** @param {any} data  @param {Columns} columns */
+export class Page {
+  /** @param {any} data  @param {import('./packed.js').Columns} columns */
   constructor(data, columns) {
     this.data = data;
     this.columns = columns;
@@ -54,7 +53,7 @@ class Page {
     this.bar.setAttribute('aria-label', 'Playback');
     this.timelineBox = made('div', '', 'timeline');
     this.box.append(this.sceneBox, this.bar, this.timelineBox);
-    this.transport = new Transport(0, 1);
+    this.transport = this.makeTransport();
     this.timeline = new Timeline(this.timelineBox, (time) => this.transport.seek(time));
     /** @type {CellScene|null} */
     this.scene = null;
@@ -69,6 +68,20 @@ class Page {
     this.makeLinks();
     this.show(this.runInAddress());
     this.listen();
+  }
+
+  makeTransport() {
+    return new Transport(0, 1);
+  }
+
+  /** @param {any} entry  of a number */
+  trackOf(entry) {
+    return new NumberTrack(entry, this.columns);
+  }
+
+  /** @param {number} time  as it is read */
+  timeText(time) {
+    return `${clock(time)} / ${clock(this.run.end)}`;
   }
 
   /** The run that holds the moment in the address. */
@@ -185,7 +198,7 @@ class Page {
     const address = timeInAddress(location.hash);
     const isHere = address !== null && run.begin <= address && address <= run.end;
     transport.time = isHere ? address : opening(run);
-    this.numbers = run.numbers.map((/** @type {any} */ it) => new NumberTrack(it, this.columns));
+    this.numbers = run.numbers.map((/** @type {any} */ it) => this.trackOf(it));
     this.makeNumbers();
     this.steps = this.stepTimes();
     this.timeline.show(run, this.columns);
@@ -290,7 +303,7 @@ class Page {
   /** @param {number} time */
   drawBar(time) {
     const {transport, timelineBox, run} = this;
-    const text = `${clock(time)} / ${clock(run.end)}`;
+    const text = this.timeText(time);
     if (this.clock && this.clock.textContent !== text) this.clock.textContent = text;
     const [play, back] = /** @type {any} */ ([this.play, this.back]);
     const isForward = transport.isPlaying && transport.direction > 0;
@@ -457,19 +470,3 @@ function distanceText(track, time) {
   if (!isKnown) return 'Δ –';
   return `Δ ${(1000 * Math.hypot(rows[3], rows[4], rows[5])).toFixed(1)} mm from the good run`;
 }
-
-async function begin() {
-  const {documentElement} = document;
-  const data = JSON.parse(document.getElementById('data')?.textContent ?? '{}');
-  const text = document.getElementById('columns')?.textContent ?? '';
-  if (typeof DecompressionStream === 'undefined') {
-    document.getElementById('player')?.append(made('p', 'This browser is too old to play the run: '
-      + 'Chromium 80, Firefox 113, Safari 16.4 or later do. The words and curves are all here.'));
-    return;
-  }
-  const page = new Page(data, new Columns(await unpacked(text)));
-  Object.assign(globalThis, {page});
-  documentElement.dataset.ready = 'true';
-}
-
-begin();

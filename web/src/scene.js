@@ -5,8 +5,7 @@ import {
   AmbientLight, BufferAttribute, BufferGeometry, Box3, Color, ColorManagement, ConeGeometry,
   CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, LinearSRGBColorSpace, Mesh,
   MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion,
-  Scene, Vector3,
-  WebGLRenderer,
+  Scene, Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {cssColor} from './css_color.js';
@@ -19,6 +18,7 @@ const LONGEST_CLOUD_S = 1;
 const LABEL_ABOVE_M = 0.22;  // past a wrist
 const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
 const X_AXIS = new Vector3(1, 0, 0);
+const AT_TOOL = ['speed', 'force', 'joints', 'deviation'];
 
 /** Whether this browser can draw in three dimensions. */
 export function hasWebGL() {
@@ -134,9 +134,10 @@ export class CellScene {
     mesh.frustumCulled = false;
     this.world.add(mesh);
     return {mesh, frame: this.places[entry.frame], foot: this.places[entry.footFrame],
-      offset: new Vector3(...entry.foot), times: this.columns.of(entry.times),
+      offset: new Vector3(...entry.foot ?? []), times: this.columns.of(entry.times),
       vectors: this.columns.of(entry.vectors), diameter: entry.diameter, beside: entry.beside,
-      device: entry.device, quantity: entry.quantity, tip: new Vector3()};
+      device: entry.device, quantity: entry.quantity, tip: new Vector3(),
+      feet: entry.feet ?? null, colors: entry.colors ?? null};
   }
 
   /** @param {any} entry */
@@ -145,19 +146,22 @@ export class CellScene {
       {size: 0.012, vertexColors: true}));
     points.frustumCulled = false;
     this.world.add(points);
-    return {points, times: this.columns.of(entry.times), clouds: entry.clouds, row: -1};
+    return {points, times: this.columns.of(entry.times), clouds: entry.clouds, shown: null,
+      longest: entry.longest ?? LONGEST_CLOUD_S};
   }
 
   /** Shows the last cloud, unless it is long ago.  @param {any} cloud  @param {number} time */
   setCloud(cloud, time) {
     const row = rowAt(cloud.times, time);
-    cloud.points.visible = row >= 0 && time - cloud.times[row] < LONGEST_CLOUD_S;
-    if (!cloud.points.visible || row === cloud.row) return;
-    cloud.row = row;
-    const {geometry} = cloud.points;
-    const {positions, colors} = cloud.clouds[row];
+    cloud.points.visible = row >= 0 && time - cloud.times[row] < cloud.longest;
+    if (!cloud.points.visible || cloud.clouds[row] === cloud.shown) return;
+    cloud.shown = cloud.clouds[row];
+    const {positions, colors} = cloud.shown;
+    const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(this.columns.of(positions), 3));
     geometry.setAttribute('color', new BufferAttribute(this.columns.of(colors), 3, true));
+    cloud.points.geometry.dispose();
+    cloud.points.geometry = geometry;
   }
 
   /** @param {any} ghost  @param {any} style */
@@ -224,7 +228,7 @@ export class CellScene {
   bounds(onlyMoving) {
     const box = new Box3();
     for (const part of this.parts) {
-      if (onlyMoving && part.isFixed) continue;
+      if ((onlyMoving && part.isFixed) || !part.mesh.visible) continue;
       const geometry = part.mesh.geometry.boundingBox.clone();
       box.union(geometry.applyMatrix4(part.mesh.matrix));
     }
@@ -286,7 +290,7 @@ export class CellScene {
       const at = placed(this.places[place], time).at;
       at.addScaledVector(new Vector3(...up), LABEL_ABOVE_M);
       const lines = numbers.filter((it) => it.device === device
-        && (it.quantity === 'speed' || it.quantity === 'force')).map((it) => lineOf(it, time));
+        && AT_TOOL.includes(it.quantity)).map((it) => lineOf(it, time));
       blocks.set(device, {at, lines, isBelow: up[2] < 0});
     }
     for (const arrow of this.arrows) {
@@ -306,6 +310,10 @@ export class CellScene {
         color: this.ghost.style.deviation.slice(0, 3), kind: 'deviation'};
       if (block) block.lines.push(line);
     }
+    for (const it of numbers) {
+      const {place} = /** @type {any} */ (it);
+      if (place !== undefined) addNote(blocks, it, this.places[place], time);
+    }
     this.placeBlocks(blocks);
   }
 
@@ -323,8 +331,8 @@ export class CellScene {
         this.blocks.set(name, element);
       }
       const seen = at.clone().project(this.camera);
-      element.hidden = lines.length === 0 || seen.z > 1 || Math.abs(seen.x) > 1.05
-        || Math.abs(seen.y) > 1.05;
+      element.hidden = lines.length === 0
+        || !(seen.z <= 1 && Math.abs(seen.x) <= 1.05 && Math.abs(seen.y) <= 1.05);
       if (element.hidden) continue;
       setLines(element, lines);
       const left = Math.min(Math.max((seen.x + 1) / 2 * width, 70), width - 70);
@@ -347,6 +355,23 @@ export class CellScene {
 function lineOf(number, time) {
   const {text, color} = number.at(time);
   return {text, color, kind: number.quantity};
+}
+
+/**
+ * What a node says at a place of its own.
+ * @param {Map<string, {at: Vector3, lines: Line[]}>} blocks  @param {any} number  @param {any} place
+ * @param {number} time
+ */
+function addNote(blocks, number, place, time) {
+  const {text, color} = number.at(time);
+  if (!text) return;
+  const {at, turn} = placed(place, time);
+  at.add(new Vector3(...number.foot).applyQuaternion(turn));
+  const key = `${number.quantity} ${number.device}`;
+  const block = blocks.get(key) ?? {at, lines: []};
+  block.lines.push(...text.split('\n').map(
+    (/** @type {string} */ it) => ({text: it, color, kind: number.quantity})));
+  blocks.set(key, block);
 }
 
 /** @param {HTMLElement} element  @param {Line[]} lines */
@@ -381,6 +406,7 @@ const ONE = new Vector3(1, 1, 1);
 /** @param {any} mesh  @param {any} place  @param {number} time */
 function setPlace(mesh, place, time) {
   const {at, turn} = placed(place, time);
+  mesh.visible = !Number.isNaN(at.x);  // a live cell may not know
   mesh.matrix.compose(at, turn, ONE);
   mesh.matrixWorldNeedsUpdate = true;
 }
@@ -388,6 +414,7 @@ function setPlace(mesh, place, time) {
 /** @param {any} arrow  @param {number} time  @param {boolean} isShown */
 function setArrow(arrow, time, isShown) {
   const {mesh} = arrow;
+  if (arrow.feet !== null) setFootAndColor(arrow, time);
   const foot = placed(arrow.foot, time);
   const at = arrow.offset.clone().applyQuaternion(foot.turn).add(foot.at);
   arrow.tip.copy(at);
@@ -397,6 +424,17 @@ function setArrow(arrow, time, isShown) {
   if (arrow.beside > 0) at.addScaledVector(sideways(vector), arrow.beside);
   setArrowShape(mesh, at, vector, vector.length(), arrow.diameter);
   arrow.tip.copy(at).add(vector);
+}
+
+/** Of a live arrow both may change.  @param {any} arrow  @param {number} time */
+function setFootAndColor(arrow, time) {
+  const row = 3 * Math.max(rowAt(arrow.times, time), 0);
+  const [x, y, z] = arrow.feet.slice(row, row + 3);
+  if (x === undefined || Number.isNaN(x)) return;
+  arrow.offset.set(x, y, z);
+  const [red, green, blue] = arrow.colors.slice(row, row + 3);
+  arrow.mesh.material.color.setRGB(red, green, blue);
+  arrow.mesh.material.emissive.copy(arrow.mesh.material.color);
 }
 
 /** @param {any} it  @param {number} time  @param {any} style  @param {boolean} isShown */

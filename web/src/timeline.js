@@ -22,6 +22,8 @@ export class Timeline {
     this.end = 1;
     this.lanes = [];
     this.isStale = true;
+    /** @type {(time: number, step: number) => string} */
+    this.tickText = (time, step) => step >= 1 ? clock(time).slice(0, -3) : clock(time);
     this.listen();
   }
 
@@ -178,8 +180,7 @@ export class Timeline {
       context.fillStyle = this.color('--grid');
       context.fillRect(x, HEAD, 1, this.height - HEAD - FOOT);
       context.fillStyle = this.color('--quiet');
-      const text = clock(n * step);
-      const words = step >= 1 ? text.slice(0, -3) : text;
+      const words = this.tickText(n * step, step);
       const half = 0.5 * context.measureText(words).width;
       context.fillText(words, Math.min(x, this.width - half - 2), this.height - 6);
     }

@@ -24,6 +24,10 @@ from process_visualizer.robot.arrows import (
 from process_visualizer.runs.comparison.wording import clock
 
 _PACKAGE = 'process_visualizer'
+GHOST_STYLE = {
+    'color': GHOST_COLOR, 'deviation': DEVIATION_COLOR, 'diameter': DEVIATION_DIAMETER_M,
+    'exaggeration': EXAGGERATION, 'least': MIN_DEVIATION_M, 'longest': MAX_DEVIATION_M}
+"""Of the reference on a page, for JSON."""
 
 
 class PageParts(NamedTuple):
@@ -45,10 +49,8 @@ class PageParts(NamedTuple):
 def page_html(parts: PageParts) -> str:
     """Return the page: one file that asks no network for anything."""
     packages = rospkg.RosPack()
-    script, style = (_web_file(packages, name) for name in ('page.js', 'page.css'))
-    data = {'runs': parts.runs, 'meshes': parts.meshes, 'ghost': {
-        'color': GHOST_COLOR, 'deviation': DEVIATION_COLOR, 'diameter': DEVIATION_DIAMETER_M,
-        'exaggeration': EXAGGERATION, 'least': MIN_DEVIATION_M, 'longest': MAX_DEVIATION_M}}
+    script, style = web_file('page.js'), web_file('page.css')
+    data = {'runs': parts.runs, 'meshes': parts.meshes, 'ghost': GHOST_STYLE}
     policy = (f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
               "img-src data:; form-action 'none'; base-uri 'none'")
     return '\n'.join([
@@ -151,7 +153,40 @@ def _hash(text: str) -> str:
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
-def _web_file(packages: rospkg.RosPack, name: str) -> str:
-    path = os.path.join(packages.get_path(_PACKAGE), 'web', 'dist', name)
+def web_file(name: str) -> str:
+    """Return a file of web/dist.
+
+    Raises:
+        OSError: it is not there.
+    """
+    path = os.path.join(rospkg.RosPack().get_path(_PACKAGE), 'web', 'dist', name)
     with open(path, encoding='utf-8') as file:
         return file.read()
+
+
+LIVE_POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; "
+               "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'")
+"""What the page of a running cell may do: nothing with any other address."""
+
+
+def live_html(title: str, notes: Sequence[str]) -> str:
+    """Return the page of a running cell; everything in it comes from beside its own address."""
+    return '\n'.join([
+        '<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f'<title>{escape(title)}</title>', '<link rel="icon" href="data:,">',
+        '<link rel="stylesheet" href="page.css">', '</head>', '<body>',
+        f'<h1>{escape(title)}</h1>',
+        '<p class="link" id="link" role="status">Connecting …</p>',
+        '<noscript><p class="verdict poor">This page needs JavaScript.</p></noscript>',
+        '<p class="verdict plain" id="verdict" hidden></p>',
+        '<main>', '<div id="player"></div>', '<aside id="side">',
+        '<section class="panel" id="values"><h2>Now</h2>'
+        '<table><tbody id="numbers"></tbody></table></section>',
+        '<section class="panel" id="happened"><h2>Alarms</h2><ul id="alarms"></ul>'
+        '<h2>Recording</h2><p class="sub" id="recording"></p>'
+        '<h2>What happened</h2><ul id="events"></ul></section>', '</aside>', '</main>',
+        *(f'<p class="note">{escape(it)}</p>' for it in notes),
+        '<footer>This page only shows: nothing on it changes the cell. '
+        '<span id="viewers"></span></footer>',
+        '<script src="page.js" defer></script>', '</body>', '</html>', ''])

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a running cell has sent, as rows over time: see page/live_scene.py and page/live_lanes.py.
+
+import {rowAt} from './tracks.js';
+
+const FRAME = 1;
+const LANES = 2;
+const CLOUD = 3;
+const HEAD_BYTES = 16;
+const KEPT_S = 300;
+const KEPT_COLUMNS_S = 600;
+
+/** @typedef {{times: number[], [column: string]: any[]}} Rows  all columns grow together */
+
+/** How many numbers each row of a column has. */
+const WIDTHS = {positions: 3, turns: 4, vectors: 3, feet: 3, colors: 3, texts: 1};
+
+/** @returns {Rows} */
+const placeRows = () => ({times: [], positions: [], turns: []});
+/** @returns {Rows} */
+const arrowRows = () => ({times: [], vectors: [], feet: [], colors: []});
+/** @returns {Rows} */
+const textRows = () => ({times: [], texts: [], colors: []});
+
+/** The rows of all places, arrows and texts that there have been. */
+export class LiveTracks {
+  constructor() {
+    /** @type {Map<string, Rows>} */
+    this.rows = new Map();
+    this.layout = null;
+    this.targets = {places: [], arrows: [], texts: []};
+    this.begin = NaN;
+    this.end = NaN;
+  }
+
+  /** @param {any} layout  that the frames to come have */
+  arrange(layout) {
+    this.layout = layout;
+    this.targets = {
+      places: layout.places.filter((/** @type {any} */ it) => !it.at).map(
+        (/** @type {any} */ it) => this.rowsOf(`place ${it.name}`, placeRows)),
+      arrows: layout.arrows.map((/** @type {any} */ it) => this.rowsOf(arrowKey(it), arrowRows)),
+      texts: layout.texts.map((/** @type {any} */ it) => this.rowsOf(textKey(it), textRows)),
+    };
+  }
+
+  /** @param {string} key  @param {() => Rows} make */
+  rowsOf(key, make) {
+    let found = this.rows.get(key);
+    if (found === undefined) {
+      found = make();
+      this.rows.set(key, found);
+    }
+    return found;
+  }
+
+  /**
+   * Adds the rows of a frame.
+   * @param {DataView} view
+   * @returns {number|null} its time; null if it has another layout
+   */
+  take(view) {
+    if (this.layout === null || view.getUint16(2, true) !== this.layout.number) return null;
+    const time = view.getFloat64(8, true);
+    if (time <= this.end) return null;
+    const {places, arrows, texts} = this.targets;
+    let at = HEAD_BYTES;
+    for (const rows of places) {
+      rows.times.push(time);
+      for (let i = 0; i < 3; ++i, at += 4) rows.positions.push(view.getFloat32(at, true));
+      for (let i = 0; i < 4; ++i, at += 2) rows.turns.push(view.getInt16(at, true));
+    }
+    for (const rows of arrows) {
+      rows.times.push(time);
+      for (const column of [rows.feet, rows.vectors]) {
+        for (let i = 0; i < 3; ++i, at += 4) column.push(view.getFloat32(at, true));
+      }
+      at = color(view, at, rows.colors);
+    }
+    for (const rows of texts) {
+      rows.times.push(time);
+      at = color(view, at, rows.colors);
+      const count = view.getUint8(at);
+      const text = decoder.decode(new Uint8Array(view.buffer, view.byteOffset + at + 1, count));
+      const before = rows.texts.at(-1);
+      rows.texts.push(text === before ? before : text);  // one text for many rows
+      at += 1 + count;
+    }
+    if (Number.isNaN(this.begin)) this.begin = time;
+    this.end = time;
+    return time;
+  }
+
+  /** Adds the rows of earlier frames where none are.  @param {DataView[]} frames */
+  insert(frames) {
+    const found = new LiveTracks();
+    found.arrange(this.layout);
+    for (const it of frames) found.take(it);
+    if (Number.isNaN(found.begin)) return;
+    for (const [key, rows] of found.rows) {
+      const own = /** @type {Rows} */ (this.rows.get(key));
+      const row = rowAt(own.times, found.begin) + 1;
+      if (row < own.times.length && own.times[row] <= found.end) continue;
+      for (const [name, column] of Object.entries(rows)) {
+        const width = WIDTHS[name] ?? 1;
+        own[name].splice(row * width, 0, ...column);
+      }
+    }
+    this.begin = Math.min(this.begin, found.begin);
+  }
+
+  /** Forgets what is older than what is kept. */
+  trim() {
+    const oldest = this.end - KEPT_S;
+    if (!(this.begin < oldest)) return;
+    for (const rows of this.rows.values()) {
+      const count = rowAt(rows.times, oldest);
+      if (count <= 0) continue;
+      for (const [name, column] of Object.entries(rows)) {
+        column.splice(0, count * (WIDTHS[name] ?? 1));
+      }
+    }
+    this.begin = oldest;
+  }
+}
+
+const decoder = new TextDecoder();
+
+/** @param {DataView} view  @param {number} at  @param {number[]} column */
+function color(view, at, column) {
+  for (let i = 0; i < 3; ++i) column.push(view.getUint8(at + i) / 255);
+  return at + 3;
+}
+
+/** @param {any} it */
+export function arrowKey(it) {
+  return `arrow ${it.device} ${it.quantity}`;
+}
+
+/** @param {any} it */
+export function textKey(it) {
+  return `text ${it.device} ${it.quantity} ${it.label}`;
+}
+
+/** What stands at a moment: words of the cell's nodes. */
+export class LiveNumber {
+  /** @param {any} entry  @param {Rows} rows */
+  constructor(entry, rows) {
+    Object.assign(this, entry);
+    this.device = entry.device;
+    this.label = entry.label;
+    this.quantity = entry.quantity;
+    this.times = rows.times;
+    this.rows = rows;
+  }
+
+  /** @param {number} time */
+  at(time) {
+    const row = rowAt(this.times, time);
+    const text = row < 0 ? '' : this.rows.texts[row];
+    const color = row < 0 ? [0.5, 0.5, 0.5] : this.rows.colors.slice(3 * row, 3 * row + 3);
+    const isNote = this.quantity === 'note';
+    return {text: text || (isNote ? '' : `${this.label} –`), value: null, color};
+  }
+}
+
+/** The columns of the curves. */
+export class LiveColumns {
+  constructor() {
+    this.reset(-1, 0, 0, 0);
+  }
+
+  /** @param {number} set  @param {number} count  @param {number} first  @param {number} epoch */
+  reset(set, count, first, epoch) {
+    this.set = set;
+    this.first = first;
+    this.epoch = epoch;
+    this.lanes = Array.from({length: count}, () => ({low: /** @type {number[]} */ ([]),
+      high: /** @type {number[]} */ ([])}));
+  }
+
+  get length() {
+    return this.lanes.length > 0 ? this.lanes[0].low.length : 0;
+  }
+
+  /**
+   * Takes columns, which replace those that are there.
+   * @param {DataView} view
+   * @returns {boolean} whether columns before them are missing
+   */
+  take(view) {
+    const [count, set] = [view.getUint8(1), view.getUint16(2, true)];
+    const [first, n, epoch] = [view.getUint32(4, true), view.getUint32(8, true),
+      view.getFloat64(12, true)];
+    const isOther = set !== this.set || epoch !== this.epoch || count !== this.lanes.length;
+    const isGap = !isOther && first > this.first + this.length;
+    const isEarlier = !isOther && first < this.first;
+    if (isOther || isGap || isEarlier) this.reset(set, count, first, epoch);
+    let at = 20;
+    for (const lane of this.lanes) {
+      for (const column of [lane.low, lane.high]) {
+        column.length = first - this.first;  // later ones come again
+        for (let i = 0; i < n; ++i, at += 4) column.push(view.getFloat32(at, true));
+      }
+    }
+    return (isOther || isGap) && first > 0;
+  }
+
+  /** @param {number} step */
+  trim(step) {
+    const count = this.length - Math.round(KEPT_COLUMNS_S / step);
+    if (count < 100) return;
+    for (const {low, high} of this.lanes) {
+      low.splice(0, count);
+      high.splice(0, count);
+    }
+    this.first += count;
+  }
+}
+
+const CLOUD_HEAD_BYTES = 40;
+const KEPT_CLOUDS = 150;
+
+/** The clouds that have come, each with its time. */
+export class LiveClouds {
+  constructor() {
+    /** @type {number[]} */
+    this.times = [];
+    /** @type {{positions: Float32Array, colors: Uint8Array}[]} */
+    this.clouds = [];
+  }
+
+  /** @param {DataView} view */
+  take(view) {
+    const count = view.getUint32(4, true);
+    const numbers = Array.from({length: 6}, (_, i) => view.getFloat32(16 + 4 * i, true));
+    const steps = new Uint16Array(view.buffer, view.byteOffset + CLOUD_HEAD_BYTES, 3 * count);
+    const positions = new Float32Array(3 * count);
+    for (let i = 0; i < positions.length; ++i) {
+      positions[i] = numbers[i % 3] + steps[i] / 65535 * numbers[3 + i % 3];
+    }
+    this.times.push(view.getFloat64(8, true));
+    this.clouds.push({positions, colors: new Uint8Array(view.buffer,
+      view.byteOffset + CLOUD_HEAD_BYTES + 6 * count, 3 * count)});
+    if (this.times.length > KEPT_CLOUDS) {
+      this.times.shift();
+      this.clouds.shift();
+    }
+  }
+}
+
+/** @param {ArrayBuffer} buffer  @returns {DataView[]} the messages in it, each behind its length */
+export function messagesIn(buffer) {
+  const found = [];
+  const whole = new DataView(buffer);
+  for (let at = 0; at + 4 <= buffer.byteLength;) {
+    const length = whole.getUint32(at, true);
+    found.push(new DataView(buffer, at + 4, length));
+    at += 4 + length;
+  }
+  return found;
+}
+
+/** @param {DataView} view */
+export function isFrame(view) {
+  return view.getUint8(0) === FRAME;
+}
+
+/** @param {DataView} view */
+export function isLanes(view) {
+  return view.getUint8(0) === LANES;
+}
+
+/** @param {DataView} view */
+export function isCloud(view) {
+  return view.getUint8(0) === CLOUD;
+}
