@@ -309,6 +309,8 @@ class Launcher(QObject):
         link.replay.player_state.connect(self.replay.take_state)
         link.rviz_moved.connect(self.replay.follow_window)
         link.ghost_phase.connect(self.live_comparison.take_phase)
+        self.live_comparison.changed.connect(
+            lambda: link.tell_comparison(self.live_comparison.told))
 
     def _connect_playback(self) -> None:
         session, playback = self.session, self.playback

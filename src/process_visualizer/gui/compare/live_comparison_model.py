@@ -2,6 +2,7 @@
 """The running cell compared with good runs: which channels are out of their band, since when."""
 from __future__ import annotations
 
+import json
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -115,6 +116,15 @@ class LiveComparisonModel(QObject):
         told = [departure_text(it, self._now_s) for it in self._departures[:_MAX_TOLD]]
         more = len(self._departures) - len(told)
         return '\n'.join(told) + (f'\nand {more} more' if more else '')
+
+    @property
+    def told(self) -> str:
+        """Return this for programs: JSON; see `verdict_entry` in serving/live_cell.py."""
+        phase, text = self._phase, self.text
+        is_in = bool(text) and phase is not None and phase.reference_s is not None
+        state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
+        return json.dumps({'text': text, 'state': state, 'reference': self.reference,
+                           'departed': self.departed if text else []})
 
     def band(self, curve: LiveCurve, window: LiveWindow) -> Optional[TimelineBand]:
         """Return the band behind a curve of a window; None without any."""

@@ -33,6 +33,7 @@ from process_visualizer.launching.cell_owner import cell_owner
 from process_visualizer.msg import GhostPhase, RecorderState, TopicRecord
 from process_visualizer.ros_names import (
     CELL_FRAMES,
+    COMPARISON_TOPIC,
     DISPLAY_STATUS_TOPIC,
     GHOST_PHASE_TOPIC,
     RVIZ_CAMERA_TOPIC,
@@ -94,6 +95,7 @@ class RosLink(QObject):
         self.replay.key_pressed.connect(self.key_pressed)
         self._place_publisher: Optional[rospy.Publisher] = None
         self._keys_publisher: Optional[rospy.Publisher] = None
+        self._comparison_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
         """Become a node of the master.
@@ -123,6 +125,12 @@ class RosLink(QObject):
             self._keys = tuple(keys)
             self._send_keys()
 
+    def tell_comparison(self, text: str) -> None:
+        """Tell others how the running cell compares with good runs; returns at once."""
+        publisher = self._comparison_publisher
+        if publisher is not None and publisher.get_num_connections() > 0:
+            publisher.publish(String(text))
+
     def _send_keys(self) -> None:
         if self._keys_publisher is not None:
             self._keys_publisher.publish(String('\n'.join(self._keys)))
@@ -140,6 +148,7 @@ class RosLink(QObject):
         self._send_place()
         self._keys_publisher = rospy.Publisher(RVIZ_KEYS_TOPIC, String, queue_size=1, latch=True)
         self._send_keys()
+        self._comparison_publisher = rospy.Publisher(COMPARISON_TOPIC, String, queue_size=1)
         self.player.begin()
         self.recorder.begin()
         self._subscribers = [
