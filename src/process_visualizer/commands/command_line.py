@@ -48,6 +48,7 @@ from process_visualizer.commands.film_command import (
 )
 from process_visualizer.commands.record_command import add_record_options, record, record_options
 from process_visualizer.commands.run_command import run_plan
+from process_visualizer.commands.serve_command import add_serve_options, execute_serve
 from process_visualizer.commands.share_command import add_share_options, execute_share
 from process_visualizer.commands.view_command import add_view_options, execute_view
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers, choose_devices
@@ -76,6 +77,7 @@ _COMMANDS = {
     'compare': 'compare runs with good ones: what differed, where, and when first; exit code 0 if '
                'all are in range, 2 if one is not, 3 if one could not be judged',
     'share': 'write runs as one page that any browser opens: robots, arrows, curves, verdict',
+    'serve': 'show a running cell as a page in browsers, live; nobody there can change anything',
     'export': 'write runs for other programs: numbers as a table (CSV, Parquet), or a run as MCAP',
     'film': 'make a film of runs: robots, arrows, curves, verdict at each moment',
     'picture': 'the same as one picture',
@@ -93,7 +95,7 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'compare': add_compare_options, 'share': add_share_options,
     'export': add_export_options, 'film': add_film_options, 'picture': add_picture_options,
     'calibration': add_calibration_options, 'trust': add_trust_options, 'cut': add_cut_options,
-    'view': add_view_options}
+    'view': add_view_options, 'serve': add_serve_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -167,6 +169,8 @@ def _execute(options: argparse.Namespace) -> int:
         return execute_trust(options)
     if options.command == 'view':
         return execute_view(options)
+    if options.command == 'serve':
+        return execute_serve(options, _named_values(options.args))
     if options.command in _OF_RECORDINGS:
         return _OF_RECORDINGS[options.command](options, _named_values(options.args))
     if options.command == 'check':

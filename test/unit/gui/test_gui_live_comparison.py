@@ -22,6 +22,7 @@ from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
 from process_visualizer.runs.run import Run
+from process_visualizer.serving.live_cell import verdict_entry
 
 POOR_FROM_S = CYCLE_S + 3.0
 """When in the live cell the force jumps: in its second cycle."""
@@ -80,6 +81,18 @@ def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> 
     found, = compared.model.departed
     assert found[:2] == ('arm', 'tool force') and found[2].endswith('N above range')
     assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
+
+
+def test_programs_are_told_the_same(compared: Compared) -> None:
+    assert verdict_entry(compared.model.told) == {}
+    run = compared.choose(0, 1)
+    compared.run(6, run)
+    told = verdict_entry(compared.model.told)
+    assert (told['state'], told['text'], told['departed']) == ('good', compared.model.text, [])
+    compared.run(int(POOR_FROM_S) + 3, run)
+    told = verdict_entry(compared.model.told)
+    assert (told['state'], told['reference']) == ('poor', 'a.bag#1')
+    assert told['departed'] == [list(it) for it in compared.model.departed]
 
 
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``cell serve``: a running cell as a page, in anyone's browser."""
+from __future__ import annotations
+
+import argparse
+import errno
+import json
+import os
+import secrets
+import signal
+import ssl
+import sys
+from typing import Dict, List, Optional
+
+import rosgraph
+from rosgraph.network import get_local_addresses
+
+from process_visualizer.cell.model import Cell
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.page.html_page import GHOST_STYLE, live_html, web_file
+from process_visualizer.page.live_feed import Admission
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.run_page import PageCell
+from process_visualizer.shown_text import say
+
+PORT = 11480
+_HOME = '127.0.0.1'
+_TOKEN_BYTES = 24
+_NODE = 'cell_serve'
+_EVERYWHERE = ('', '0.0.0.0', '::')
+_LAST_PORT = 65_535
+
+
+def add_serve_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``cell serve``."""
+    command.add_argument('config', metavar='CONFIG', help='the configuration of the running cell')
+    command.add_argument('--address', metavar='ADDRESS',
+                         help='of this computer, at which others can open the page; 0.0.0.0: all '
+                              f'(default: {_HOME}, for this computer only)')
+    command.add_argument('--port', type=_port, default=PORT, help=f'(default: {PORT})')
+    command.add_argument('--certificate', metavar='FILE', help='for https, in PEM')
+    command.add_argument('--key', metavar='FILE', help='of the certificate, if it is not in it')
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or not 0 < int(text) <= _LAST_PORT:
+        raise argparse.ArgumentTypeError(f'a port is a number from 1 to {_LAST_PORT}, not {text}')
+    return int(text)
+
+
+def execute_serve(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
+    """Show the running cell until Ctrl-C; return 0.
+
+    Raises:
+        ConfigurationError: the configuration is invalid.
+        ValueError: no cell runs, or an option is out of place.
+        OSError: the page cannot be served there, or a file cannot be read.
+    """
+    cell = XmlParser(arguments).parse(options.config)
+    context = _tls(options.certificate, options.key)
+    _check_that_it_runs(options.config)
+    _serve(cell, options.address, options.port, context)
+    return 0
+
+
+def _check_that_it_runs(config: str) -> None:
+    from process_visualizer.serving.cell_link import CELL_NODES
+    if not any(is_registered(name) for name in CELL_NODES):
+        raise ValueError(f'no cell runs on the ROS master {rosgraph.get_master_uri()}; start it '
+                         f'with "cell run {config}" or the launcher, then this command')
+
+
+def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLContext]:
+    if certificate is None:
+        if key is not None:
+            raise ValueError('--key is that of a --certificate; name both')
+        return None
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        context.load_cert_chain(certificate, key, password=lambda: '')
+    except ssl.SSLError as error:
+        raise ValueError(f'{certificate} and {key or "the key in it"} are no certificate and key '
+                         f'in PEM that belong together ({error.reason or error}); a key must not '
+                         'have a password') from None
+    except OSError as error:
+        raise OSError(error.errno, f'{certificate if key is None else f"{certificate} or {key}"}: '
+                                   f'{error.strerror}') from None
+    return context
+
+
+def _serve(cell: Cell, address: Optional[str], port: int,
+           context: Optional[ssl.SSLContext]) -> None:
+    import rospy  # only now, and tornado: other commands do not need them
+    from tornado.ioloop import IOLoop, PeriodicCallback
+
+    from process_visualizer.serving.cell_link import CellLink, PageClock
+    from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
+    from process_visualizer.serving.web_server import LiveServer, served_file
+    packed, server = Packed(), secrets.token_hex(8)
+    shared = PageCell(cell, packed)
+    live = LiveCell(cell, shared, server)
+    model = {'meshes': shared.meshes, 'ghost': GHOST_STYLE, 'server': server,
+             'columns': packed.text()}
+    title = os.path.splitext(os.path.basename(cell.file))[0]
+    files = {
+        '': served_file('text/html; charset=utf-8', live_html(title, shared.notes)),
+        'page.js': served_file('text/javascript; charset=utf-8', web_file('page.js')),
+        'page.css': served_file('text/css; charset=utf-8', web_file('page.css')),
+        'model': served_file('application/json', json.dumps(model, separators=(',', ':')))}
+    admission = Admission('' if address is None else secrets.token_urlsafe(_TOKEN_BYTES))
+    web = LiveServer(files, live.feed, admission, live.recent, say)
+    _listen(web, _HOME if address is None else address, port, context)
+    rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
+    clock = PageClock()
+    link = CellLink(live, cell.devices, clock)
+    loop = IOLoop.current()
+
+    def tick() -> None:
+        live.wants_clouds = web.has_clouds
+        live.tick(clock.now_s(), clock.steady_s(), len(web.viewers))
+        web.send()
+
+    ticks = PeriodicCallback(tick, 1000.0 * PERIOD_S)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
+    ticks.start()
+    for url in _urls(address, port, context is not None, admission.path()):
+        say(url)
+    if address is not None and context is None:
+        say('note: without --certificate the page is not encrypted: who can listen on the network '
+            'sees it, and its token', file=sys.stderr)
+    try:
+        loop.start()
+    finally:
+        ticks.stop()
+        web.close()
+        link.close()
+        rospy.signal_shutdown('the page is closed')
+
+
+def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLContext]) -> None:
+    try:
+        web.listen(address, port, context)  # type: ignore[attr-defined]
+    except OSError as error:
+        reasons = {errno.EADDRINUSE: f'another program has port {port}; choose another --port',
+                   errno.EADDRNOTAVAIL: 'that is no address of this computer',
+                   errno.EACCES: 'ports below 1024 are for root; choose another --port'}
+        raise OSError(error.errno, f'the page cannot be served at {address}: '
+                      f'{reasons.get(error.errno or 0, error.strerror or error)}') from None
+
+
+def _urls(address: Optional[str], port: int, is_encrypted: bool, path: str) -> List[str]:
+    """The addresses at which the page can be opened."""
+    hosts = [_HOME] if address is None else [address]
+    if address in _EVERYWHERE:
+        hosts = [it for it in get_local_addresses() if not it.startswith('127.')] or [_HOME]
+    kind = 'https' if is_encrypted else 'http'
+    return [f'{kind}://{f"[{it}]" if ":" in it else it}:{port}{path}' for it in hosts]

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong in a running cell, by what its nodes and its recorder say; no ROS."""
+from __future__ import annotations
+
+import re
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from process_visualizer.cell.model import Device
+from process_visualizer.curves.live_curves import LiveMark
+from process_visualizer.health.alarm_board import Alarm, AlarmBoard, Condition
+from process_visualizer.health.alarm_conditions import (
+    conflict_conditions,
+    departure_conditions,
+    limit_conditions,
+    loss_conditions,
+    message_conditions,
+    silence_conditions,
+    topic_conditions,
+)
+from process_visualizer.health.device_state import Level, Line, TopicWatch, live_line
+from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
+from process_visualizer.launching.cell_watch import ENDED, SILENT
+
+MAX_SHOWN = 50
+"""Alarms, and of the events the newest ones, of a page."""
+_DIGITS = re.compile(r'[\d.]+')
+
+
+class SeenTopic(NamedTuple):
+    """A topic as the recorder sees it; see TopicRecord.msg."""
+
+    name: str
+    rate_hz: float
+    silence_s: Optional[float]
+    messages: int
+    is_latched: bool
+
+
+class SeenRecorder(NamedTuple):
+    """The recorder's state; ``name`` is that of the file."""
+
+    is_recording: bool
+    name: str
+    duration_s: float
+    dropped: int
+    lost: int
+    topics: Tuple[SeenTopic, ...]
+
+    @property
+    def text(self) -> str:
+        """Return what it does."""
+        if not self.is_recording:
+            return 'not recording'
+        minutes, seconds = divmod(int(self.duration_s), 60)
+        losses = f', {self.dropped + self.lost} messages missing' if self.dropped + self.lost \
+            else ''
+        return f'recording for {minutes}:{seconds:02d}{losses}'
+
+
+class CellAlarms:
+    """Gathers what is wrong; ``warnings`` may be filled by any thread, the rest is one thread's."""
+
+    def __init__(self, devices: Sequence[Device]) -> None:
+        """Take the devices of the cell."""
+        self._devices = tuple(devices)
+        self.warnings = NodeWarnings()
+        self._watch = TopicWatch()
+        self._lines: Dict[str, Line] = {}
+        self._recorder: Optional[SeenRecorder] = None
+        self._board = AlarmBoard()
+        self.departed: Sequence[Tuple[str, str, str, float]] = ()
+        """What is out of the band of good runs: see departure_conditions."""
+
+    def take_recorder(self, recorder: SeenRecorder) -> None:
+        """Take the recorder's state."""
+        self._recorder = recorder
+        self._lines = {it.name: live_line(self._watch.update(
+            it.name, it.rate_hz, it.silence_s, it.messages), it.is_latched)
+            for it in recorder.topics}
+
+    @property
+    def recorder(self) -> Optional[SeenRecorder]:
+        """Return the recorder's last state."""
+        return self._recorder
+
+    def look(self, wall_s: float, clock_s: float, said: Sequence[str] = ()) -> None:
+        """Find what is wrong now.
+
+        Args:
+            wall_s: the time since the epoch.
+            clock_s: the time of the clock of warnings.
+            said: the lines with which scene_watch marks devices, ``DEVICE: what; what it means``.
+        """
+        self._board = self._board.seen([*self._conditions(wall_s, clock_s),
+                                        *_watch_conditions(said)], wall_s)
+
+    def _conditions(self, wall_s: float, clock_s: float) -> List[Condition]:
+        present = self.warnings.present(clock_s)
+        found = list(silence_conditions(present))
+        for device in self._devices:
+            name = device.name
+            own = [it for it in present if _is_of(it, name)]
+            lines = {it.name: self._lines[it.name] for it in device.topics
+                     if it.name in self._lines}
+            found += [*topic_conditions(name, lines),
+                      *limit_conditions(name, own, wall_s - clock_s),
+                      *conflict_conditions(name, own), *message_conditions(name, own, clock_s)]
+        recorder = self._recorder
+        if recorder is not None:
+            found += loss_conditions(recorder.is_recording, recorder.dropped, recorder.lost)
+        return [*found, *departure_conditions(self.departed)]
+
+    def note(self, text: str, wall_s: float) -> None:
+        """Add an event."""
+        self._board = self._board.noted(text, wall_s)
+
+    def entries(self, marks: Sequence[LiveMark], epoch_s: float) -> Dict[str, Any]:
+        """Return alarms, events and marks for JSON; marks have times from ``epoch_s`` on [s]."""
+        recorder = self._recorder
+        return {
+            'alarms': [_alarm(it) for it in self._board.alarms[:MAX_SHOWN]],
+            'events': [{'text': it.text, 'time': round(it.time_s, 2)}
+                       for it in reversed(self._board.events[-MAX_SHOWN:])],
+            'marks': [{'label': it.label, 'at': round(epoch_s + it.time_s, 3)}
+                      for it in marks[-MAX_SHOWN:]],
+            'recording': 'no recorder' if recorder is None else recorder.text,
+            'is_recording': recorder is not None and recorder.is_recording}
+
+
+def _watch_conditions(said: Sequence[str]) -> List[Condition]:
+    """What scene_watch marks in the scene; of nodes that hang it also tells on /diagnostics."""
+    found = []
+    for line in said:
+        device, separator, what = line.partition(': ')
+        if separator and SILENT not in what:
+            level = Level.BAD if ENDED in what else Level.WARNING
+            found.append(Condition(device, _DIGITS.sub('#', what), what, level))
+    return found
+
+
+def _is_of(warning: NodeWarning, device: str) -> bool:
+    return warning.node.startswith(f'/{device}/')
+
+
+def _alarm(alarm: Alarm) -> Dict[str, Any]:
+    return {'text': alarm.condition.said, 'level': int(alarm.condition.level),
+            'begin': round(alarm.since_s, 2),
+            'end': None if alarm.ended_s is None else round(alarm.ended_s, 2)}

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A running cell as its page shows it: takes what the cell says, and fills the feed; no ROS."""
+from __future__ import annotations
+
+import json
+import math
+import os
+import threading
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from process_visualizer.bagio.json_text import parsed_json
+from process_visualizer.cell.model import Cell, DeviceType
+from process_visualizer.curves.curve_sources import curve_sources
+from process_visualizer.curves.live_curves import LiveMark, LiveWindow
+from process_visualizer.page.live_clouds import (
+    MAX_POINTS,
+    cloud_message,
+    live_points,
+    placed,
+)
+from process_visualizer.page.live_feed import LiveFeed, Slot
+from process_visualizer.page.live_lanes import LiveLanes
+from process_visualizer.page.live_scene import LiveScene, ShownPart, ShownTool
+from process_visualizer.page.robots import base_place, upwards
+from process_visualizer.page.run_page import PageCell
+from process_visualizer.robot.kinematics import Placement
+from process_visualizer.robot.visuals import link_visuals
+from process_visualizer.ros_names import SCENE_WATCH
+from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.serving.cell_alarms import CellAlarms, SeenRecorder
+
+PERIOD_S = 0.04
+"""Of frames."""
+_LANES_EVERY, _STATE_EVERY, _CLOUDS_EVERY = 5, 12, 12  # frames
+_WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
+_OVERLAP_S = 1.0
+"""Of columns that are sent again: late values come into them, and messages may be left out."""
+_VERDICT_S = 3.0
+"""A verdict that is older is not shown: the launcher that gave it compares no longer."""
+_MAX_VERDICT = 20_000
+_PLAYER_S = 2.0
+
+
+class SeenPlayer(NamedTuple):
+    """What the player plays: file, position [s], and whether it is paused."""
+
+    name: str
+    position_s: float
+    is_paused: bool
+
+    @property
+    def text(self) -> str:
+        """Return it in words."""
+        return (f'{self.name} is {"paused" if self.is_paused else "played"} '
+                f'at {clock(self.position_s)}')
+
+
+class _Since(NamedTuple):
+    text: str
+    since_s: float
+
+
+class LiveCell:
+    """Any thread may call it."""
+
+    def __init__(self, cell: Cell, shared: PageCell, server: str) -> None:
+        """Take the cell, its models, and what tells this server from others."""
+        self._lock = threading.Lock()
+        self._has_sensors = any(it.type is DeviceType.DEPTH_SENSOR for it in cell.devices)
+        self._server = server
+        parts = [ShownPart(str(it['device']), str(it['link']), int(it['mesh']))
+                 for it in shared.parts]
+        tools = {name: ShownTool(arm.tool, tuple(upwards(base_place(arm.device))))
+                 for name, arm in shared.arms.items()}
+        visuals = {name: [(it.link, it.place) for it in link_visuals(model.text)]
+                   for name, model in shared.models.items()}
+        self._scene = LiveScene(cell.frame, parts, tools, [it.name for it in cell.devices],
+                                curve_sources(cell.devices), visuals)
+        self._lanes = LiveLanes()
+        self._marks: Tuple[LiveMark, ...] = ()
+        self._epoch_s = 0.0
+        self._problem: Optional[_Since] = None
+        self._verdict: Tuple[Dict[str, Any], float] = {}, 0.0
+        self._player: Tuple[Optional[SeenPlayer], float] = None, 0.0
+        self._clouds: Dict[str, bytes] = {}
+        self._layout, self._count = 0, 0
+        self._has_new_lanes = self._has_new_cloud = False
+        self.wants_clouds = False
+        """Whether anybody looks at clouds."""
+        self.alarms = CellAlarms(cell.devices)
+        self.feed = LiveFeed()
+
+    def take_transforms(self, data: bytes, is_static: bool) -> None:
+        """Take a message of /tf or /tf_static."""
+        with self._lock:
+            self._scene.take_transforms(data, is_static)
+
+    def take_markers(self, topic: str, data: bytes, clock_s: float) -> None:
+        """Take a visualization_msgs/MarkerArray."""
+        with self._lock:
+            self._scene.take_markers(topic, data, clock_s)
+
+    def take_cloud(self, device: str, data: bytes) -> None:
+        """Take a sensor_msgs/PointCloud2 of a device."""
+        with self._lock:
+            self._clouds[device], self._has_new_cloud = data, True
+
+    def take_curves(self, window: LiveWindow) -> None:
+        """Take the curves of the last seconds, on the clock of the page."""
+        with self._lock:
+            self._lanes.take(window)
+            self._marks, self._epoch_s = window.marks, window.epoch_s
+            self._has_new_lanes = True
+
+    def take_recorder(self, recorder: SeenRecorder) -> None:
+        """Take the recorder's state."""
+        with self._lock:
+            self.alarms.take_recorder(recorder)
+
+    def take_player(self, player: SeenPlayer, clock_s: float) -> None:
+        """Take what the player plays."""
+        with self._lock:
+            self._player = player, clock_s
+
+    def take_verdict(self, text: str, clock_s: float) -> None:
+        """Take what the launcher says of the run that goes on: see `verdict_entry`."""
+        found = verdict_entry(text)
+        with self._lock:
+            self._verdict = found, clock_s
+            self.alarms.departed = [tuple(it) for it in found.get('departed', ())]
+
+    def take_problem(self, text: str, wall_s: float) -> None:
+        """Take why the cell cannot be seen; '': it can."""
+        with self._lock:
+            before = '' if self._problem is None else self._problem.text
+            if text != before:
+                self._problem = _Since(text, wall_s) if text else None
+                self.alarms.note(text or 'The cell answers again', wall_s)
+
+    def tick(self, wall_s: float, clock_s: float, viewers: int = 0) -> None:
+        """Put what there is to see now into the feed; ``wall_s`` rises, ``viewers`` look."""
+        self._put_clouds(wall_s)
+        with self._lock:
+            data = self._scene.frame(wall_s, clock_s)
+            layout = self._scene.layout
+            number = int(layout['number'])
+            if number != self._layout:
+                self._layout = number
+                self.feed.put(Slot.LAYOUT, json.dumps(
+                    {'kind': 'layout', 'server': self._server, **layout}, separators=(',', ':')))
+            self.feed.put_frame(wall_s, number, data)
+            if self._has_new_lanes and self._count % _LANES_EVERY == 0:
+                self._has_new_lanes = False
+                self.feed.put(Slot.LANES, self._lanes.columns(_OVERLAP_S))
+            if self._count % _STATE_EVERY == 0:
+                self.alarms.look(wall_s, clock_s, self._scene.said(_WATCH_TOPIC, clock_s))
+                self.feed.put(Slot.STATE, json.dumps(
+                    self._state(clock_s, viewers), separators=(',', ':'), allow_nan=False))
+            self._count += 1
+
+    def _put_clouds(self, wall_s: float) -> None:
+        with self._lock:
+            if not self._has_new_cloud or self._count % _CLOUDS_EVERY:
+                return
+            self._has_new_cloud, clouds = False, tuple(self._clouds.values())
+        most = MAX_POINTS // len(clouds)
+        found = []
+        for points in (live_points(it, most) for it in clouds):
+            place = None if points is None else self.place(points.frame)
+            if points is not None and place is not None:
+                found.append(placed(points, place))
+        self.feed.put(Slot.CLOUD, cloud_message(wall_s, found))
+
+    def place(self, frame: str) -> Optional[Placement]:
+        """Return where a frame is in the cell now; None if that is not known."""
+        with self._lock:
+            return self._scene.place(frame)
+
+    def _state(self, clock_s: float, viewers: int) -> Dict[str, Any]:
+        verdict, said_s = self._verdict
+        if clock_s - said_s > _VERDICT_S:
+            verdict, self.alarms.departed = {}, ()
+        player, played_s = self._player
+        is_played = player is not None and clock_s - played_s < _PLAYER_S
+        problem = self._problem
+        return {**self.alarms.entries(self._marks, self._epoch_s), 'kind': 'state',
+                'lanes': self._lanes.entries, 'verdict': verdict or None,
+                'departures': [{'device': device, 'label': label, 'began_s': since_s}
+                               for device, label, _, since_s in verdict.get('departed', ())],
+                'playback': player.text if player is not None and is_played else '',
+                'has_clouds': self._has_sensors,
+                'viewers': f'{viewers} {"page" if viewers == 1 else "pages"} open now.',
+                'problem': None if problem is None else {
+                    'text': problem.text, 'since': problem.since_s}}
+
+    def recent(self, after_s: float, before_s: float) -> bytes:
+        """Return all columns, and frames between two times: see `LiveFeed.recent`."""
+        with self._lock:
+            columns = self._lanes.columns(600.0)
+            return len(columns).to_bytes(4, 'little') + columns + self.feed.recent(
+                after_s, before_s)
+
+
+def verdict_entry(text: str) -> Dict[str, Any]:
+    """Return what the launcher says of the running cell beside good runs; {} if that is nothing.
+
+    ``text`` is JSON: text, state (good, poor, plain), reference, and departed: device, label, how
+    far out, since when [s since the epoch].
+    """
+    try:
+        found = parsed_json(text) if len(text) <= _MAX_VERDICT else None
+        if not isinstance(found, dict) or not found['text']:
+            return {}
+        departed: List[List[Any]] = [
+            [str(device), str(label), str(amount), float(since_s)]
+            for device, label, amount, since_s in found['departed']]
+        if not all(math.isfinite(it[3]) for it in departed):
+            return {}
+        state = found['state'] if found['state'] in ('good', 'poor') else 'plain'
+        return {'text': str(found['text']), 'state': state, 'reference': str(found['reference']),
+                'departed': departed}
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return {}
+
+
+def file_name(paths: Sequence[str]) -> str:
+    """Return the name of the first file, without its folder."""
+    return os.path.basename(paths[0]) if paths else ''

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The page of ``cell serve`` in a real browser: live, looked back at, cut off, and back."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import pytest
+from live_stand import LABEL, LiveStand
+from selenium.webdriver import Chrome
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
+
+WIDE, PHONE = (1920, 1080), (390, 844)
+_LIMIT_S = 60
+_PLACE = "page.tracks.rows.get('place head')"
+
+
+class Browser:
+    """Chromium with the page of a stand in it."""
+
+    def __init__(self, stand: LiveStand, size: 'tuple[int, int]' = WIDE) -> None:
+        options = Options()
+        for flag in ('--headless=new', '--no-sandbox', '--disable-dev-shm-usage',
+                     '--use-angle=swiftshader', '--enable-unsafe-swiftshader'):
+            options.add_argument(flag)
+        options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+        self.driver = Chrome(service=Service('/usr/bin/chromedriver'), options=options)
+        self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {
+            'width': size[0], 'height': size[1], 'deviceScaleFactor': 1, 'mobile': size == PHONE})
+        self.driver.get(stand.url)
+        self.wait('document.documentElement.dataset.ready === "true"')
+        self.wait('page.isPlaced')
+
+    def run(self, script: str) -> Any:
+        return self.driver.execute_script(script)
+
+    def wait(self, condition: str) -> None:
+        WebDriverWait(self.driver, _LIMIT_S, 0.02).until(
+            lambda _: self.run(f'return Boolean({condition})'), condition)
+
+    def press(self, *keys: str) -> None:
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    @property
+    def link(self) -> str:
+        return str(self.run('return document.getElementById("link").textContent'))
+
+    def texts(self) -> List[str]:
+        return list(self.run('return [...document.querySelectorAll("#numbers tr")]'
+                             '.filter((it) => !it.hidden).map((it) => it.lastChild.textContent)'))
+
+    def at_one_moment(self) -> 'tuple[float, float, float, str]':
+        """The time that is shown and that of the frame; where the head is, the force in words."""
+        time_s, sent_s, place, text = self.run(
+            f'const time = page.transport.time; page.draw(time); return [time,'
+            f' Math.max(...{_PLACE}.times.filter((it) => it <= time)),'
+            ' page.scene.parts[1].mesh.matrix.elements[12],'
+            ' document.querySelector("#numbers td").textContent]')
+        return time_s, sent_s, place, text
+
+
+@pytest.fixture
+def stand(tmp_path: Path) -> Iterator[LiveStand]:
+    found = LiveStand(tmp_path)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def browser(stand: LiveStand) -> Iterator[Browser]:
+    found = Browser(stand)
+    yield found
+    found.driver.quit()
+
+
+def test_it_shows_the_present_and_asks_nobody_else(browser: Browser, stand: LiveStand) -> None:
+    browser.wait('page.curves.length > 100')
+    begin_s = float(browser.run('return page.transport.time'))
+    browser.wait(f'page.transport.time > {begin_s + 1.0}')
+    time_s, sent_s, place, text = browser.at_one_moment()
+    assert time_s == sent_s
+    assert place == pytest.approx(stand.place(time_s), abs=1e-5)
+    assert text == f'F {stand.force(time_s):.1f} N'
+    assert browser.texts()[1] == f'{LABEL} 402 K'
+    assert browser.link == 'Live'
+    events = [json.loads(it['message'])['message'] for it in browser.driver.get_log('performance')]
+    asked = [it['params']['request']['url'] for it in events
+             if it['method'] == 'Network.requestWillBeSent']
+    assert asked
+    assert [it for it in asked if not it.startswith((stand.url, 'data:', 'about:'))] == []
+    assert browser.driver.get_log('browser') == []
+
+
+def test_names_are_shown_as_they_are_written(browser: Browser) -> None:
+    assert browser.driver.title == f'Cell {LABEL}'
+    assert browser.driver.find_element(By.TAG_NAME, 'h1').text == f'Cell {LABEL}'
+    assert browser.run('return document.querySelectorAll("main script, main b").length') == 0
+
+
+def test_it_is_paused_looked_back_and_live_again_while_the_cell_goes_on(
+        browser: Browser, stand: LiveStand) -> None:
+    browser.wait('page.transport.end - page.transport.begin > 3')
+    browser.press(Keys.SPACE)
+    browser.wait('!page.transport.isLive')
+    held_s = float(browser.run('return page.transport.time'))
+    browser.wait(f'page.transport.end > {held_s + 1.0}')
+    assert browser.run('return page.transport.time') == held_s
+    assert browser.link.startswith('Looking back: ')
+    for back_s in (0.5, 1.7, 2.9):
+        browser.run(f'page.transport.seek(page.transport.end - {back_s})')
+        time_s, sent_s, place, text = browser.at_one_moment()
+        assert place == pytest.approx(stand.place(time_s), abs=2e-3)
+        assert text == f'F {stand.force(sent_s):.1f} N'
+    browser.press(Keys.END)
+    browser.wait('page.transport.isLive')
+    browser.wait('document.getElementById("link").textContent === "Live"')
+
+
+def test_playing_from_the_past_ends_in_the_present(browser: Browser) -> None:
+    browser.wait('page.transport.end - page.transport.begin > 2')
+    browser.run('page.transport.rate = 4; page.transport.pause();'
+                'page.transport.seek(page.transport.end - 1.5); page.transport.toggle()')
+    browser.wait('page.transport.isLive && !page.transport.isPlaying')
+
+
+def test_a_new_page_has_the_last_minutes(browser: Browser, stand: LiveStand) -> None:
+    browser.wait('page.transport.end - page.transport.begin > 3')
+    other = Browser(stand)
+    try:
+        other.wait('page.transport.end - page.transport.begin > 3')
+        assert other.run(f'return {_PLACE}.times.every('
+                         '(it, row, all) => row === 0 || it > all[row - 1])')
+        browser.wait('document.getElementById("viewers").textContent.startsWith("2 pages")')
+    finally:
+        other.driver.quit()
+
+
+def test_a_cut_is_said_and_mended_with_what_happened_meanwhile(browser: Browser,
+                                                              stand: LiveStand) -> None:
+    browser.wait('page.transport.end - page.transport.begin > 1')
+    stand.cut()
+    browser.wait('document.documentElement.classList.contains("lost")')
+    assert browser.link.startswith('No connection to the cell since ')
+    cut_s = float(browser.run('return page.transport.end'))
+    browser.wait('/\\([2-9] s\\)/.test(document.getElementById("link").textContent)')
+    stand.mend()
+    browser.wait('!document.documentElement.classList.contains("lost")')
+    browser.wait(f'page.transport.end > {cut_s + 2.0}')
+    browser.wait(f'{_PLACE}.times.every((it, row, all) => row === 0 || it - all[row - 1] < 1)')
+    errors = [it for it in browser.driver.get_log('browser')
+              if 'ERR_CONNECTION' not in it['message'] and 'WebSocket' not in it['message']]
+    assert errors == []
+
+
+def test_a_cell_that_ends_is_said(browser: Browser, stand: LiveStand) -> None:
+    stand.live.take_problem('The cell does not run', stand.now_s())
+    browser.wait('document.documentElement.classList.contains("lost")')
+    assert browser.link.startswith('The cell does not run since ')
+    stand.live.take_problem('', stand.now_s())
+    browser.wait('!document.documentElement.classList.contains("lost")')
+    browser.wait('document.querySelectorAll("#events li").length === 2')
+
+
+def test_alarms_lead_to_their_time_and_what_nodes_say_stands_at_the_device(
+        browser: Browser, stand: LiveStand) -> None:
+    assert browser.driver.find_element(By.ID, 'alarms').text == 'No alarms'
+    browser.wait('page.transport.end - page.transport.begin > 1')
+    stand.warn('heat above 400 K')
+    browser.wait('document.querySelector("#alarms .level4") !== null')
+    alarm_s = float(browser.run('return page.cellState.alarms[0].begin'))
+    browser.run('document.querySelector("#alarms .level4 button").click()')
+    browser.wait(f'Math.abs(page.transport.time - {alarm_s}) < 0.01')
+    browser.run('page.transport.goLive()')
+    stand.note = 'slide: robot_proc does not respond'
+    browser.wait('[...document.querySelectorAll(".label [data-kind=note]")].some((it) => '
+                 'it.textContent === "slide: robot_proc does not respond")')
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(stand: LiveStand) -> None:
+    browser = Browser(stand, PHONE)
+    try:
+        browser.wait('page.curves.length > 100')
+        assert browser.run('return document.documentElement.scrollWidth') == PHONE[0]
+    finally:
+        browser.driver.quit()

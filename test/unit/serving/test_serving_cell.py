@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a live page says of a running cell: alarms and their times, recording, verdict, trouble."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Dict
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import TransformStamped
+from live_stand import packed
+from small_clouds import KIND, cloud, read
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.curve_sources import curve_sources
+from process_visualizer.curves.live_curves import LiveCurve, LiveMark, LiveWindow
+from process_visualizer.health.node_warnings import Severity
+from process_visualizer.launching.cell_watch import ENDED, SILENT
+from process_visualizer.nodes.common.markers import text_marker
+from process_visualizer.page.live_feed import Slot
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.run_page import PageCell
+from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
+from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, verdict_entry
+
+CELL = '''<visualizer>
+  <device type="other" name="oven">
+    <base frame="oven/base" xyz="1 2 3"/>
+    <variable topic="heat" frame="oven/base" unit="K" label="&lt;script&gt;heat"
+      high="400"/>
+    <topic name="heat" msg="std_msgs/Float32"/>
+  </device>
+</visualizer>'''
+BEGIN_S = 1.7e9
+VERDICT = {'text': 'Run in range (reference at 0:02.00)', 'state': 'good', 'reference': 'good.bag',
+           'departed': [['oven', 'heat', '3 K above range', BEGIN_S + 1.0]]}
+
+
+class Stage:
+    """A cell without nodes, and a clock."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / 'cell.xml'
+        path.write_text(CELL)
+        self.cell = XmlParser().parse(str(path))
+        self.live = LiveCell(self.cell, PageCell(self.cell, Packed()), 'server')
+        self.now_s = 0.0
+
+    def pass_time(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.04)):
+            self.now_s += 0.04
+            self.live.tick(BEGIN_S + self.now_s, self.now_s)
+
+    @property
+    def state(self) -> Dict[str, Any]:
+        self.pass_time(1.0)
+        found: Dict[str, Any] = json.loads(self.live.feed.newest(Slot.STATE)[1])
+        return found
+
+    def warn(self, text: str) -> None:
+        self.live.alarms.warnings.take_state('/oven/variable_proc', 'heat', Severity.ERROR, text,
+                                             self.now_s, {LIMIT_KEY: 'up to 402 K'})
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Stage:
+    return Stage(tmp_path)
+
+
+def test_nothing_is_wrong_and_nothing_is_recorded_at_first(stage: Stage) -> None:
+    state = stage.state
+    assert state['alarms'] == []
+    assert state['events'] == []
+    assert (state['recording'], state['is_recording']) == ('no recorder', False)
+    assert (state['verdict'], state['problem'], state['playback']) == (None, None, '')
+
+
+def test_a_value_beyond_its_limits_is_an_alarm_with_begin_and_end(stage: Stage) -> None:
+    stage.pass_time(5.0)
+    stage.warn('heat above 400 K')
+    alarm, = stage.state['alarms']
+    assert alarm['text'] == 'oven: heat above 400 K, up to 402 K'
+    assert alarm['begin'] == pytest.approx(BEGIN_S + 5.0, abs=0.6)
+    assert alarm['end'] is None
+    stage.pass_time(10.0)  # a node repeats what lasts
+    state = stage.state
+    assert state['alarms'][0]['end'] == pytest.approx(BEGIN_S + 10.0, abs=1.6)
+    assert [it['text'] for it in state['events']] == [
+        'oven: heat above 400 K, up to 402 K: over after 5.1 s',
+        'oven: heat above 400 K, up to 402 K']
+
+
+def test_what_is_marked_in_the_scene_is_an_alarm_once(stage: Stage) -> None:
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = 'world', 'oven/base'
+    transform.transform.rotation.w = 1.0
+    stage.live.take_transforms(packed(TFMessage([transform])), True)
+    for age_s in (1.0, 1.1, 1.2):
+        stage.live.take_markers('/scene_watch/marker_array', packed(MarkerArray([text_marker(
+            'oven', 'oven/base', (0, 0, 1), f'oven: variable_proc {ENDED}; no arrows\n'
+            f'oven: points {age_s} s old\noven: joint_proc {SILENT}; no joints', 0.1,
+            (1.0, 0.7, 0.1, 1.0))])), stage.now_s)
+        stage.pass_time(0.6)
+    state = stage.state
+    assert state['alarms'] == []
+    assert sorted(it['text'] for it in state['events'] if 'over after' not in it['text']) == [
+        'oven: points 1.0 s old', f'oven: variable_proc {ENDED}; no arrows']
+
+
+def test_a_topic_that_falls_silent_is_an_alarm(stage: Stage) -> None:
+    def recorder(rate_hz: float, silence_s: float, count: int) -> SeenRecorder:
+        return SeenRecorder(True, 'seam.bag', 65.2, 3, 2, (
+            SeenTopic('/heat', rate_hz, silence_s, count, False),
+            SeenTopic('heat', rate_hz, silence_s, count, False)))
+
+    for count in range(40):
+        stage.live.take_recorder(recorder(20.0, 0.02, 20 * count))
+    assert [it['text'] for it in stage.state['alarms']] == [
+        'recording: messages are missing: 3 dropped, 2 lost']
+    stage.live.take_recorder(recorder(0.0, 4.0, 800))
+    state = stage.state
+    assert state['is_recording']
+    assert state['recording'] == 'recording for 1:05, 5 messages missing'
+    assert any(it['text'].startswith('oven: No data from ') for it in state['alarms'])
+
+
+def test_the_verdict_of_the_launcher_is_shown_while_it_is_new(stage: Stage) -> None:
+    stage.live.take_verdict(json.dumps(VERDICT), stage.now_s)
+    state = stage.state
+    assert state['verdict']['text'] == VERDICT['text']
+    assert state['verdict']['state'] == 'good'
+    assert state['departures'] == [{'device': 'oven', 'label': 'heat', 'began_s': BEGIN_S + 1.0}]
+    assert [it['text'] for it in state['alarms']] == ['oven: heat 3 K above range']
+    stage.pass_time(3.0)
+    state = stage.state
+    assert (state['verdict'], state['departures'], state['alarms']) == (None, [], [])
+
+
+@pytest.mark.parametrize('text', [
+    '', 'x', '[]', '{}', '[' * 100_000, '{"text": ""}', json.dumps({**VERDICT, 'departed': [1]}),
+    json.dumps({**VERDICT, 'departed': [['a', 'b', 'c', 'd']]}), json.dumps({'text': 'x' * 30_000}),
+    '{"text": "a", "state": "good", "reference": "b", "departed": [["a", "b", "c", NaN]]}'])
+def test_what_is_no_verdict_is_none(text: str) -> None:
+    assert verdict_entry(text) == {}
+
+
+def test_an_unknown_state_of_a_verdict_is_shown_plain() -> None:
+    assert verdict_entry(json.dumps({**VERDICT, 'state': 'x" onload="'}))['state'] == 'plain'
+
+
+def test_a_cell_that_does_not_answer_is_said_with_since_when(stage: Stage) -> None:
+    stage.pass_time(2.0)
+    stage.live.take_problem('The cell does not run', BEGIN_S + 2.0)
+    stage.live.take_problem('The cell does not run', BEGIN_S + 4.0)
+    assert stage.state['problem'] == {'text': 'The cell does not run', 'since': BEGIN_S + 2.0}
+    stage.live.take_problem('', BEGIN_S + 9.0)
+    state = stage.state
+    assert state['problem'] is None
+    assert [it['text'] for it in state['events']] == ['The cell answers again',
+                                                      'The cell does not run']
+
+
+def test_a_recording_that_is_played_is_said(stage: Stage) -> None:
+    stage.live.take_player(SeenPlayer('seam.bag', 12.5, True), stage.now_s)
+    assert stage.state['playback'] == 'seam.bag is paused at 0:12.50'
+    stage.pass_time(3.0)
+    assert stage.state['playback'] == ''
+
+
+def test_curves_come_with_their_marks_and_labels_as_they_are(stage: Stage) -> None:
+    source = next(it for it in curve_sources(stage.cell.devices))
+    values = np.arange(20.0)
+    stage.live.take_curves(LiveWindow(0.0, 2.0, (LiveCurve(source, values, values, 19.0),),
+                                      (LiveMark(1.5, '</script>seam'),), BEGIN_S))
+    state = stage.state
+    assert state['marks'] == [{'label': '</script>seam', 'at': BEGIN_S + 1.5}]
+    assert [it['label'] for it in state['lanes']] == ['<script>heat']
+    number, data = stage.live.feed.newest(Slot.LANES)
+    assert number == 1
+    assert isinstance(data, bytes)
+    stage.pass_time(2.0)
+    assert stage.live.feed.newest(Slot.LANES)[0] == 1  # nothing new has come
+
+
+def test_frames_rise_and_have_the_layout_that_was_sent_before(stage: Stage) -> None:
+    stage.pass_time(1.0)
+    layout = json.loads(stage.live.feed.newest(Slot.LAYOUT)[1])
+    assert (layout['kind'], layout['server'], layout['number']) == ('layout', 'server', 1)
+    assert stage.live.feed.newest(Slot.LAYOUT)[0] == 1
+    assert stage.live.feed.newest(Slot.FRAME)[0] == 25
+    assert len(stage.live.recent(0.0, 2.0 * BEGIN_S)) > 25 * 16
+
+
+def test_clouds_are_sent_a_few_times_a_second_where_their_frame_is(stage: Stage) -> None:
+    points = np.zeros(3, KIND)
+    points['x'] = 1.0
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = 'world', 'camera'
+    transform.transform.translation.z = transform.transform.rotation.w = 1.0
+    stage.live.take_transforms(packed(TFMessage([transform])), True)
+    for _ in range(25):
+        stage.live.take_cloud('kinect', cloud(points))
+        stage.pass_time(0.04)
+    number, data = stage.live.feed.newest(Slot.CLOUD)
+    assert number == 3
+    assert isinstance(data, bytes)
+    assert read(data)[1] == pytest.approx(np.array([[1.0, 0.0, 1.0]] * 3))
