@@ -16,7 +16,7 @@ from process_visualizer.gui.toolkit.theme import LIGHT, apply_style
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',
             'reload', 'folder', 'open', 'new', 'view', 'save', 'fit', 'revert', 'help', 'warning',
-            'ok', 'died', 'waiting', 'list', 'theme')
+            'ok', 'died', 'waiting', 'list', 'theme', 'browsers')
 
 
 def image_of(name: str, side: int, mode: QIcon.Mode = QIcon.Normal,

@@ -24,6 +24,7 @@ from PyQt5.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from rosgraph.network import get_local_addresses
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
@@ -32,6 +33,7 @@ from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.look_on import WatchDialog
+from process_visualizer.gui.app.serve_dialog import ServeDialog
 from process_visualizer.gui.app.shortcuts import WindowKeys
 from process_visualizer.gui.cell.alarm_strip import alarm_strip
 from process_visualizer.gui.cell.calibration_panel import CalibrationPanel, RegionPanel
@@ -229,6 +231,9 @@ class LauncherApp(QMainWindow):
         self._lay_out()
         self._keys = WindowKeys(self, launcher, self.launch.launch.click,
                                 self._mark_playback, self.playback.timeline.zoom_in)
+        self._serve = ServeDialog(
+            self, [it for it in get_local_addresses() if not it.startswith('127.')],
+            lambda: (launcher.session.file, launcher.cell.arguments))
         self._connect()
         self._show_cell()
         self._show_launch()
@@ -276,6 +281,8 @@ class LauncherApp(QMainWindow):
                 ('open', 'open_configuration', 'Open another configuration', self._open),
                 ('view', 'watch_cell', 'Watch a cell that runs on another computer…',
                  lambda: WatchDialog(self).show()),
+                ('browsers', 'serve_cell', 'Show the running cell in browsers…',
+                 lambda: self._serve.show()),
                 ('reload', 'reload_configuration', 'Read the configuration again (F5)',
                  self._launcher.cell.reload),
                 ('help', 'show_keys', 'Keys (?)', lambda: self._keys.show())):
@@ -471,6 +478,7 @@ class LauncherApp(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Quit everything first, without freezing; the window closes when that is done."""
         if self._is_closed:
+            self._serve.end()
             event.accept()
             return
         event.ignore()

@@ -182,6 +182,11 @@ class CellModel(QObject):
         return f'The devices are still those of {os.path.basename(self.session.file)}:'
 
     @property
+    def arguments(self) -> Dict[str, str]:
+        """The values for the <arg> elements of the configuration."""
+        return dict(self._arguments)
+
+    @property
     def source(self) -> Dict[str, Any]:
         """The path and the arguments, for the settings."""
         return {'path': self.path, 'arguments': self._arguments}

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The running cell in browsers: the switch, the address as text and QR code, and who is looking."""
+from __future__ import annotations
+
+from typing import Callable, List, Mapping, Sequence, Tuple
+
+from PyQt5.QtCore import QProcess, Qt
+from PyQt5.QtGui import QImage, QPixmap
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.ros_names import PACKAGE
+from process_visualizer.shown_text import shown
+
+_EXPLANATION = ('Any browser, also on a phone, shows the running cell at the address below. Nobody '
+                'there can change anything. Others need the whole address, with the token in it.')
+_HERE = 'this computer only'
+_MAX_LINES = 500
+_QR_PX = 220
+_BLACK, _WHITE = 0xFF000000, 0xFFFFFFFF
+_WATCHES, _LEAVES = ' watches', ' watches no longer'
+
+
+class ServeDialog(QDialog):
+    """Runs ``cell serve``, which goes on while the dialog is closed."""
+
+    def __init__(self, parent: QWidget, addresses: Sequence[str],
+                 cell: Callable[[], Tuple[str, Mapping[str, str]]], program: str = 'rosrun'
+                 ) -> None:
+        """Take what is needed to start it.
+
+        Args:
+            parent: the window.
+            addresses: of this computer.
+            cell: returns the file of the configuration, and its arguments.
+            program: runs the nodes of packages.
+        """
+        super().__init__(parent)
+        self.setObjectName('serve')
+        self.setWindowTitle('Show the running cell in browsers')
+        self._cell, self._program = cell, program
+        self._watching: List[str] = []
+        self.address = QComboBox()
+        self.address.setObjectName('served_address')
+        self.address.setAccessibleName('Who can open the page')
+        self.address.addItem(_HERE, '')
+        for it in addresses:
+            self.address.addItem(f'others, too: {it}', it)
+        self.button = QPushButton('Show')
+        self.button.setObjectName('serve_button')
+        self.url = QLabel()
+        self.url.setObjectName('served_url')
+        self.url.setTextFormat(Qt.PlainText)
+        self.url.setWordWrap(True)
+        self.url.setTextInteractionFlags(Qt.TextSelectableByMouse | Qt.TextSelectableByKeyboard)
+        self.code = QLabel()
+        self.code.setAccessibleName('The address as a QR code')
+        self.viewers = QLabel()
+        self.viewers.setObjectName('viewers')
+        self.viewers.setTextFormat(Qt.PlainText)
+        self.lines = QPlainTextEdit()
+        self.lines.setObjectName('serve_lines')
+        self.lines.setReadOnly(True)
+        self.lines.setMaximumBlockCount(_MAX_LINES)
+        self._process = QProcess(self)
+        self._process.setProcessChannelMode(QProcess.MergedChannels)
+        self._process.readyReadStandardOutput.connect(self._read)
+        self._process.stateChanged.connect(self._update)
+        self._process.errorOccurred.connect(self._take_error)
+        self.button.clicked.connect(self._toggle)
+        self._lay_out()
+        self._update()
+
+    def _lay_out(self) -> None:
+        explanation = QLabel(_EXPLANATION)
+        explanation.setWordWrap(True)
+        row, below = QHBoxLayout(), QHBoxLayout()
+        row.addWidget(self.address, 1)
+        row.addWidget(self.button)
+        side = QVBoxLayout()
+        for widget in (self.url, self.viewers):
+            side.addWidget(widget)
+        side.addWidget(self.lines, 1)
+        below.addLayout(side, 1)
+        below.addWidget(self.code, 0, Qt.AlignTop)
+        layout = QVBoxLayout(self)
+        layout.addWidget(explanation)
+        layout.addLayout(row)
+        layout.addLayout(below, 1)
+        self.resize(680, 360)
+
+    @property
+    def is_serving(self) -> bool:
+        """Return whether the command runs."""
+        return bool(self._process.state() != QProcess.NotRunning)
+
+    def end(self) -> None:
+        """End the page."""
+        if self.is_serving:
+            self._process.terminate()
+
+    def _toggle(self) -> None:
+        if self.is_serving:
+            self._process.terminate()
+            return
+        file, arguments = self._cell()
+        address = self.address.currentData()
+        self.lines.clear()
+        self._watching = []
+        self._process.start(self._program, [
+            PACKAGE, 'cell', 'serve', file, *(f'{name}:={it}' for name, it in arguments.items()),
+            *([f'--address={address}'] if address else [])])
+
+    def _read(self) -> None:
+        text = bytes(self._process.readAllStandardOutput().data()).decode('utf-8', 'replace')
+        for line in text.splitlines():
+            self._take(line)
+        self._show_viewers()
+
+    def _take(self, line: str) -> None:
+        if line.startswith(('http://', 'https://')) and not self.url.text():
+            self.url.setText(line)
+            if self.address.currentData():
+                self.code.setPixmap(qr_code(line))
+            return
+        who = line.rpartition(_LEAVES)[0] or line.rpartition(_WATCHES)[0]
+        if line == who + _WATCHES:
+            self._watching.append(who)
+        elif line == who + _LEAVES and who in self._watching:
+            self._watching.remove(who)
+        self.lines.appendPlainText(shown(line[6:] if line.startswith('cell: ') else line))
+
+    def _show_viewers(self) -> None:
+        count = len(self._watching)
+        self.viewers.setText('' if not self.url.text() else 'Nobody is looking' if not count else
+                             f'Looking now: {", ".join(sorted(self._watching))}')
+
+    def _take_error(self, error: QProcess.ProcessError) -> None:
+        """One that is ended is no problem."""
+        if error == QProcess.FailedToStart:
+            self.lines.appendPlainText(self._process.errorString())
+
+    def _update(self) -> None:
+        self.button.setText('Stop showing' if self.is_serving else 'Show')
+        self.address.setEnabled(not self.is_serving)
+        if not self.is_serving:
+            self.url.clear()
+            self.code.clear()
+            self.viewers.clear()
+
+
+def qr_code(text: str) -> QPixmap:
+    """Return a text as a QR code, black on white with its margin."""
+    import qrcode  # only now: nobody waits for it when the window opens
+    code = qrcode.QRCode(border=4)
+    code.add_data(text)
+    rows = code.get_matrix()
+    image = QImage(len(rows), len(rows), QImage.Format_RGB32)
+    for y, row in enumerate(rows):
+        for x, is_black in enumerate(row):
+            image.setPixel(x, y, _BLACK if is_black else _WHITE)
+    scale = max(_QR_PX // len(rows), 2)
+    return QPixmap.fromImage(image.scaled(scale * len(rows), scale * len(rows)))
