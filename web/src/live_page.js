@@ -417,6 +417,7 @@ class LivePage extends Page {
       this.play.setAttribute('aria-pressed', 'true');
     }
     this.liveButton?.setAttribute('aria-pressed', String(this.live.isLive));
+    if (this.live.isLive && this.transport.end - this.timeline.end > 1) this.follow();
     this.showLink();
   }
 

@@ -181,7 +181,7 @@ def live_html(title: str, notes: Sequence[str]) -> str:
         '<noscript><p class="verdict poor">This page needs JavaScript.</p></noscript>',
         '<p class="verdict plain" id="verdict" hidden></p>',
         '<main>', '<div id="player"></div>', '<aside id="side">',
-        '<section class="panel" id="values"><h2>Now</h2>'
+        '<section class="panel" id="values"><h2>At this moment</h2>'
         '<table><tbody id="numbers"></tbody></table></section>',
         '<section class="panel" id="happened"><h2>Alarms</h2><ul id="alarms"></ul>'
         '<h2>Recording</h2><p class="sub" id="recording"></p>'
