@@ -25,6 +25,7 @@ _EXPLANATION = ('Any browser, also on a phone, shows the running cell at the add
 _HERE = 'this computer only'
 _MAX_LINES = 500
 _QR_PX = 220
+_END_MS = 1000
 _BLACK, _WHITE = 0xFF000000, 0xFFFFFFFF
 _WATCHES, _LEAVES = ' watches', ' watches no longer'
 
@@ -103,9 +104,10 @@ class ServeDialog(QDialog):
         return bool(self._process.state() != QProcess.NotRunning)
 
     def end(self) -> None:
-        """End the page."""
+        """End the page, as the window is about to close; it has a moment for that."""
         if self.is_serving:
             self._process.terminate()
+            self._process.waitForFinished(_END_MS)
 
     def _toggle(self) -> None:
         if self.is_serving:
