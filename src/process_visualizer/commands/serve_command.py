@@ -110,12 +110,23 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         'page.css': served_file('text/css; charset=utf-8', web_file('page.css')),
         'model': served_file('application/json', json.dumps(model, separators=(',', ':')))}
     admission = Admission('' if address is None else secrets.token_urlsafe(_TOKEN_BYTES))
-    web = LiveServer(files, live.feed, admission, live.recent, say)
-    _listen(web, _HOME if address is None else address, port, context)
-    rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
-    clock = PageClock()
-    link = CellLink(live, cell.devices, clock)
     loop = IOLoop.current()
+
+    def tell(text: str) -> None:
+        try:
+            say(text)
+        except BrokenPipeError:  # the window that has started it is gone
+            loop.stop()
+
+    web = LiveServer(files, live.feed, admission, live.recent, tell)
+    _listen(web, _HOME if address is None else address, port, context)
+    clock = PageClock()
+    try:
+        rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
+        link = CellLink(live, cell.devices, clock)
+    except (rospy.ROSException, rosgraph.MasterException) as error:
+        raise ValueError(f'the ROS master at {rosgraph.get_master_uri()} has refused the page '
+                         f'({error}); start it again') from None
 
     def tick() -> None:
         live.wants_clouds = web.has_clouds
