@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List
 import pytest
 import websocket
 from cycle_bags import write_bag
+from live_stand import LiveStand
 
 from process_visualizer.commands.command_line import main
 
@@ -93,3 +94,20 @@ def test_it_opens_plays_and_seeks(firefox: Firefox, tmp_path: Path) -> None:
     assert [it for it in asked if not it.startswith((url, 'data:', 'about:', 'blob:'))] == []
     told = [it['params'] for it in firefox.events if it['method'] == 'log.entryAdded']
     assert [it['text'] for it in told if it['level'] == 'error'] == []
+
+
+def test_it_shows_a_running_cell(firefox: Firefox, tmp_path: Path) -> None:
+    stand = LiveStand(tmp_path)
+    try:
+        firefox.call('browsingContext.navigate', context=firefox.context, url=stand.url,
+                     wait='complete')
+        firefox.until('globalThis.page && page.curves.length > 100 && page.transport.end > 0')
+        firefox.until('document.getElementById("link").textContent === "Live"')
+        end_s = firefox.evaluate('page.transport.end')
+        firefox.until(f'page.transport.time > {end_s + 1.0}')
+        force = firefox.evaluate('document.querySelector("#numbers td").textContent')
+        assert force.startswith('F ')
+        told = [it['params'] for it in firefox.events if it['method'] == 'log.entryAdded']
+        assert [it['text'] for it in told if it['level'] == 'error'] == []
+    finally:
+        stand.close()
