@@ -335,7 +335,8 @@ export class CellScene {
         || !(seen.z <= 1 && Math.abs(seen.x) <= 1.05 && Math.abs(seen.y) <= 1.05);
       if (element.hidden) continue;
       setLines(element, lines);
-      const left = Math.min(Math.max((seen.x + 1) / 2 * width, 70), width - 70);
+      const half = element.offsetWidth / 2 + 2;
+      const left = Math.min(Math.max((seen.x + 1) / 2 * width, half), Math.max(width - half, half));
       const tall = 19 * lines.length + 8;
       let top = (1 - seen.y) / 2 * height - (isBelow ? 0 : tall);
       for (const [x, y, h] of taken) {

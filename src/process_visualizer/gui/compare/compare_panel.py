@@ -89,8 +89,8 @@ class ComparePanel(QWidget):
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
-            self.ghost, self.share, self.reset, self.cancel, wide=self.ghost),
-            self.departures, self.finished)
+            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures,
+            self.finished, in_row(self.share))
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
