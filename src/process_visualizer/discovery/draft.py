@@ -97,7 +97,7 @@ def draft_text(draft: Draft) -> str:
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),
              f'<visualizer{frame}>']
     for element in draft.process:
-        lines += _commented(element, '  ')
+        lines += element_lines(element, '  ')
     for device in draft.devices:
         lines += _device(device)
     return '\n'.join([*lines, '</visualizer>', ''])
@@ -111,11 +111,12 @@ def _device(device: DraftDevice) -> Iterator[str]:
         return
     yield f'{opening}>'
     for element in device.elements:
-        yield from _commented(element, '    ')
+        yield from element_lines(element, '    ')
     yield '  </device>'
 
 
-def _commented(element: DraftElement, indent: str) -> Iterator[str]:
+def element_lines(element: DraftElement, indent: str) -> Iterator[str]:
+    """Yield the lines of an element, with its comment before it."""
     yield from comment_lines([element.comment] if element.comment else [], indent)
     if element.active:
         yield from _element(element, indent)

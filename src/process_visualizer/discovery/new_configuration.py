@@ -14,6 +14,7 @@ from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.confinement import confined, confined_arguments
 from process_visualizer.cell.element_reader import read_xml
+from process_visualizer.cell.elements import ROOT
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.file_edit import (
     PoseEditError,
@@ -32,11 +33,16 @@ from process_visualizer.cell.stored_configuration import (
 from process_visualizer.cell.trust import Origin, Provenance, trusted_packages
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.discovery.bag_look import look_into
-from process_visualizer.discovery.draft import comment_lines, draft_text, is_topic
+from process_visualizer.discovery.draft import comment_lines, draft_text, element_lines, is_topic
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
 from process_visualizer.discovery.moving_frames import recorded_motions
-from process_visualizer.discovery.process import Process, proposed_process, recorded_states
+from process_visualizer.discovery.process import (
+    Process,
+    StateNumber,
+    proposed_process,
+    recorded_states,
+)
 from process_visualizer.discovery.robot_topics import FoundModel
 from process_visualizer.discovery.seen import FrameForest, Seen
 from process_visualizer.discovery.topic_groups import device_topics
@@ -101,14 +107,16 @@ class StoredCell(NamedTuple):
     text: str
     files: Dict[str, str]
     cell: Cell
+    process: Optional[Process] = None
 
 
 def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
-                origin: Origin = Origin.BAG) -> StoredCell:
+                origin: Origin = Origin.BAG, states: Sequence[StateNumber] = ()) -> StoredCell:
     """Return a configuration as it was stored, with base frames where they were seen last.
 
     ``source`` says in words where it was stored. What it would run or read is left out, but nodes
-    of packages that the user trusts; comments say what stood there.
+    of packages that the user trusts; comments say what stood there. If it does not say what one run
+    is, that is proposed by the ``states`` that were recorded.
 
     Raises:
         ConfigurationError: it is not valid on this machine.
@@ -132,10 +140,32 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
             raise ValueError(str([*problems, *cell.ignored][0]))
         remarks = [_origin(stored, source), *left_out, *_with_seen_poses(cell, seen),
                    *_not_named(cell, seen)]
-        data = _with_comment(Path(path).read_bytes(), remarks)
+        process = _process_of(cell, states)
+        data = _with_comment(_with_process(Path(path).read_bytes(), process), remarks)
         files = {name: _text(Path(os.path.dirname(path), name).read_bytes())
                  for name in beside.values()}
-    return StoredCell(_text(data), files, cell)
+    return StoredCell(_text(data), files, cell, process)
+
+
+def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:
+    """What one run is, by numbers that the cell's devices have; None if the cell says it."""
+    if cell.run is not None or cell.events:
+        return None
+    recorded = {topic.name for device in cell.devices for topic in device.topics if topic.record}
+    labels = {(it.topic, it.field): it.label for device in cell.devices
+              for it in device.variables}
+    return proposed_process([replace(it, label=labels.get((it.topic, it.field), it.label))
+                             for it in states if (it.topic, it.field) in labels
+                             or it.topic in recorded and it.field == 'data'])
+
+
+def _with_process(data: bytes, process: Optional[Process]) -> bytes:
+    """The file with what one run is at its end."""
+    before, end, behind = data.rpartition(f'</{ROOT}>'.encode(encoding_of(data)))
+    if process is None or not end:
+        return data
+    lines = [line for it in process.elements for line in element_lines(it, '  ')]
+    return before + ('\n'.join(lines) + '\n').encode(encoding_of(data)) + end + behind
 
 
 def _confine(folder: str, provenance: Provenance) -> List[str]:
@@ -245,15 +275,15 @@ def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
         raise ValueError(f'{seen.where}: no device was seen, only what the program and ROS publish '
                          'themselves; start the drivers first')
     return NewConfiguration(draft_text(made.draft), made.models,
-                            _summary([it.type for it in made.draft.devices])
-                            + ('' if process is None else f'; {process.summary}'))
+                            _summary([it.type for it in made.draft.devices], process))
 
 
-def _summary(types: Sequence[str]) -> str:
+def _summary(types: Sequence[str], process: Optional[Process]) -> str:
     counts = [(name, types.count(kind)) for kind, name in
               (('robot', 'robot'), ('depth_sensor', 'depth sensor'), ('other', 'other device'))]
-    return ', '.join(f'{count} {name}{"" if count == 1 else "s"}' for name, count in counts
+    text = ', '.join(f'{count} {name}{"" if count == 1 else "s"}' for name, count in counts
                      if count)
+    return text if process is None else f'{text}; {process.summary}'
 
 
 def from_bags(paths: Sequence[str]) -> NewConfiguration:
@@ -266,36 +296,37 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
     with Recording(paths) as recording:
         seen = look_into(recording)
         stored = recorded_configuration(recording)
+        states = recorded_states(
+            recording, [it.name for it in device_topics(seen.topics) if is_topic(it.name)])
         refused: List[str] = []
         if stored is not None:
             try:
-                return of_stored(stored, seen, seen.where)
+                return of_stored(stored, seen, seen.where, states=states)
             except (ConfigurationError, ValueError, OSError) as error:
                 refused = [f'The configuration in the recording is not used: {error}']
         models, of_models = recorded_models(recording)
         motions = recorded_motions(recording)
-        process = proposed_process(recorded_states(
-            recording, [it.name for it in device_topics(seen.topics) if is_topic(it.name)]))
         of_bags = recording.remarks
     remarks = (*refused, *(f'{it}.' for it in of_bags), *of_models,
                *(() if models else seen.remarks))
     try:
         return new_configuration(replace(seen, remarks=remarks), models,
-                                 ModelSearch(motions=motions), process)
+                                 ModelSearch(motions=motions), proposed_process(states))
     except ValueError as error:
         raise ValueError('; '.join([str(error), *of_bags])) from None
 
 
 def of_stored(stored: StoredConfiguration, seen: Seen, source: str,
-              origin: Origin = Origin.BAG) -> NewConfiguration:
-    """Return a configuration that was stored, as far as it holds; ``source`` says where.
+              origin: Origin = Origin.BAG,
+              states: Sequence[StateNumber] = ()) -> NewConfiguration:
+    """Return a configuration that was stored, as far as it holds: see from_stored.
 
     Raises:
         ConfigurationError, ValueError, OSError: it cannot be used here.
     """
-    made = from_stored(stored, seen, source, origin)
-    return NewConfiguration(made.text, made.files,
-                            _summary([it.type.value for it in made.cell.devices]))
+    made = from_stored(stored, seen, source, origin, states)
+    return NewConfiguration(made.text, made.files, _summary(
+        [it.type.value for it in made.cell.devices], made.process))
 
 
 def write_new(new: NewConfiguration, path: str,

@@ -13,8 +13,10 @@ from genpy.dynamic import generate_dynamic
 from hypothesis import given
 from hypothesis import strategies as st
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float32, Int32, UInt8
+from std_msgs.msg import Bool, Float32, Int32, String, UInt8
 
+from process_visualizer.bagio.recorder_topics import CONFIGURATION
+from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.discovery.process import StateNumber, proposed_process
@@ -102,6 +104,30 @@ def test_waits_are_what_differs_much_more_than_the_rest(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text, _ = proposed(tmp_path, recorded(tmp_path / 'a.bag', 6, False, wait=False), capsys)
     assert 'wait=' not in text
+
+
+CELL = """<visualizer>
+  <!-- by hand --><device type="other" name="plc"><topic ns="plc" name="busy"/>
+    <topic ns="plc" name="state"/><topic ns="plc" name="variant"/>{more}</device>
+  {run}
+</visualizer>
+"""
+
+
+@pytest.mark.parametrize('run, is_proposed', [
+    ('', True), ('<event name="a" topic="plc/busy" above="0.5"/>', False)])
+def test_a_stored_configuration_is_completed_with_what_a_run_is(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], run: str, is_proposed: bool) -> None:
+    bag, stored = recorded(tmp_path / 'a.bag', 6, False), tmp_path / 'stored.xml'
+    stored.write_text(CELL.format(run=run, more='<topic ns="plc" name="gripper"/>'))
+    with rosbag.Bag(bag, 'a') as file:
+        file.write(f'/{CONFIGURATION.strip("/")}', String(configuration_text(
+            XmlParser().parse(str(stored)))), genpy.Time(1000))
+    text, said = proposed(tmp_path, bag, capsys)
+    assert 'by hand' in text
+    assert ('6 runs of' in said) == is_proposed == ('<run begin="busy begins"' in text)
+    assert 'group="plc/variant"' in text or not is_proposed
+    assert 'plc/pattern_index' not in text.partition('<visualizer')[2]  # no device has it
 
 
 def test_what_happens_once_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

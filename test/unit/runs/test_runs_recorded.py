@@ -334,6 +334,18 @@ def test_two_variables_of_one_label(bag: Bag, tmp_path: Path) -> None:
     assert len(run.by_key) == len(run.channels)
 
 
+def test_tolerances_are_those_of_the_configuration(bag: Bag, tmp_path: Path) -> None:
+    path, config = bag(), tmp_path / 'cell.xml'
+    config.write_text(config.read_text(encoding='utf-8').replace(
+        'tolerance="0.02"', 'tolerance="0.02" max_tolerance="0.03"').replace(
+        '<topic name="ft"', '<arrow quantity="force" tolerance="2" max_tolerance="4"/>'
+        '<topic name="ft"'), encoding='utf-8')
+    with Recording([path]) as recording:
+        channels = read_run(recording, XmlParser().parse(str(config))).by_key
+    assert [(it.tolerance, it.max_tolerance) for it in (
+        channels['machine', 'feed'], channels['arm', 'tool force'])] == [(0.02, 0.03), (2.0, 4.0)]
+
+
 def test_tool_positions_are_in_the_global_frame(bag: Bag, tmp_path: Path) -> None:
     with Recording([bag()]) as recording:
         run = read_run(recording, XmlParser().parse(str(tmp_path / 'cell.xml')))
