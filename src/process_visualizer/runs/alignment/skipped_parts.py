@@ -27,6 +27,10 @@ _COSTS, _LATER = 1.0, 0.3
 """What a skipped part costs, likewise; somewhat less the later it comes."""
 _MAX_STEP, _MAX_LONGER = 3, 3.0
 _FREE_S = 3.0
+_EXACT_HZ, _SLIDE_S, _MAX_SLIDE_S, _AROUND_S, _SHIFT_ROWS = 50.0, 0.8, 5.0, 0.8, 30
+_NEAR_ROWS, _STILL_M = 15, 1e-4
+_ALIKE_M, _ALIKE_S, _REST_S = 0.002, 0.3, 0.8
+"""Where tools are so near for so long, they are at the same place."""
 
 
 class SkippedPart(NamedTuple):
@@ -129,11 +133,60 @@ def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
         return []
     if other is None or (found is not None and found[0] <= other[0]):
         assert found is not None
-        row, columns = found[1], found[2]
-        return [SkippedPart(_still(row / rate_hz),
-                            (columns[0] / rate_hz, columns[1] / rate_hz))]
-    row, columns = other[1], other[2]
-    return [SkippedPart((columns[0] / rate_hz, columns[1] / rate_hz), _still(row / rate_hz))]
+        moment_s, part_s = _exact(reference, run, *(it / rate_hz for it in (found[1], *found[2])))
+        return [SkippedPart(_still(moment_s), part_s)]
+    moment_s, part_s = _exact(run, reference, *(it / rate_hz for it in (other[1], *other[2])))
+    return [SkippedPart(part_s, _still(moment_s))]
+
+
+def _exact(shorter: Run, longer: Run, moment_s: float, begin_s: float,
+           end_s: float) -> Tuple[float, Tuple[float, float]]:
+    """Return the moment at which a part is skipped, and the part in the longer run, exactly.
+
+    Before the moment both go the same way, and behind it the shorter one goes as the longer one
+    does behind the part. Where both are true for a while, such as where a tool hardly moves, or
+    what comes once more may be the one or the other, it is the last rest there: until then nothing
+    is wrong.
+    """
+    mine, theirs = common_motions(shorter, longer, _EXACT_HZ)
+    took_s = end_s - begin_s
+    slides = np.arange(-int(_SLIDE_S * _EXACT_HZ), int(min(_SLIDE_S + took_s, _MAX_SLIDE_S)
+                                                       * _EXACT_HZ) + 1)
+    rows = np.arange(slides[0] - int(_AROUND_S * _EXACT_HZ),
+                     slides[-1] + int(_AROUND_S * _EXACT_HZ) + 1)
+    here = _at(mine, moment_s, rows)
+    shifts = np.arange(-_SHIFT_ROWS, _SHIFT_ROWS + 1, 2)
+    before, behind = (np.stack([np.square(np.nan_to_num(here - _at(theirs, at_s, rows + it))).sum(
+        axis=1) for it in shifts]) for at_s in (begin_s, end_s))
+    until = np.cumsum(before, axis=1)[:, slides - rows[0]]
+    since = np.cumsum(behind[:, ::-1], axis=1)[:, ::-1][:, slides - rows[0]]
+    costs = until[:, np.newaxis] + since
+    least = costs.min(axis=2)
+    first, second = np.unravel_index(int(least.argmin()), least.shape)
+    alike = least[first, second] + _ALIKE_M ** 2 * _ALIKE_S * _EXACT_HZ
+    likely = slides[costs[first, second] <= alike]
+    last = likely[likely > likely[-1] - _REST_S * _EXACT_HZ]
+    slide_s = _slowest_s(mine, moment_s, last)
+    near = np.arange(-_NEAR_ROWS, _NEAR_ROWS + 1)
+    begin_s, end_s = (at_s + slide_s + int(shifts[row]) / _EXACT_HZ
+                      for at_s, row in ((begin_s, first), (end_s, second)))
+    return (moment_s + slide_s, (begin_s + _slowest_s(theirs, begin_s, near),
+                                 end_s + _slowest_s(theirs, end_s, near)))
+
+
+def _slowest_s(motion: ToolsMotion, time_s: float, rows: np.ndarray) -> float:
+    """Return how long after a time [s] the tools are slowest, of so many rows from it."""
+    way = _at(motion, time_s, rows + 2) - _at(motion, time_s, rows - 2)
+    slow = np.nan_to_num(np.square(way).sum(axis=1))
+    alike = rows[slow <= slow.min() + _STILL_M ** 2]
+    return float(alike[int(np.abs(alike - np.median(rows)).argmin())]) / motion.rate_hz
+
+
+def _at(motion: ToolsMotion, time_s: float, rows: np.ndarray) -> np.ndarray:
+    """The positions so many rows from a time; before the first and behind the last, these."""
+    at = np.clip(round(time_s * motion.rate_hz) + rows, 0, len(motion.positions) - 1)
+    result: np.ndarray = motion.positions[at]
+    return result
 
 
 def _unlike(reference: ToolsMotion, run: ToolsMotion, rough: TimeMap) -> float:
