@@ -105,8 +105,7 @@ def slow_values(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) ->
 
 # Means, maxima and roughness of a series over a moving window.
 
-ROUGH_S = 0.5
-_MEAN_S = 0.2
+ROUGH_S, FINE_S = 0.5, 0.2
 _MIN_SHARE = 3e-3
 
 
@@ -168,6 +167,12 @@ def _running(values: np.ndarray) -> np.ndarray:
     return np.concatenate((zero, np.cumsum(values, axis=-1, dtype=float)), axis=-1)
 
 
+def fine_part(values: np.ndarray, rows: int) -> np.ndarray:
+    """Return the distance of values (n,) from their mean over so many rows around."""
+    result: np.ndarray = values - moving_mean(values, rows)
+    return result
+
+
 def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np.ndarray:
     """Return the logarithm (n,) of the RMS distance from the moving mean in the last 0.5 s.
 
@@ -179,7 +184,7 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
     if len(values) < 2 or times_s[-1] <= times_s[0]:
         return np.zeros(len(values))
     rate_hz = (len(values) - 1) / (times_s[-1] - times_s[0])
-    fine = values - moving_mean(values, max(int(_MEAN_S * rate_hz), 3))
+    fine = fine_part(values, max(int(FINE_S * rate_hz), 3))
     square = _mean_of_last(fine * fine, max(int(ROUGH_S * rate_hz), 3))
     least = max(_MIN_SHARE * value_range, 1e-12)
     result: np.ndarray = 0.5 * np.log(square + least * least)

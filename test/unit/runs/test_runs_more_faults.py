@@ -63,6 +63,17 @@ def test_a_vibration_is_told_with_its_frequency() -> None:
     assert noise.frequency_hz == pytest.approx(12.0, abs=0.5)
 
 
+@pytest.mark.parametrize('begin_s', [1.5, 3.0, 6.5])
+def test_what_is_rougher_is_dated_by_its_values_and_not_by_a_window(begin_s: float) -> None:
+    def rough(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        noise = np.random.default_rng(2).standard_normal(len(values))
+        return values + 0.12 * np.where(process_s > begin_s, noise, 0.0)
+
+    found = GOOD.compare(made_run(9, value=rough))
+    noise = next(it for it in found.departures if it.signal.label == 'tool force noise')
+    assert found.run_s(noise.onset_s) == pytest.approx(2.0 + begin_s, abs=0.1)
+
+
 def test_more_noise_is_no_vibration() -> None:
     found = GOOD.compare(made_run(9, noise=0.5)).departures
     assert [it.frequency_hz for it in found if it.signal.label.endswith('noise')] == [None]

@@ -39,7 +39,12 @@ from process_visualizer.runs.deviation.band import (
     signal_tolerance,
     widened,
 )
-from process_visualizer.runs.deviation.channel_faults import StuckSensors, vibration_hz
+from process_visualizer.runs.deviation.channel_faults import (
+    StuckSensors,
+    UsualCourse,
+    rough_since_s,
+    vibration_hz,
+)
 from process_visualizer.runs.deviation.departures import (
     MIN_LASTING_ROWS,
     Departure,
@@ -60,6 +65,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     grid_s,
     signals,
+    tool_speed,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
@@ -80,6 +86,7 @@ _SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
 """Tools are at the same place when so many are so near, and not soon before or after."""
 _ELSEWHERE_M = 0.01
 """A run whose tools are mostly farther from the reference's has its path at another place."""
+_ROUGH_KNOWN_S = 0.1
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _BY_STATES_S = 0.08
@@ -292,8 +299,8 @@ class GoodRuns:
             own = None
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         if alignment.means is AlignmentMethod.STATES:
-            band = _wider_in_time(band)
-        found = ranked([*(_smooth_since(it, alignment)
+            band = _wider_in_time(band, self.reference, self.times_s)
+        found = ranked([*(_rough_since(_smooth_since(it, alignment), run, alignment, band)
                           for it in departures(self.times_s, columns, band)),
                         *self._state_departures(run, alignment, own),
                         *(() if own is not None else self._stuck.departures(
@@ -381,9 +388,14 @@ class GoodRuns:
             if alike not in self._of_place:
                 self._of_place[alike] = self._learned_of_place(alike)
             for signal, limits in self._of_place[alike].items():
-                found[signal] = limits if signal not in of_all else SignalBand(*(
-                    np.where(np.isfinite(of_all[signal].half_width), one, other)
-                    for one, other in zip(of_all[signal][:2], limits[:2])))
+                if signal not in of_all:
+                    found[signal] = limits
+                    continue
+                common = _holding(of_all[signal], [self._good[row].columns[signal]
+                                                   for row in alike])
+                found[signal] = SignalBand(*(
+                    np.where(np.isfinite(common.half_width), one, other)
+                    for one, other in zip(common[:2], limits[:2])))
         return band._replace(signals=found)
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
@@ -457,10 +469,52 @@ def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
     return it._replace(onset_s=min(it.onset_s, since_s))
 
 
-def _wider_in_time(band: Band) -> Band:
-    """The band for a run whose moments are known no better than by messages of states."""
-    found = {signal: limits._replace(half_width=limits.half_width + _BY_STATES_S)
-             if signal.label == TIMING_LABEL else limits for signal, limits in band.signals.items()}
+def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
+    """A departure; what is rougher began when its fine part says so."""
+    if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0:
+        return it
+    key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
+    usual = {signal.kind is SignalKind.NOISE: limits.usual for signal, limits in
+             band.signals.items() if not signal.over_s and signal.device == key[0]
+             and signal.label in (key[1], it.signal.label)}
+    rough, value = usual.get(True), usual.get(False)
+    if rough is None or value is None or key not in run.by_key:
+        return it
+    at_s = alignment.time_map.to_run(np.arange(len(rough)) / RATE_HZ)
+    about_s, left_s = alignment.time_map.to_run(np.array([it.onset_s, it.left_s])).tolist()
+    since_s = rough_since_s(run.by_key[key], about_s, left_s,
+                            UsualCourse(at_s, value, rough))
+    if since_s is None:
+        return it
+    onset_s = float(alignment.time_map.to_reference(np.array([since_s]))[0])
+    return it._replace(onset_s=max(onset_s, 0.0), uncertainty_s=_ROUGH_KNOWN_S)
+
+
+def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
+    """The band of all places around what good runs of one of them did.
+
+    Their moments were found by the states of one of them, which is as wrong in each of them.
+    """
+    low = np.fmin.reduce([limits.middle, *values]) - limits.half_width
+    high = np.fmax.reduce([limits.middle, *values]) + limits.half_width
+    return SignalBand(0.5 * (low + high), 0.5 * (high - low))
+
+
+def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
+    """The band for a run whose moments are known no better than by messages of states.
+
+    The faster a tool is, the less is known of where it should be.
+    """
+    found = dict(band.signals)
+    speeds = {it.device: tool_speed(it, times_s) for it in reference.motions if len(it.times_s)}
+    for signal, limits in band.signals.items():
+        if signal.label == TIMING_LABEL:
+            found[signal] = limits._replace(half_width=limits.half_width + _BY_STATES_S)
+        elif signal.kind is SignalKind.PLACE and signal.device in speeds:
+            found[signal] = limits._replace(
+                half_width=limits.half_width + _BY_STATES_S * speeds[signal.device])
+        elif signal.kind in _OF_PLACE:
+            found[signal] = widened(limits)
     return band._replace(signals=found)
 
 

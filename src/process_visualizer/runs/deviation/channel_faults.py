@@ -2,7 +2,7 @@
 """Faults of one channel that no band shows: a sensor that is stuck, and what vibrates."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Iterator, Optional, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -10,7 +10,15 @@ from process_visualizer.runs.alignment.time_map import TimeMap
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import RATE_HZ, Signal, SignalKind
 from process_visualizer.runs.run import Channel, ChannelKind, Key, Run
-from process_visualizer.runs.series import held_at, is_sequence, moving_maximum, period_s
+from process_visualizer.runs.series import (
+    FINE_S,
+    ROUGH_S,
+    fine_part,
+    held_at,
+    is_sequence,
+    moving_maximum,
+    period_s,
+)
 
 _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE}
 _SLOWEST_S = 0.1
@@ -86,6 +94,56 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> np.ndarray:
     is_new = np.concatenate(([True], np.diff(values) != 0.0))
     changed = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
     return held_at(run_s, times_s, times_s - times_s[changed])
+
+
+_ABOUT_S, _LOOK_BEFORE_S, _LOOK_BEHIND_S = 0.8, 1.5, 0.3
+_FEWEST_OF_PART = 5
+_BEHIND_EDGE = (0.5, 0.8, 1.1, 1.4, 1.7)
+
+
+class UsualCourse(NamedTuple):
+    """The usual value and roughness (t,) of a channel at times of a run (t,) [s]."""
+
+    times_s: np.ndarray
+    value: np.ndarray
+    rough: np.ndarray
+
+
+def rough_since_s(channel: Channel, about_s: float, left_s: float,
+                  usual: UsualCourse) -> Optional[float]:
+    """Return since when [s of the run] a channel is rougher than usual; None if it is not clear.
+
+    Roughness is that of the last half second, which tells late when it began. The moment is the one
+    before and behind which the squares of the fine part, in terms of what is usual, are most likely
+    those of two normal distributions. An edge is rough for half a second; what is usual behind it
+    counts.
+
+    Args:
+        channel: of the run.
+        about_s: when it began, give or take some tenths of a second [s of the run].
+        left_s: when its roughness left the band.
+        usual: what good runs have.
+    """
+    inside = np.isfinite(channel.values) & (channel.times_s >= about_s - _LOOK_BEFORE_S) & (
+        channel.times_s <= left_s + _LOOK_BEHIND_S)
+    times_s = channel.times_s[inside]
+    rows = max(int(FINE_S / max(period_s(times_s), 1e-9)), 3)
+    known = np.isfinite(np.stack(usual)).all(axis=0)
+    if len(times_s) < 4 * _FEWEST_OF_PART or not known.any():
+        return None
+    usual_s, value, rough = (it[known] for it in usual)
+    fine = fine_part(channel.values[inside] - np.interp(times_s, usual_s, value), rows)
+    scale = np.min([np.interp(times_s + it * ROUGH_S, usual_s, rough) for it in _BEHIND_EDGE],
+                   axis=0)
+    squares = np.square(fine) * np.exp(-2.0 * scale)
+    count = np.arange(1, len(squares))
+    total = np.cumsum(squares)
+    before, behind = total[:-1] / count, (total[-1] - total[:-1]) / count[::-1]
+    cost = count * np.log(before + 1e-12) + count[::-1] * np.log(behind + 1e-12)
+    cost[(behind <= before) | (times_s[1:] > left_s) | (np.abs(times_s[1:] - about_s) > _ABOUT_S)
+         | (count < _FEWEST_OF_PART) | (count[::-1] < _FEWEST_OF_PART)] = np.inf
+    best = int(cost.argmin())
+    return float(times_s[best + 1]) if np.isfinite(cost[best]) else None
 
 
 _BEFORE_S, _FEWEST = 0.5, 32

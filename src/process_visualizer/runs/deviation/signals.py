@@ -59,6 +59,13 @@ def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
     return result
 
 
+def tool_speed(motion: ToolMotion, times_s: np.ndarray) -> np.ndarray:
+    """Return the greatest speed (t,) [m/s] of a tool within 0.1 s of even times (t,) [s]."""
+    steps = np.diff(known_at(times_s, motion.times_s, motion.positions), axis=0, prepend=np.nan)
+    speed = np.nan_to_num(np.sqrt((steps * steps).sum(axis=1)) * RATE_HZ)
+    return moving_maximum(speed, MEAN_ROWS)
+
+
 RATE_HZ = 50.0
 MEAN_ROWS = int(0.1 * RATE_HZ)
 """Each value is the mean of so many."""
