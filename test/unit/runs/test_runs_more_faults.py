@@ -67,7 +67,7 @@ def test_a_vibration_is_told_with_its_frequency() -> None:
 def test_what_is_rougher_is_dated_by_its_values_and_not_by_a_window(begin_s: float) -> None:
     def rough(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         noise = np.random.default_rng(2).standard_normal(len(values))
-        return values + 0.12 * np.where(process_s > begin_s, noise, 0.0)
+        return values + 0.07 * np.where(process_s > begin_s, noise, 0.0)
 
     found = GOOD.compare(made_run(9, value=rough))
     noise = next(it for it in found.departures if it.signal.label == 'tool force noise')

@@ -147,12 +147,17 @@ def test_what_all_places_have_in_common_is_judged_at_an_unknown_one() -> None:
     assert found.departures[0].signal.label == 'tool up'
 
 
-def test_messages_of_states_that_are_late_are_no_other_place() -> None:
-    good = GoodRuns(to_place(0.0, 0.0), [to_place(float(number % 2), 0.1 * (number % 2))
-                                         for number in range(1, 5)])
-    force, plc = to_place(5.0, 0.4).channels
-    late = to_place(5.0, 0.4)._replace(channels=(force, plc._replace(times_s=plc.times_s + 0.06)))
-    assert not good.compare(late).departures
+@pytest.mark.parametrize('late_s', [-0.06, 0.06])
+def test_messages_of_states_that_are_late_are_no_other_place(late_s: float) -> None:
+    """The messages alone tell when the tool is on its way to a place that no good run knows."""
+    good = GoodRuns(to_place(0.0, 0.0), [
+        to_place(float(number % 2), 0.1 * (number % 2), 1.0 + 0.004 * number)
+        for number in range(1, 9)])
+    run = to_place(5.0, 0.4, 1.01)
+    force, plc = run.channels
+    plc_s = np.maximum(plc.times_s + late_s * np.sin(7.0 * plc.values), 0.0)
+    late = run._replace(channels=(force, plc._replace(times_s=np.sort(plc_s))))
+    assert not [it.signal.name for it in good.compare(late).departures]
 
 
 def test_a_rest_beside_its_place_is_no_lost_time() -> None:
