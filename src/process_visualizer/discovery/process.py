@@ -179,8 +179,8 @@ def _span(begin: _Event, end: _Event, known: Sequence[StateNumber]) -> Optional[
 
 def _consistency(state: StateNumber, found: Sequence[Cycle]) -> Optional[float]:
     """The share of runs with the usual order of values; None where each run has one value."""
-    orders = [_order(state, it) for it in found]
-    if all(len(it) < 2 for it in orders):
+    orders = [order if len(order) > 1 else () for order in (_order(state, it) for it in found)]
+    if not any(orders):
         return None
     return Counter(orders).most_common(1)[0][1] / len(orders)
 

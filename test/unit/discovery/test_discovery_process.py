@@ -166,6 +166,12 @@ def test_of_a_bit_that_is_off_during_the_run_and_of_a_pulse() -> None:
     assert start == {'begin': 'start begins', 'end': 'start begins'}
 
 
+def test_an_alarm_that_came_once_does_not_matter() -> None:
+    busy = state('busy', PHASE > 50)
+    alarm = StateNumber('/alarm', 'data', np.array([24.0, 25.0]), np.array([1.0, 0.0]), 'alarm')
+    assert {'begin': 'busy begins', 'end': 'busy ends'} in attributes(busy, alarm)
+
+
 def test_a_state_alone_is_enough() -> None:
     found = attributes(state('step', np.select([PHASE < 20, PHASE < 90], [0, 3], 7)))
     assert found[:2] == [{'name': 'run begins', 'topic': '/step', 'above': '1.5'},

@@ -296,6 +296,15 @@ def test_a_bit_that_is_sent_only_when_it_changes_has_the_value_that_holds() -> N
     assert 'oven done, 1 is missing' in verdict(good.compare(done(77, 0.0)))
 
 
+def test_a_counter_that_came_first_behind_the_reference_is_no_measurement() -> None:
+    def counted(seed: int) -> Run:
+        sent = seed > 0
+        return with_channel(made_run(seed), 'count', np.zeros(1)[:sent],
+                            np.full(1, 7.0 * seed)[:sent])
+    good = GoodRuns(counted(0), [counted(seed) for seed in range(1, 6)])
+    assert not good.compare(counted(20)).departures
+
+
 def test_what_was_sent_before_a_run_holds_in_it() -> None:
     """Of a bit that is sent when it changes; a measurement is none of the run before."""
     bit = with_channel(made_run(), 'done', np.array([1.0, 3.0]), np.array([0.0, 1.0]))

@@ -39,3 +39,10 @@ def test_two_of_ten_good_runs_with_another_order_are_none(good: int, bad: int,
     order = StateOrder([*[GOOD] * good, *[wrong] * bad], {})
     assert order.outstanding() == ({row: '99 instead of 40' for row in range(good, good + bad)}
                                    if is_told else {})
+
+
+@pytest.mark.parametrize('good', [1, 6])
+def test_a_counter_that_goes_on_in_each_run_is_no_wrong_state(good: int) -> None:
+    order = StateOrder([States((float(it), it + 1.0), (0.0, 4.0)) for it in range(good)], {})
+    assert order.fault(States((70.0, 71.0), (0.0, 4.0)), 6.0) is None
+    assert order.fault(States((70.0, 72.0), (0.0, 4.0)), 6.0) is not None

@@ -248,6 +248,8 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     times_s, values = run.times_s[finite], run.values[finite]
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
                     reference.tolerance, max_tolerance=reference.max_tolerance)
+    if not len(reference.values) and is_sequence(run):
+        return {}  # such as a counter that was sent at the end of the first run: nothing tells
     if is_sequence(reference):
         return {Signal(reference.device, reference.label, '', SignalKind.STATE): held_at(
             run_s, times_s, values)}

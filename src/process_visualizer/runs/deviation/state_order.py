@@ -34,6 +34,10 @@ def _completed(states: States, orders: Set[Order]) -> States:
     return states._replace(values=longer[0], since_s=(before_s, *states.since_s))
 
 
+def _steps(order: Order) -> Order:
+    return tuple(after - before for before, after in zip(order, order[1:]))
+
+
 class StateFault(NamedTuple):
     """A fault of a state, in words, from a time of the reference [s] on.
 
@@ -56,6 +60,9 @@ class StateOrder:
         good = [_completed(it, whole) for it in good]
         self._orders = [it.values for it in good]
         self._times = [it.since_s for it in good]
+        steps = {_steps(it) for it in self._orders}
+        self._counts = len(steps) == 1 and set(steps.pop()) == {1.0} and \
+            len(set(self._orders)) == len(self._orders)
         counts = Counter(it for it in self._orders if it)
         self._usual: Order = counts.most_common(1)[0][0] if counts else ()
         self._count = counts[self._usual] if counts else 0
@@ -83,6 +90,8 @@ class StateOrder:
         order, times_s = self._comparable(_completed(run, set(self._orders)), end_s)
         if self._is_context(order):
             return self._other_context(order)
+        if self._counts and order not in self._orders and _steps(order) == _steps(self._usual):
+            return None
         if order in self._orders:
             return self._late(order, times_s)
         if not self.is_known:
