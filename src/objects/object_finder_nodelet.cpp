@@ -242,9 +242,10 @@ void ObjectFinderNodelet::onInit() {
   objects_publisher_ = node_handle.advertise<DetectedObjects>("objects", 1);
   marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
   unknown_publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("unknown", 1);
-  player_subscriber_ =
-      subscribeChecked<PlayerState>(node_handle, "/bag_player/state", kStates,
-                                    [this](const PlayerState::ConstPtr& state) { follow(*state); });
+  player_subscriber_ = subscribeChecked<PlayerState>(
+      node_handle, "/bag_player/state", kStates,
+      [this](const PlayerState::ConstPtr& state) { follow(*state); },
+      ros::TransportHints().tcpNoDelay());  // of a jump it must hear before the cloud behind it
   redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
                                               [this](const ros::WallTimerEvent&) { redraw(); });
   subscribeToPoses(node_handle);

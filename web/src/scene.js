@@ -44,7 +44,7 @@ export class CellScene {
    */
   constructor(box, onView, isFilm) {
     this.box = box;
-    this.mostPixels = isFilm ? Infinity : MOST_PIXELS;
+    this.isFilm = isFilm;
     this.renderer = new WebGLRenderer({antialias: isFilm || !isSlow(),
       preserveDrawingBuffer: true});
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
@@ -260,7 +260,7 @@ export class CellScene {
       radius = 0.35 + 0.5 * tools.getSize(new Vector3()).length();
     }
     const aspect = Math.min(this.camera.aspect, 1);
-    const distance = 0.92 * radius / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / aspect;
+    const distance = (this.isFilm ? 1.12 : 0.92) * radius / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / aspect;
     this.controls.target.copy(center);
     this.camera.position.copy(center).addScaledVector(direction, distance);
     this.controls.update();
@@ -270,7 +270,8 @@ export class CellScene {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.box;
     if (width === 0 || height === 0) return;
-    const ratio = Math.min(window.devicePixelRatio, Math.sqrt(this.mostPixels / (width * height)));
+    const ratio = Math.min(window.devicePixelRatio, this.isFilm ? Infinity
+      : Math.sqrt(MOST_PIXELS / (width * height)));
     this.renderer.setPixelRatio(Math.max(ratio, 0.5));
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
