@@ -226,7 +226,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   ros::WallTimer redraw_timer_, wait_timer_;
   tf2_ros::Buffer tf_buffer_;
   tf2::BufferCore restored_poses_;  ///< with the stamps of clouds that are restored
-  sensor_msgs::PointCloud2::ConstPtr waiting_;
+  sensor_msgs::PointCloud2::ConstPtr waiting_, last_;
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
@@ -317,6 +317,7 @@ void ObjectFinderNodelet::process(bool is_late) {
       return;
     }
     find(*cloud, *scene);
+    last_ = cloud;
     missing_since_ = {};
   } catch (const tf2::TransformException& error) {
     complain(error);
@@ -414,7 +415,11 @@ Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
 }
 
 void ObjectFinderNodelet::follow(const PlayerState& state) {
-  if (recording_.follow(state, ros::WallTime::now())) tracks_.reset();
+  if (recording_.follow(state, ros::WallTime::now())) {
+    tracks_.reset();
+    // The cloud behind the jump may have been here first.
+    if (!waiting_ && last_ && recording_.isJustAfter(last_->header.stamp)) take(last_);
+  }
   process(false);
 }
 

@@ -50,7 +50,8 @@ class ObjectFinderTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:
         cls.publisher = rospy.Publisher('/cloud', PointCloud2, queue_size=1)
-        cls.player = rospy.Publisher('/bag_player/state', PlayerState, queue_size=1)
+        # Sent at once, as by the player, and not by a thread that a cloud may overtake.
+        cls.player = rospy.Publisher('/bag_player/state', PlayerState, queue_size=None)
         cls.restored = rospy.Publisher('/tf_restored', TFMessage, queue_size=10)
         cls.broadcaster = tf2_ros.TransformBroadcaster()
 
