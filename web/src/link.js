@@ -97,7 +97,7 @@ export class Link {
     this.onChange();
   }
 
-  /** A connection that is silent, or does not come about, is dead: another one is tried. */
+  /** A connection without messages, or that does not come about, is dead: another one is tried. */
   look() {
     if (this.lostAt !== null) this.onChange();  // the time goes on
     if (performance.now() - this.silentSince < SILENT_MS || this.socket === null) return;

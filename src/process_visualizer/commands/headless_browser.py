@@ -112,7 +112,7 @@ class HeadlessBrowser:
                 if is_wanted(message):
                     return message
         except (OSError, websocket.WebSocketException) as error:
-            raise BrowserError(f'the browser does not answer any more: {error}') from error
+            raise BrowserError(f'the browser has stopped answering: {error}') from error
 
 
 def _started(stack: ExitStack) -> Any:
