@@ -184,6 +184,14 @@ def test_beside_others_noise_is_dated_no_better_than_its_window() -> None:
     assert ranked([rough, state]) == (state, rough)
 
 
+@pytest.mark.parametrize(('torque', 'first'), [(7.0, 'tool force'), (25.0, 'tool torque')])
+def test_a_force_explains_the_torque_that_it_makes(torque: float, first: str) -> None:
+    """One that is much clearer has another cause."""
+    found = [Departure(FORCE._replace(label=label), 4.0, None, 4.0, 0.1, 5.0, deviation, 1.0)
+             for label, deviation in (('tool torque', torque), ('tool force', 6.0))]
+    assert ranked(found)[0].signal.label == first
+
+
 FINITE = st.floats(-1e6, 1e6)
 
 

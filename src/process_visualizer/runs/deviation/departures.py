@@ -8,8 +8,10 @@ import numpy as np
 
 from process_visualizer.runs.deviation.band import Band, SignalBand
 from process_visualizer.runs.deviation.signals import (
+    FORCE_DIRECTION,
     NOISE_SUFFIX,
     TIMING_LABEL,
+    TORQUE_DIRECTION,
     Signal,
     SignalKind,
     lost_s,
@@ -371,12 +373,22 @@ def _size(departure: Departure) -> float:
         else departure.severity
 
 
-def _rank(departure: Departure, beside: float) -> float:
+_TORQUES = {'tool torque': 'tool force', TORQUE_DIRECTION: FORCE_DIRECTION}
+_AS_CLEAR = 0.5
+"""A force that is at least so clear, in terms of the torque, explains it."""
+
+
+def _rank(departure: Departure, beside: float, together: Sequence[Departure]) -> float:
     """Its place among what began together.
 
     A tool beside its path seems early or late, too: time is not the cause where it is less clear.
+    A force at the end of a tool is a torque at its sensor.
     """
-    kind = departure.signal.kind
+    kind, signal = departure.signal.kind, departure.signal
+    force = _TORQUES.get(signal.label)
+    if any(it.signal.device == signal.device and it.signal.label == force
+           and it.severity >= _AS_CLEAR * departure.severity for it in together):
+        return _RANK[kind] + 0.25
     if kind is SignalKind.TIMING and departure.severity < beside:
         return _RANK[SignalKind.PLACE] + 0.5
     return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
@@ -402,7 +414,8 @@ def _in_order(found: Sequence[Departure]) -> List[Departure]:
         first_s = began_s[id(waiting[0])]
         together = [it for it in waiting if began_s[id(it)] <= first_s + _SAME_TIME_S]
         beside = max((it.severity for it in together if it.signal.label in _BESIDE), default=0.0)
-        together.sort(key=lambda it: (_rank(it, beside), -_size(it)))
+        ranks = {id(it): _rank(it, beside, together) for it in together}
+        together.sort(key=lambda it: (ranks[id(it)], -_size(it)))
         ranked.append(together[0])
         waiting.remove(together[0])
     return ranked
