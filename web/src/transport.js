@@ -40,8 +40,7 @@ export class Transport {
 
   /** @param {number} time */
   seek(time) {
-    if (!Number.isFinite(time)) return;
-    this.time = Math.min(Math.max(time, this.begin), this.end);
+    if (Number.isFinite(time)) this.time = Math.min(Math.max(time, this.begin), this.end);
     this.onChange();
   }
 
