@@ -49,7 +49,7 @@ def arrows(draw: Any, default: ArrowStyle) -> ArrowStyle:
 
 ROBOTS = st.builds(
     RobotParameters, st.just('r'), NAMES, NAMES, NAMES, TOPICS,
-    st.lists(NAMES, max_size=2).map(tuple), TOPICS, TOPICS,
+    st.lists(NAMES, max_size=2, unique=True).map(tuple), TOPICS, TOPICS,
     arrows(VELOCITY_ARROW), arrows(FORCE_ARROW),
     st.builds(TextParameters, LENGTHS_M, NUMBERS, NUMBERS), LENGTHS_M, LENGTHS_M, LENGTHS_M,
     st.booleans(), LENGTHS_M, LENGTHS_M, st.sampled_from(('', 'left_')))
