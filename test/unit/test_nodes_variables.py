@@ -285,6 +285,16 @@ def test_a_slow_topic_has_stopped_when_it_is_silent_for_three_times_as_long_as_u
     assert display.text().startswith('v no data for 6')
 
 
+def test_a_driver_that_sends_in_bursts_has_stopped_after_three_pauses() -> None:
+    display = Display({})
+    for _ in range(6):
+        send_regularly(display, 0.02, 10)
+        display.wait(0.8)
+    assert display.text() == 'v 0.50 m/s'
+    display.wait(2.0)
+    assert display.text().startswith('v no data for 2.')
+
+
 def played(node: SimulatedNode, is_paused: bool) -> PlayerState:
     return PlayerState(stamp=node.now(), since=node.now(), position=5.0, rate=1.0,
                        paused=is_paused)

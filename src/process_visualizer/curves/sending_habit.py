@@ -12,7 +12,7 @@ from typing import Deque, Optional, Sequence
 
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
-_EVEN, _SLACK = 1.5, 3.0  # longest interval to the usual one; silence to the longest interval
+_EVEN, _SLACK = 1.5, 3.0  # longest interval to a short one; silence to the longest interval
 
 
 def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
@@ -27,9 +27,9 @@ def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
         return math.inf
     if sum(it for it in known_s if it <= quick_s) >= _MAINLY * sum(known_s):
         return quick_s
-    longest_s = known_s[-1]
-    is_even = longest_s <= _EVEN * known_s[len(known_s) // 2]
-    return _SLACK * longest_s if is_even else math.inf
+    slow_s = [it for it in known_s if it > quick_s]  # between bursts, where it sends in such
+    is_even = len(slow_s) >= _MIN_INTERVALS and slow_s[-1] <= _EVEN * slow_s[len(slow_s) // 4]
+    return _SLACK * slow_s[-1] if is_even else math.inf
 
 
 class SendingHabit:
