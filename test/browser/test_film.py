@@ -11,6 +11,7 @@ from typing import Dict, List
 
 import pytest
 from cycle_bags import write_bag
+from sewing_runs import write_sewing_run
 
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.commands.command_line import main
@@ -70,12 +71,23 @@ def test_the_table_has_the_numbers_of_each_frame(tmp_path: Path) -> None:
         try:
             for row in rows:
                 known = values.at(float(row['time [s]']))
-                assert row['arm speed'] == f"v {known['arm', 'v', '/tcf']:.3f} m/s"
-                assert row['arm force'] == f"F {known['arm', 'F', '/ft']:.1f} N"
+                assert row['arm tool speed'] == f"v {known['arm', 'v', '/tcf']:.3f} m/s"
+                assert row['arm tool force'] == f"F {known['arm', 'F', '/ft']:.1f} N"
         finally:
             values.close()
     assert all(re.fullmatch(r'Δ (–|\d+\.\d mm from the good run)', row.get('arm deviation', 'Δ –'))
                for row in rows)
+
+
+def test_each_number_has_a_column(tmp_path: Path) -> None:
+    """The machine has three."""
+    film = tmp_path / 'seam.gif'
+    assert main(['film', write_sewing_run(tmp_path, 'a.bag'), '--from', '6', '--to', '6.2',
+                 '--rate', '5', '--size', '320x240', '-o', str(film)]) == 0
+    with film.with_suffix('.csv').open(encoding='utf-8', newline='') as file:
+        row = next(csv.DictReader(file))
+    assert {it for it in row if it.startswith('sewing_machine ')} == {
+        f'sewing_machine {it}' for it in ('feed', 'upper edge', 'lower edge')}
 
 
 def test_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

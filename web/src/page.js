@@ -408,7 +408,7 @@ export class Page {
   }
 
   /**
-   * Draws a frame of a film, and returns its numbers in words, by device.
+   * Draws a frame of a film, and returns its numbers in words, by device and label.
    * @param {number} number  of the run  @param {number} time
    */
   async filmFrame(number, time) {
@@ -430,7 +430,7 @@ export class Page {
     this.draw(time);
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
     const distances = /** @type {any[]} */ (this.distances);
-    return [...this.numbers.map((it) => [it.device, it.quantity, it.at(time).text]),
+    return [...this.numbers.map((it) => [it.device, it.label, it.at(time).text]),
       ...distances.map((it) => [it.device, 'deviation', it.value.textContent])];
   }
 
