@@ -12,12 +12,17 @@ from typing import Iterator
 def whole_file(path: str) -> Iterator[str]:
     """Yield the path of a new file in the same folder, which becomes ``path`` when all is written.
 
-    If the block raises, the new file is removed and what was there before stays as it was.
+    If the block raises, the new file is removed and what was there before stays as it was. What a
+    link leads to is replaced, not the link. What is no file, such as /dev/stdout, is written to.
 
     Raises:
         OSError: the file cannot be written.
     """
-    folder, name = os.path.split(os.path.abspath(path))
+    if os.path.exists(path) and not os.path.isfile(path):
+        yield path
+        return
+    path = os.path.realpath(path)
+    folder, name = os.path.split(path)
     try:
         descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
                                                   dir=folder)

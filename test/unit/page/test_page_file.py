@@ -2,6 +2,7 @@
 """The file of a page: what is in it, what is not, and what is refused."""
 from __future__ import annotations
 
+import os
 import re
 from base64 import b64encode
 from hashlib import sha256
@@ -111,6 +112,20 @@ def test_more_than_a_page_can_show_asks_for_a_part(
     bag = write_bag(tmp_path)
     assert main(['share', *[f'{bag}#1'] * 120, '-o', str(tmp_path / 'page.html')]) == 1
     assert 'name a part of at most 15:00.00' in capsys.readouterr().err
+
+
+def test_a_device_is_written_to_and_a_link_stays(tmp_path: Path) -> None:
+    pipe, link, path = (tmp_path / name for name in ('pipe', 'link', 'page.html'))
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_text(str(pipe), 'page')
+    assert os.read(reader, 10) == b'page'
+    os.close(reader)
+    assert pipe.is_fifo()
+    path.write_text('before', encoding='utf-8')
+    link.symlink_to(path)
+    write_text(str(link), 'page')
+    assert link.is_symlink() and path.read_text(encoding='utf-8') == 'page'
 
 
 def test_a_file_is_written_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
