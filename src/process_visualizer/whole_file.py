@@ -12,8 +12,8 @@ from typing import Iterator
 def whole_file(path: str) -> Iterator[str]:
     """Yield the path of a new file in the same folder, which becomes ``path`` when all is written.
 
-    If the block raises, the new file is removed and what was there before stays as it was. What a
-    link leads to is replaced, not the link. What is no file, such as /dev/stdout, is written to.
+    If the block raises, the new file is removed and what was there before stays as it was. A link
+    stays; the file that it points to is replaced. Devices such as /dev/stdout are written directly.
 
     Raises:
         OSError: the file cannot be written.

@@ -38,12 +38,13 @@ _ENCODERS: Dict[str, Tuple[str, ...]] = {
 
 def add_film_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell film``."""
-    add_span_options(command, 'the film: FILE.mp4 or FILE.gif; a table of what each frame says '
-                              'is beside it')
+    add_span_options(command, 'the film: FILE.mp4 or FILE.gif; a table with the numbers of '
+                              'each frame is written beside it')
     command.add_argument('--rate', metavar='HZ', type=float, default=25.0,
                          help='frames in a second (default: 25)')
     command.add_argument('--speed', metavar='TIMES', type=float, default=1.0,
-                         help='seconds of the recording in one of the film; 0.25 is slow motion')
+                         help='seconds of the recording per second of the film; 0.25 is slow '
+                              'motion')
     _add_style_options(command)
 
 
@@ -81,7 +82,7 @@ def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame
 
 
 def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Write the film, and beside it a table of what each frame says; return 0.
+    """Write the film, and beside it a table with the numbers of each frame; return 0.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
@@ -121,7 +122,7 @@ def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     numbers = f'{os.path.splitext(options.output)[0]}.csv'
     write_text(numbers, table.getvalue())
     say(f'{options.output}: {len(frames)} frames, {clock(len(frames) / options.rate)}; '
-        f'what each frame says is in {numbers}')
+        f'{numbers} has the numbers of each frame')
     return 0
 
 
@@ -149,7 +150,7 @@ def execute_picture(options: argparse.Namespace, arguments: Dict[str, str]) -> i
 
 def _draw(options: argparse.Namespace, chosen: ChosenSpans, frames: List[Frame],
           pictures: IO[bytes], table: IO[str]) -> None:
-    """Write the picture of each frame, and a row of the table with what it says."""
+    """Write the picture of each frame, and its row of the table."""
     # Other commands begin 50 ms earlier without it.
     from process_visualizer.commands.headless_browser import BrowserError, HeadlessBrowser
     progress = _Progress(len(frames))

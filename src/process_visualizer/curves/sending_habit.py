@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long a value holds before it is out of date, by how its topic is used to be sent.
+"""How long a value holds before it is out of date, judged by how its topic is usually sent.
 
 A driver that sends at a rate has stopped when it is silent for longer than usual. One that sends
 when a value changes may be silent for as long as it likes.
@@ -33,7 +33,7 @@ def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
 
 
 class SendingHabit:
-    """Learns it from the messages as they come."""
+    """Learns the habit of a topic from its messages as they come."""
 
     _WINDOW = 500  # intervals; of a fast topic they soon forget a moment in which it was held up
 

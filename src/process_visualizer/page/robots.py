@@ -167,7 +167,7 @@ def _add_link(kinematics: Kinematics, link: str, base: Place, rows: RowsOfJoints
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:
-    """Return where something is at other times (n,); outside of its own it stands."""
+    """Return where something is at other times (n,); outside its own times it stands still."""
     rows = np.hstack(_whole(place))
     inside_s = np.clip(times_s, place.times_s[0], place.times_s[-1])
     found = interpolated(inside_s, place.times_s, rows, np.inf, slice(3, 7))
