@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any, Callable, Dict, List, Optional
 
 import genpy
 import numpy as np
@@ -16,7 +16,13 @@ from std_msgs.msg import Float32, Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.page.clouds import MAX_POINTS, Points, points_of_cloud, thinned
+from process_visualizer.page.clouds import (
+    MAX_POINTS,
+    Points,
+    points_of_cloud,
+    points_of_images,
+    thinned,
+)
 
 CELL = '''<visualizer>
   <device type="depth_sensor" name="camera"><base frame="camera" xyz="0 0 2"/>{}
@@ -51,9 +57,10 @@ def optical() -> TransformStamped:
     return found
 
 
-def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str) -> Dict[str, Any]:
+def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str, cell: str = CELL,
+           extra: Optional[Callable[[rosbag.Bag], None]] = None) -> Dict[str, Any]:
     config, bag, page = (folder / name for name in ('cell.xml', 'a.bag', 'page.html'))
-    config.write_text(CELL.format(topics), encoding='utf-8')
+    config.write_text(cell.format(topics), encoding='utf-8')
     with rosbag.Bag(str(bag), 'w') as file:
         file.write('/tf_static', TFMessage([optical()]), genpy.Time.from_sec(BEGIN_S))
         for number in range(30):
@@ -61,6 +68,8 @@ def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str) -> 
             file.write('/feed', Float32(0.1), stamp)
             for topic, message in messages.items():
                 file.write(topic, message, stamp)
+        if extra is not None:
+            extra(file)
     assert main(['share', str(bag), '--config', str(config), *words, '-o', str(page)]) == 0
     reader = PageReader(page.read_text(encoding='utf-8'))
     run: Dict[str, Any] = reader.data['runs'][0]
@@ -132,3 +141,62 @@ def test_a_cloud_without_points_is_none(change: Dict[str, Any]) -> None:
     for name, value in change.items():
         setattr(it, name, value)
     assert points_of_cloud(it) is None
+
+
+def depth_image(**changes: Any) -> Image:
+    it = Image(header=Header(frame_id='/optical'), height=4, width=6, encoding='16UC1', step=12,
+               data=np.full((4, 6), 1400, '<u2').tobytes())
+    for name, value in changes.items():
+        setattr(it, name, value)
+    return it
+
+
+INFO = CameraInfo(K=[2.0, 0.0, 2.5, 0.0, 2.0, 1.5, 0.0, 0.0, 1.0])
+
+
+def test_a_pixel_is_where_the_camera_saw_it() -> None:
+    found = points_of_images(depth_image(), None, INFO)
+    assert found is not None and found.frame == 'optical' and len(found.positions) == 24
+    column, row = np.meshgrid(np.arange(6), np.arange(4))
+    pixels = np.stack(((column - 2.5) * 0.7, (row - 1.5) * 0.7, np.full((4, 6), 1.4)), axis=2)
+    assert found.positions == pytest.approx(pixels.reshape(-1, 3))
+    swapped = depth_image(is_bigendian=1, data=np.full((4, 6), 1400, '>u2').tobytes())
+    other = points_of_images(swapped, None, INFO)
+    assert other is not None and np.array_equal(other.positions, found.positions)
+
+
+@pytest.mark.parametrize('change', [
+    {'encoding': 'rgb8'}, {'step': 11}, {'data': b'short'}, {'width': 0, 'step': 0}])
+def test_a_depth_image_without_points_is_none(change: Dict[str, Any]) -> None:
+    assert points_of_images(depth_image(**change), None, INFO) is None
+    assert points_of_images(depth_image(), None, CameraInfo()) is None
+
+
+@pytest.mark.parametrize('color', [
+    Image(height=4, width=6, encoding='bayer_rggb8', step=6, data=bytes(24)),
+    Image(height=4, width=6, encoding='rgb8', step=18, data=b'short')])
+def test_a_color_image_that_cannot_be_read_leaves_points_gray(color: Image) -> None:
+    found = points_of_images(depth_image(), color, INFO)
+    assert found is not None and found.colors.tolist() == [[150, 150, 150]] * 24
+
+
+def test_a_color_image_of_another_moment_is_not_used(tmp_path: Path) -> None:
+    red = np.full((4, 6, 3), (0, 0, 255), np.uint8).tobytes()
+    run = shared(tmp_path, IMAGES, {'/depth_image': depth_image(), '/camera_info': INFO},
+                 '--clouds', extra=lambda file: file.write('/color_image', Image(
+                     height=4, width=6, encoding='bgr8', step=18, data=red),
+                     genpy.Time.from_sec(BEGIN_S)))
+    colors = [set(map(tuple, it[1].tolist())) for it in run['clouds'][0]['clouds']]
+    assert colors[0] == {(255, 0, 0)} and colors[-1] == {(150, 150, 150)}
+
+
+def test_a_box_whose_frame_is_unknown_says_so(tmp_path: Path) -> None:
+    run = shared(tmp_path, CLOUD, {'/points': cloud([[1.2, -0.3, 1.4]], [0])}, '--clouds',
+                 cell=CELL.replace('roi frame="table"', 'roi frame="belt"'))
+    assert 'the cloud of camera is missing: it is not known where the frame belt of its box is' \
+        in run['notes']
+
+
+def test_a_cloud_of_another_version_of_the_type_is_not_read(tmp_path: Path) -> None:
+    run = shared(tmp_path, CLOUD, {'/points': Float32(1.0)}, '--clouds')
+    assert 'the cloud of camera is missing: it was not recorded' in run['notes']

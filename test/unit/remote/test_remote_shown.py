@@ -8,7 +8,16 @@ from typing import Any, Dict
 import pytest
 import yaml
 
-from process_visualizer.remote.offer import Offer, OfferedMesh, digest_of, offer_of, topics_of
+from process_visualizer.remote.offer import (
+    Offer,
+    OfferedMesh,
+    OfferedTopic,
+    digest_of,
+    named_topics,
+    offer_of,
+    topics_message,
+    topics_of,
+)
 from process_visualizer.remote.shown_view import (
     fixed_frame,
     mesh_paths,
@@ -112,8 +121,9 @@ def test_an_offer_is_the_same_at_the_other_side() -> None:
 
 
 @pytest.mark.parametrize('change', [
-    {'models': {'a b': ''}}, {'models': []}, {'meshes': {'a': [-1, 'b']}},
-    {'meshes': {'a': [1 << 40, 'b']}}, {'view': 3}])
+    {'models': {'a b': ''}}, {'models': {'/a': 3}}, {'models': []}, {'meshes': {'a': [-1, 'b']}},
+    {'meshes': {'a': [1 << 40, 'b']}}, {'meshes': {'a': [1, 2]}}, {'meshes': {'a': 'b'}},
+    {'view': 3}, {'version': None}])
 def test_what_is_no_offer_is_told(change: Dict[str, Any]) -> None:
     values = Offer('', '', '', {}, {}).values()
     with pytest.raises(ValueError, match=''):
@@ -125,3 +135,23 @@ def test_what_is_no_offer_is_told(change: Dict[str, Any]) -> None:
 def test_names_and_types_of_topics_are_checked(name: str, kind: str) -> None:
     with pytest.raises(ValueError, match=''):
         topics_of({'topics': {name: [kind, '0' * 32, '']}})
+
+
+@pytest.mark.parametrize('topics', [
+    None, [], {'/a': 'a/B'}, {'/a': ['a/B', '0' * 32]}, {'/a': ['a/B', 7, '']},
+    {'/a': ['a/B', 'z' * 32, '']}, {f'/a{it}': ['a/B', '0' * 32, ''] for it in range(2001)}])
+def test_topics_that_nobody_can_offer(topics: Any) -> None:
+    with pytest.raises(ValueError, match='topic'):
+        topics_of({'topics': topics})
+
+
+def test_topics_are_the_same_at_the_other_side() -> None:
+    topics = {'/tf': OfferedTopic('tf2_msgs/TFMessage', '0a' * 16, 'transforms')}
+    assert topics_of({'topics': topics_message(topics)}) == topics
+
+
+def test_names_that_stand_in_a_view() -> None:
+    names = {'Displays': [{'Topic': '/points', 'Size': 3, 'Queue': None},
+                          {'Parts': [{'Marker Topic': '/arm/tool'}], 'Name': 'a/b'}],
+             'Path': '/not a name'}
+    assert list(named_topics(names)) == ['/points', '/arm/tool']
