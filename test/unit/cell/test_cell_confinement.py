@@ -76,6 +76,23 @@ def test_a_trusted_package_starts_without_what_changes_it(path: Path) -> None:
     assert [it.location.line for it in cell.ignored] == [2, 3, 4, 4, 7, 9, 10]
 
 
+@pytest.mark.parametrize(('parameter', 'reason'), [
+    ('<param name="a" command="sh"/>', '"command" would run a program or read a file'),
+    ('<param name="a" textfile="/etc/passwd"/>', '"textfile" would run a program or read a file'),
+    ('<param name="a" type="yaml" value="[1]"/>', 'its YAML is more than plain values'),
+    ('<rosparam file="/etc/passwd"/>', '"file" would read or write a file'),
+    ('<rosparam subst_value="true">a: 1</rosparam>', 'its YAML is more than plain values')])
+def test_a_parameter_of_data_is_a_plain_value(tmp_path: Path, parameter: str, reason: str
+                                              ) -> None:
+    path = tmp_path / 'cell.xml'
+    path.write_text('<visualizer><device type="other" name="m"><node pkg="sewing_cell" '
+                    f'type="sewing_machine.py" name="n">{parameter}<param name="b" value="c"/>'
+                    '</node></device></visualizer>', encoding='utf-8')
+    cell = parsed(path, 'sewing_cell')
+    assert [it.attributes['name'] for it in cell.devices[0].nodes[0].children] == ['b']
+    assert len(cell.ignored) == 1 and reason in str(cell.ignored[0])
+
+
 def test_the_text_without_it_says_what_stood_there(path: Path) -> None:
     provenance = Provenance(Origin.BAG, str(path.parent), frozenset(['sewing_cell']))
     found = confined(read_xml(str(path)), provenance)

@@ -204,6 +204,14 @@ def test_what_is_no_plain_number_is_refused(tmp_path: Path, base: str, reason: s
     assert os.listdir(tmp_path) == ['cell.xml']
 
 
+def test_a_base_that_shares_its_line_is_found_by_its_device(tmp_path: Path) -> None:
+    two = ('<visualizer><device type="other" name="a"><base frame="f"/></device>'
+           '<device type="other" name="b"><base frame="g"/></device></visualizer>')
+    path = written(tmp_path, two)
+    assert saved_text(path, 'b', Pose((0, 0, 1), (0, 0, 0))) == two.replace(
+        '<base frame="g"/>', '<base frame="g" xyz="0 0 1"/>')
+
+
 def test_a_device_without_a_base_is_told(tmp_path: Path) -> None:
     path = written(tmp_path, document(''))
     with pytest.raises(PoseEditError, match=r'has no <base>; add <base frame="a/base" />'):
