@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import rmtree
 from typing import List, Optional
 from unittest.mock import Mock
 
@@ -181,6 +182,7 @@ def test_it_is_an_alarm() -> None:
     stand.model.set_departed([])
     assert stand.model.alarms == ()
     assert stand.model.events[-1].text == 'arm: tool force +4.3 N above range: over after 5.0 s'
+    rmtree(stand.launch.folder)
 
 
 def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
