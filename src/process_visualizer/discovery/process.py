@@ -366,7 +366,7 @@ def _shortest(span: _Span) -> Dict[str, str]:
 
 def _of_states(known: Sequence[StateNumber],
                span: _Span) -> Tuple[List[_Event], List[_Phase]]:
-    """The events and phases of the number that tells the most of what happens in a run."""
+    """The events and phases of the number that says most about what happens in a run."""
     best: Tuple[int, Optional[StateNumber]] = 0, None
     for state in known:
         share = _consistency(state, span.found)

@@ -161,7 +161,7 @@ def variable_of(device: Device, source: CurveSource) -> 'Variable | None':
 
 def _colors(device: Device, source: CurveSource, values: np.ndarray,
             packed: Packed) -> Dict[str, Any]:
-    """Return the colors of a variable whose color tells its value, and each value's color."""
+    """Return the colors of a variable whose color shows its value, and each value's color."""
     variable = variable_of(device, source)
     if variable is None or variable.limits is None and variable.color_scale is None:
         return {}

@@ -32,7 +32,7 @@ def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence
         given: the cell; without one, the configuration of the first recording is used.
         judged: the runs.
         spans: the part of each of them that is shown.
-        good: the good runs that they were held against.
+        good: the good runs that they were compared with.
         notes: what else is to be said at the top.
         with_clouds: whether the clouds of depth sensors are shown.
     """

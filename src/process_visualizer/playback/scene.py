@@ -191,7 +191,7 @@ class PartialMessages:
 
     Most publishers put all in one message; of these only a few messages are read. What such a
     source was seen to tell of is looked for among its last messages. The position
-    of a joint holds however long ago it was told: a source that tells of its joints by groups is
+    of a joint holds however long ago it was sent: a source that sends its joints by groups is
     read whole, once.
     """
 
@@ -256,7 +256,7 @@ class PartialMessages:
     def _earlier(self, position: int) -> Iterator[int]:
         """The positions of the messages of a source before one, the nearest first.
 
-        Of a source that tells of lasting parts by groups, only the last one of each group.
+        Of a source that sends lasting parts by groups, only the last one of each group.
         """
         groups = self._groups_of(position)
         if len(groups) > 1:

@@ -104,7 +104,7 @@ class Output(Protocol):
 
 LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
-MAX_RESTORED = 100  # stamps that are told: those of a scene, and of the last steps
+MAX_RESTORED = 100  # stamps that are reported: those of a scene, and of the last steps
 AT_ONCE = 0  # a monotonic time [ns] that has passed
 
 

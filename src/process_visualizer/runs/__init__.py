@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of a cell, held against each other: what differed, where, and when first."""
+"""Runs of a cell, compared with each other: what differed, where, and when first."""

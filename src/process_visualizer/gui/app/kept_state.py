@@ -20,7 +20,7 @@ Values = Dict[str, Any]
 class KeptState(QObject):
     """Writes the file whenever something has changed, so that nothing is lost by a crash either.
 
-    A file that cannot be read is told and put aside; the session begins without it.
+    A file that cannot be read is reported and put aside; the session begins without it.
     """
 
     failed = pyqtSignal(str)

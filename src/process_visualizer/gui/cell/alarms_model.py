@@ -34,7 +34,7 @@ RecordedAlarms = Sequence[Tuple[str, str, float, float]]
 
 
 class AlarmsModel(QObject):
-    """Gathers what is wrong whenever something changes; ``changed`` tells of other alarms."""
+    """Gathers what is wrong whenever something changes; ``changed`` comes with other alarms."""
 
     changed = pyqtSignal()
     happened = pyqtSignal()

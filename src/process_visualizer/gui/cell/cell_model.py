@@ -33,7 +33,7 @@ from process_visualizer.gui.toolkit.tasks import Tasks
 # Notices that files have changed on the disk since they were read.
 
 _WATCH_LINE = 'watch'  # of its own: a network folder may hang
-_PERIOD_MS = 2000  # nothing tells of changes that another computer makes in a network folder
+_PERIOD_MS = 2000  # nothing announces changes that another computer makes in a network folder
 
 Contents = Mapping[str, Optional[str]]
 """A digest of each file by its path; None where it cannot be read."""
@@ -103,7 +103,7 @@ def contents_of(paths: Iterable[str]) -> Contents:
         try:
             with open(path, 'rb') as file:
                 found[path] = hashlib.sha256(file.read()).hexdigest()
-        except OSError:  # away, or not to be read: reading it again tells why
+        except OSError:  # away, or not to be read: reading it again says why
             found[path] = None
     return found
 

@@ -32,7 +32,7 @@ _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 
 
 class ObjectsModel(QObject):
-    """Judges what the sensors of the cell that runs see; ``changed`` tells of anything new."""
+    """Judges what the sensors of the cell that runs see; ``changed`` comes with anything new."""
 
     changed = pyqtSignal()
     sensors_wanted = pyqtSignal(object)
@@ -179,5 +179,5 @@ def _sought(devices: Tuple[Device, ...]) -> Dict[str, SoughtObjects]:
 
 
 def _kinds(conditions: 'List[Condition] | Tuple[Condition, ...]') -> List[Tuple[str, str, Level]]:
-    """Return what of alarms is told at once; their texts follow."""
+    """Return what of alarms is shown at once; their texts follow."""
     return [(it.source, it.about, it.level) for it in conditions]

@@ -75,7 +75,7 @@ class GhostModel(QObject):
         mode = self._session.running_mode
         if not self._session.runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART):
             mode = None
-        if mode is not self._mode:  # the node may have ended, or go on with what it was told before
+        if mode is not self._mode:  # the node may have ended, or go on with what it got before
             self._shown, self._is_unsure = (None, True), self._may_draw
         self._mode = mode
         self._follow()

@@ -140,7 +140,7 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
     """Return values in the unit of a lane that shows a ``span`` of values.
 
     A value is NaN where there is none; None at the position: not known yet, at the mouse: there is
-    no mouse. What is ``good`` at the position is told beside the value, with the difference.
+    no mouse. What is ``good`` at the position stands beside the value, with the difference.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else _value_text(at_position, decimals)

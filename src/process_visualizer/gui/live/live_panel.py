@@ -106,7 +106,7 @@ class ReplayBar(QWidget):
 
 
 def _age_text(age_s: float) -> str:
-    """Return a time as the band of the replay tells it."""
+    """Return a time as the band of the replay shows it."""
     minutes, seconds = divmod(round(age_s, 1), 60.0)
     return f'{minutes:.0f} min {seconds:.1f} s' if minutes else f'{seconds:.1f} s'
 

@@ -79,7 +79,7 @@ class PlaybackModel(QObject):
     """The ``state`` of the player, its position between two states, and the requests to it.
 
     Commands return at once and do nothing while there is no player; what the player refuses is
-    told by ``failed``.
+    reported by ``failed``.
     """
 
     changed = pyqtSignal()
@@ -311,7 +311,7 @@ class PlaybackModel(QObject):
         self._run(command)
 
     def _arrive(self) -> None:
-        """Show where the player is, once it tells of the newest seek."""
+        """Show where the player is, once its state includes the newest seek."""
         self.state = self.state.arrived(self._seeks.done_since_s)
 
     def _chosen(self, position_s: Optional[float]) -> float:

@@ -125,7 +125,7 @@ class SeekTarget(NamedTuple):
 class PlaybackState(NamedTuple):
     """The player's last state, None where there is none, and the operator's choices.
 
-    ``sought`` is where a seek leads that no state of the player tells of yet; ``points`` stay
+    ``sought`` is where a seek leads that no state of the player includes yet; ``points`` stay
     while the loop is off; ``resumes`` says whether it plays on after dragging; ``files`` are
     those of the player that was there last.
     """
@@ -205,7 +205,7 @@ class PlaybackState(NamedTuple):
         return SeekTarget(self.within(position_s), segment)
 
     def arrived(self, sent_s: Optional[float]) -> PlaybackState:
-        """Forget a seek that was sent at a wall time [s], once the player's state tells of it.
+        """Forget a seek that was sent at a wall time [s], once the player's state includes it.
 
         None: it is under way.
         """

@@ -82,7 +82,7 @@ class ValuesModel(QObject):
         try:
             self._read.emit(_Found(wish, self._opened(wish).at(wish.position_s)))
         except (BagError, OSError):
-            self._read.emit(_Found(wish, {}))  # why it cannot be read is told with its curves
+            self._read.emit(_Found(wish, {}))  # why it cannot be read is shown with its curves
 
     def _opened(self, wish: _Wish) -> PositionValues:
         of = (wish.paths, wish.devices)

@@ -56,7 +56,7 @@ class ReplayLink(QObject):
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
                  place: Callable[[], Optional[Rectangle]], keys: Callable[[], Sequence[str]],
                  parent: Optional[QObject] = None) -> None:
-        """Take what copies the recorder's memory, and tells how the live RViz is.
+        """Take what copies the recorder's memory, and what knows how the live RViz is.
 
         That is its camera, its place, and the keys that it passes on.
 

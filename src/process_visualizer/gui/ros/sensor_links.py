@@ -69,7 +69,7 @@ _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
 
 
 class ObjectLink(QObject):
-    """Follows the sensors that it is told to; a clear cell costs the window little."""
+    """Follows the sensors that it is given; a clear cell costs the window little."""
 
     seen = pyqtSignal(object)
     """An ObjectsSnapshot with something near a robot, the first one without, and one a second."""

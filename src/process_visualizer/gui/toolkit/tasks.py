@@ -131,7 +131,7 @@ _LOOK_MS, _LATE_S = 200, 1.0
 
 
 class DelayedAct(QObject):
-    """Waits, then acts; ``changed`` tells of each second that is left."""
+    """Waits, then acts; ``changed`` comes with each second that is left."""
 
     changed = pyqtSignal()
 

@@ -343,7 +343,7 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
 def _no_widget_collected() -> Iterator[None]:
     """Keep unreachable widgets, which Python's collector would delete, for as long as it takes.
 
-    Qt goes through a list of all widgets and tells each of its style, palette or sheet; what hears
+    Qt goes through a list of all widgets and gives each its style, palette or sheet; what hears
     of it in Python makes objects, and so may call the collector. Qt would then go on with a widget
     that is no more: the end of the program, by SIGSEGV.
     """

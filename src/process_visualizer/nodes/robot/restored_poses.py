@@ -24,9 +24,9 @@ from process_visualizer.robot.recorded_velocity import PosePart
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC, RESTORED_TF_TOPIC
 from process_visualizer.srv import ReadTopic
 
-_BEFORE_S = 0.5  # the player adds what was told of each joint last before
+_BEFORE_S = 0.5  # the player adds the last value of each joint before it
 _AFTER_S = 1.0  # what was measured just after a moment comes late
-_HELD_S = 0.5  # a joint of which nothing is told for so long has stood, and then moved at once
+_HELD_S = 0.5  # a joint of which nothing is sent for so long has stood, and then moved at once
 _TURNING = 'revolute', 'continuous'
 
 Told = Mapping[str, Sequence[Tuple[float, float]]]
@@ -93,7 +93,7 @@ class RestoredPoses:
                 for parent, child, place in self._model.moved(positions)]
 
     def _position(self, joint: str, told: Sequence[Tuple[float, float]], moment_s: float) -> float:
-        """Return where a joint was at a moment, between what was told before and after it."""
+        """Return where a joint was at a moment, between its values before and after it."""
         times_s, positions = np.array(told).T
         if joint in self._turning:  # some drivers begin anew after a full turn
             positions = np.unwrap(positions)
@@ -103,7 +103,7 @@ class RestoredPoses:
         return float(np.interp(moment_s, times_s, positions))
 
     def _joints_around(self, first_s: float, last_s: float) -> Told:
-        """Return what was told of each joint, from before the first of some moments [s] on.
+        """Return the values of each joint, from before the first of some moments [s] on.
 
         Raises:
             ServiceUnreachable: the player does not answer.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run that goes on, held against its reference: begun by an event, followed, and ended."""
+"""A run in progress, compared with its reference: begun by an event, followed, and ended."""
 from __future__ import annotations
 
 import math

@@ -44,7 +44,7 @@ def skipped_parts(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]
     """Return what only one of two runs has, as states name it, or else as the motion shows it.
 
     Args:
-        reference, run: which are held against each other.
+        reference, run: the two that are compared.
         rough: the map of time without this.
     """
     return _by_states(reference, run, rough) or _by_motion(reference, run, rough)

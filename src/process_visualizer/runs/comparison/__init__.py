@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs held against good ones: what is told about them."""
+"""Runs compared with good ones: what is said about them."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run held against good ones."""
+"""A run compared with good ones."""
 from __future__ import annotations
 
 from typing import (

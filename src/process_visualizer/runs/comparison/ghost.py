@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference as a ghost: its robots and arrows, in step with the runs held against it."""
+"""The reference as a ghost: its robots and arrows, in step with the runs compared with it."""
 from __future__ import annotations
 
 import math
@@ -49,7 +49,7 @@ def robot_models(cell: Cell) -> Models:
     return {name: model for name, model in found.items() if model is not None}
 
 
-# The robots of the reference, in step with the runs of a recording that were held against it.
+# The robots of the reference, in step with the runs of a recording that were compared with it.
 
 _MAX_TRACK_ROWS = 60_000
 """Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
@@ -215,7 +215,7 @@ def _placement(pose: Pose) -> Placement:
     return Placement(pose.xyz, (x, y, z, w))
 
 
-# The arrows of the reference, in step with the runs of a recording that were held against it.
+# The arrows of the reference, in step with the runs of a recording that were compared with it.
 
 _MAX_ARROW_ROWS = 20_000
 """Of an arrow: of more, every second or third, ..."""

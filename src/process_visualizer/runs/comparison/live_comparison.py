@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell held against good runs: what is out of their band now, and since when."""
+"""A running cell compared with good runs: what is out of their band now, and since when."""
 from __future__ import annotations
 
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple

@@ -61,7 +61,7 @@ def _empty(columns: int) -> TimelineBand:
                         np.zeros(columns, bool))
 
 
-# Moments of the reference on the timeline of a recording whose runs were held against it.
+# Moments of the reference on the timeline of a recording whose runs were compared with it.
 
 _SAME_S = 1e-6
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States and bits of a run, held against those of good runs: one that never came, or came late."""
+"""States and bits of a run, compared with good runs: those that never came, or came late."""
 from __future__ import annotations
 
 from collections import Counter
