@@ -62,6 +62,18 @@ class Recorder:
         self.files, self.is_recording, self.problems = (), False, ()
 
 
+def test_a_late_state_of_an_older_recording_does_not_end_the_newest_bag_twice() -> None:
+    """Somebody else has recorded a bag just before the last seconds were saved."""
+    old = RecorderSnapshot('recording', ('/bags/old.bag',), 3.0)
+    asked = RecordingState().run(True).asked_to_write(RecordingPhase.STOPPING)
+    saved = events.ended(asked, [BAG], 100.0)
+    assert saved.ended == (BAG,)
+    late = events.updated(saved.state, old, 100.05).state
+    again = events.ended(late.asked_to_stop(100.06), [BAG], 100.07)
+    assert again.ended is None and again.state.finished == saved.state.finished
+    assert again.state.phase is RecordingPhase.IDLE
+
+
 class Sequences(RuleBasedStateMachine):
     """The state as the model leads it, beside the recorder."""
 

@@ -333,7 +333,7 @@ class RecordingChoices(QObject):
         self._ticks.take(topics)
 
     def look(self) -> None:
-        """Look at the disk, off the GUI thread; ``changed`` comes if that tells anything new."""
+        """Look at the disk, off the GUI thread; ``changed`` comes if anything is new."""
         self._looks.request(self.options())
 
     def options(self) -> RecordingOptions:
@@ -385,7 +385,7 @@ class DiskRoom(NamedTuple):
 def disk_room(
     phase: RecordingPhase, snapshot: RecorderSnapshot, seen_bytes: Optional[int]
 ) -> DiskRoom:
-    """Return what the recorder tells while it records, else what follows from its present rate.
+    """Return what the recorder reports while it records, else what follows from its present rate.
 
     ``seen_bytes`` is the room that the window has seen itself, if it has.
     """

@@ -211,7 +211,7 @@ class RecordingModel(QObject):
                         lambda path: self._enter(self._state.started(path, self._now_s())))
 
     def stop(self) -> None:
-        """Stop; ``finished`` tells when everything is written."""
+        """Stop; ``finished`` comes when everything is written."""
         if self.phase is RecordingPhase.RECORDING:
             self._enter(self._state.asked_to_stop(self._now_s()))
             self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)

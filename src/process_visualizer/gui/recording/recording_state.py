@@ -30,8 +30,8 @@ _LATE_S = 0.1
 class RecordingState(NamedTuple):
     """All that the operator sees of recording; times are those of one monotonic clock.
 
-    ``is_asked``: a command waits for its answer, so what the recorder tells changes no phase.
-    ``is_silent``: a recorder that runs tells nothing at present; what it did, it may go on doing.
+    ``is_asked``: a command waits for its answer, so what the recorder reports changes no phase.
+    ``is_silent``: a recorder that runs does not report at present; it may still do what it did.
     ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
     to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
     run. ``finished`` and ``error`` are shown until the next command. ``label`` is that of the next
@@ -66,7 +66,7 @@ class RecordingState(NamedTuple):
 
     @property
     def is_made(self) -> bool:
-        """Return whether there is a recording of which the recorder tells figures."""
+        """Return whether there is a recording of which the recorder reports figures."""
         return bool(self.path) and self.phase in (RecordingPhase.RECORDING, RecordingPhase.STOPPING)
 
     @property
@@ -142,7 +142,7 @@ class RecordingState(NamedTuple):
         )
 
     def started(self, path: str, now_s: float) -> 'RecordingState':
-        """Return the state after the recorder told which file it records."""
+        """Return the state after the recorder reported which file it records."""
         if self.phase is RecordingPhase.OFF:
             return self._replace(left=path)  # the run is ending, and finishes it
         snapshot = self.snapshot._replace(phase='recording', files=(path,), problems=(),
@@ -212,7 +212,7 @@ def repair(path: str) -> str:
 
 
 def advice(error: Exception, path: str) -> str:
-    """Return what the operator is told; an error that nobody expects is raised again."""
+    """Return the message for the operator; an error that nobody expects is raised again."""
     if isinstance(error, RecorderUnreachable):
         going_on = f'{path} is still being recorded. ' if path else ''
         return f'{error}. {going_on}Try again when it responds'
@@ -230,12 +230,12 @@ class RecordingStep(NamedTuple):
 
 
 def failed(state: RecordingState, message: str) -> RecordingStep:
-    """Return the step to what the operator is to be told."""
+    """Return the step to the message for the operator."""
     return RecordingStep(state._replace(error=message), None, message)
 
 
 def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingStep:
-    """Return the step after the recorder told its state, which is not late."""
+    """Return the step after the recorder reported its state, which is not late."""
     after = _followed(state, snapshot, now_s)
     if state.path and after.phase is RecordingPhase.IDLE:
         return _ended_by_itself(after, now_s)
@@ -243,10 +243,15 @@ def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> 
 
 
 def ended(state: RecordingState, files: Sequence[str], now_s: float) -> RecordingStep:
-    """Return the step after the recorder told which files are finished; there may be none."""
-    bag = FinishedBag(tuple(files), state.snapshot.problems) if files else None
+    """Return the step after the recorder reported which files are finished; there may be none.
+
+    What had ended before is not announced again: a late state may have looked like a recording.
+    """
+    is_known = bool(files) and state.ended.issuperset(files)
+    bag = FinishedBag(tuple(files), state.snapshot.problems) if files and not is_known else None
     left = '' if state.left in files else state.left
-    after = state._replace(path='', left=left, finished=bag, ended=state.ended.union(files))
+    after = state._replace(path='', left=left, finished=state.finished if is_known else bag,
+                           ended=state.ended.union(files))
     after = after.answered(RecordingPhase.IDLE, now_s)
     return RecordingStep(_with_last_figures(after), None if bag is None else bag.files)
 
@@ -267,7 +272,7 @@ def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingSt
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:
-    """Take the phase that the recorder tells, but while a command waits for its answer."""
+    """Take the phase that the recorder reports, except while a command waits for its answer."""
     phase = state.phase if state.is_asked else RecordingPhase(snapshot.phase)
     is_recording = phase is RecordingPhase.RECORDING
     path, clock, marks = state.path, state.clock, state.marks

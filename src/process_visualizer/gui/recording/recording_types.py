@@ -75,13 +75,13 @@ class FinishedBag(NamedTuple):
 
 
 _MAX_S = 1.5
-"""The recorder tells its state every half second; a clock that runs on without it would lie."""
+"""The recorder reports its state every half second; a clock that runs on without it would lie."""
 
 
 class RecordingClock(NamedTuple):
     """Goes on from the last state; within a recording it never goes back.
 
-    ``duration_s`` was told at the time ``taken_s`` of a monotonic clock; while the clock runs,
+    ``duration_s`` was reported at the time ``taken_s`` of a monotonic clock; while the clock runs,
     ``shown_s`` is the least that it may show.
     """
 
@@ -91,7 +91,7 @@ class RecordingClock(NamedTuple):
     shown_s: float = 0.0
 
     def updated(self, duration_s: float, is_running: bool, now_s: float) -> 'RecordingClock':
-        """Return the clock after the recorder told a duration, and whether it grows."""
+        """Return the clock after the recorder reported a duration, and whether it grows."""
         shown_s = self.elapsed_s(now_s) if is_running else duration_s
         return RecordingClock(duration_s, is_running, now_s, shown_s)
 
