@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -176,17 +177,22 @@ float heightOf(const std::vector<float>& column) {
   return is_face ? std::min(top, mean + kLayer / 3) : mean;
 }
 
-/// The height of the highest column.
+/// The mean height of the highest columns: that of a single one may be noise, or that of a side.
 float topOf(const Cluster& points, float fallback) {
   std::map<std::pair<int, int>, std::vector<float>> columns;
   for (const Vector3f& point : points)
     columns[{static_cast<int>(std::floor(point.x() / kColumn)),
              static_cast<int>(std::floor(point.y() / kColumn))}]
         .push_back(point.z());
-  float top = -std::numeric_limits<float>::infinity();
+  std::vector<float> heights;
   for (const auto& [place, column] : columns)
-    if (column.size() >= kFewestInColumn) top = std::max(top, heightOf(column));
-  return std::isfinite(top) ? top : fallback;
+    if (column.size() >= kFewestInColumn) heights.push_back(heightOf(column));
+  if (heights.empty()) return fallback;
+  const float highest = *std::max_element(heights.begin(), heights.end());
+  const auto others = std::partition(heights.begin(), heights.end(),
+                                     [&](float height) { return height >= highest - kLayer; });
+  return std::accumulate(heights.begin(), others, 0.0F) /
+         static_cast<float>(others - heights.begin());
 }
 
 /// Whether a sensor would see more of an object's side if it reached down to the surface.

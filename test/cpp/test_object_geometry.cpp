@@ -255,6 +255,26 @@ TEST(UprightBox, IsAsHighAsAnUprightFace) {
   EXPECT_NEAR(boxAround(points).size.z(), 0.6, 0.01);
 }
 
+/// Of a box that is seen from above, its level top counts, not a column that has little of the top
+/// and much of an upright side.
+TEST(UprightBox, IsAsHighAsItsLevelTop) {
+  Places places;
+  Cluster points;
+  const Vector3f half(0.151F, 0.151F, 0.1F);
+  for (int number = 0; number < 6000; ++number) {
+    Vector3f place = places.next(1.0F).cwiseProduct(Vector3f(half.x(), half.y(), 0.012F));
+    place.z() += half.z();
+    points.push_back(place);
+  }
+  for (int number = 0; number < 300; ++number) {
+    Vector3f place = places.next(1.0F).cwiseProduct(half);
+    place.x() = half.x();
+    points.push_back(place);
+  }
+  const UprightBox box = boxAround(points);
+  EXPECT_NEAR(box.center.z() + box.size.z() / 2, half.z(), 0.005);
+}
+
 TEST(UprightBox, OnePointHasOne) {
   const UprightBox box = boxAround({{1, 2, 3}});
   EXPECT_EQ(box.center, Vector3f(1, 2, 3));
