@@ -138,6 +138,23 @@ class RobotProcessorTest(unittest.TestCase):
             wait_until(lambda: all(told(reports, name, 'all is well') for name in problems),
                        'the end of the complaints', self.move)
 
+    def test_one_joint_without_a_number_is_named_and_the_others_move(self) -> None:
+        with Listener('/r/joint_states', JointState) as states, \
+                Listener('/diagnostics', DiagnosticArray) as reports:
+            def send(slide: float) -> None:
+                self.joints.publish(array(np.nan, slide))
+
+            wait_until(lambda: bool(states.messages)
+                       and dict(zip(states.messages[-1].name, states.messages[-1].position)).get(
+                           'r/slide') == 0.125, 'the joint that has a number',
+                       lambda: send(0.125))
+            wait_until(lambda: told(reports, '/r/joint_proc: /r/q_act',
+                                    'the position of r/turn is NaN or infinite'),
+                       'the name of the other', lambda: send(0.125))
+            self.assertFalse(any(np.isnan(state.position).any() for state in states.messages))
+            wait_until(lambda: told(reports, '/r/joint_proc: /r/q_act', 'all is well'),
+                       'the end of the complaint', self.move)
+
     def test_joints_of_other_robots_are_named_only_without_those_of_the_own(self) -> None:
         joints = publisher('/m/joints', JointState)
 

@@ -8,7 +8,10 @@ from typing import Dict, Tuple
 import pytest
 import rosbag
 from pictures import different_pixels
+from rospy import Time
 from running import CellRun, run_command
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/ur_rt_lower/q_act',
           '/ur_rt_lower/tcf', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
@@ -18,6 +21,13 @@ TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/ur_rt_lowe
 SCENE = '1200x800+200+80'  # the view without RViz's own frame rate and time
 FEW_PIXELS = 1200 * 800 // 1000
 MAX_PICTURES = 8  # until nothing changes
+
+DOOR = '''<robot name="door"><link name="wall"/>
+  <link name="leaf"><visual><origin xyz="0.5 0 1"/><geometry><box size="1 0.05 2"/></geometry>
+  </visual></link>
+  <joint name="hinge" type="revolute"><parent link="wall"/><child link="leaf"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="2" effort="1" velocity="1"/></joint>
+</robot>'''
 
 
 @pytest.fixture(scope='module')
@@ -91,3 +101,24 @@ def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulat
     assert different_pixels(pictures['early'], pictures['late'], SCENE) > 5 * FEW_PIXELS
     assert different_pixels(pictures['early'], pictures['again'], SCENE) < FEW_PIXELS
     assert different_pixels(pictures['late'], pictures['late_again'], SCENE) < FEW_PIXELS
+
+
+def test_a_robot_that_sends_joints_only_has_a_picture(ros_environment, screen, run_cell, tmp_path):
+    """Its arrows never come, and the picture does not wait for them."""
+    (tmp_path / 'door.urdf').write_text(DOOR)
+    config = tmp_path / 'cell.xml'
+    config.write_text('<visualizer><device type="robot" name="door"><model path="door.urdf"/>'
+                      '<base frame="wall"/><topic name="joint_states" type="joint_states"/>'
+                      '</device></visualizer>')
+    bag = str(tmp_path / 'door.bag')
+    with rosbag.Bag(bag, 'w') as recording:
+        for number in range(200):
+            time = Time.from_sec(1000.0 + number / 50)
+            recording.write('/joint_states', JointState(
+                Header(stamp=time), ['hinge'], [number / 200 * 1.5], [], []), time)
+    run = run_cell(str(config), '--mode', 'playback', '--bag', bag)
+    run.wait_for_line('/rviz: running')
+    called(ros_environment, 'pause')
+    closed, opened = (picture_at(ros_environment, position_s, tmp_path / f'{position_s}.png')
+                      for position_s in (0.2, 3.8))
+    assert different_pixels(closed, opened, SCENE) > 5 * FEW_PIXELS
