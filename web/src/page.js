@@ -3,7 +3,7 @@
 
 import {cssColor} from './css_color.js';
 import {NumberTrack} from './numbers.js';
-import {CellScene, hasWebGL} from './scene.js';
+import {CellScene, graphics} from './scene.js';
 import {Timeline} from './timeline.js';
 import {between, isWithin} from './tracks.js';
 import {RATES, Transport, clock, timeInAddress} from './transport.js';
@@ -96,13 +96,14 @@ export class Page {
   }
 
   makeScene() {
-    if (!hasWebGL()) {
+    const found = graphics(isFilm());
+    if (found === null) {
       this.sceneBox.classList.add('without');
       this.sceneBox.append(made('p', 'This browser shows no pictures in three dimensions (WebGL '
         + 'is off or missing). Verdict, curves and numbers work as everywhere.'));
       return;
     }
-    this.scene = new CellScene(this.sceneBox, () => this.request(), isFilm());
+    this.scene = new CellScene(this.sceneBox, () => this.request(), isFilm(), found);
     const views = made('div', '', 'views');
     for (const [name, text] of VIEWS) {
       views.append(button(text, `view: ${text.toLowerCase()}`, () => {

@@ -20,16 +20,30 @@ const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more 
 const X_AXIS = new Vector3(1, 0, 0);
 const AT_TOOL = ['speed', 'force', 'joints', 'deviation'];
 
-/** Whether this browser can draw in three dimensions. */
-export function hasWebGL() {
-  return document.createElement('canvas').getContext('webgl2') !== null;
+/**
+ * A canvas to draw on in three dimensions; null where the browser cannot. Without a graphics card
+ * smooth edges cost too much, and making a second context takes long.
+ * @param {boolean} isFilm  each picture has the time that it takes
+ * @returns {{canvas: HTMLCanvasElement, context: WebGL2RenderingContext}|null}
+ */
+export function graphics(isFilm) {
+  const plain = drawable(isFilm);
+  if (plain === null || isFilm || isSlow(plain.context)) return plain;
+  plain.context.getExtension('WEBGL_lose_context')?.loseContext();
+  return drawable(true);
 }
 
-/** Whether it draws without a graphics card: then smooth edges cost too much. */
-function isSlow() {
-  const context = document.createElement('canvas').getContext('webgl2');
-  const names = context?.getExtension('WEBGL_debug_renderer_info');
-  return Boolean(context && names && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(
+/** @param {boolean} antialias */
+function drawable(antialias) {
+  const canvas = document.createElement('canvas');
+  const context = canvas.getContext('webgl2', {antialias, preserveDrawingBuffer: true});
+  return context === null ? null : {canvas, context};
+}
+
+/** Whether there is no graphics card.  @param {WebGL2RenderingContext} context */
+function isSlow(context) {
+  const names = context.getExtension('WEBGL_debug_renderer_info');
+  return Boolean(names && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(
     context.getParameter(names.UNMASKED_RENDERER_WEBGL)));
 }
 
@@ -41,14 +55,14 @@ export class CellScene {
    * @param {HTMLElement} box  in which it is drawn
    * @param {() => void} onView  is called when the camera moves
    * @param {boolean} isFilm  each picture has the time that it takes
+   * @param {{canvas: HTMLCanvasElement, context: WebGL2RenderingContext}} graphics
    */
-  constructor(box, onView, isFilm) {
+  constructor(box, onView, isFilm, {canvas, context}) {
     this.box = box;
     this.isFilm = isFilm;
-    this.renderer = new WebGLRenderer({antialias: isFilm || !isSlow(),
-      preserveDrawingBuffer: true});
+    this.renderer = new WebGLRenderer({canvas, context});
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
-    this.canvas = this.renderer.domElement;
+    this.canvas = canvas;
     this.canvas.setAttribute('aria-label', 'The cell in three dimensions');
     this.canvas.setAttribute('role', 'img');
     box.append(this.canvas);
