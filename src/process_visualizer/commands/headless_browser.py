@@ -52,13 +52,21 @@ class HeadlessBrowser:
             self._call('Emulation.setDeviceMetricsOverride', width=size[0], height=size[1],
                        deviceScaleFactor=1, mobile=False)
             self._call('Page.enable')
-            self._call('Page.navigate', url=f'{page.absolute().as_uri()}#{fragment}')
-            self._receive(lambda it: it.get('method') == 'Page.loadEventFired')
-            self.evaluate('''new Promise((done) => {
-              const ask = () => document.documentElement.dataset.ready ? done(true)
-                : setTimeout(ask, 20);
-              ask(); })''')
+            self.open(page, fragment)
             self._stack = stack.pop_all()
+
+    def open(self, page: Path, fragment: str = '') -> None:
+        """Show a page, instead of another one; wait until it can be used.
+
+        Raises:
+            BrowserError: the browser does not show it.
+        """
+        self._call('Page.navigate', url=f'{page.absolute().as_uri()}#{fragment}')
+        self._receive(lambda it: it.get('method') == 'Page.loadEventFired')
+        self.evaluate('''new Promise((done) => {
+          const ask = () => document.documentElement.dataset.ready ? done(true)
+            : setTimeout(ask, 20);
+          ask(); })''')
 
     def __enter__(self) -> 'HeadlessBrowser':
         return self

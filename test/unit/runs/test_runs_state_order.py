@@ -46,3 +46,27 @@ def test_a_counter_that_goes_on_in_each_run_is_no_wrong_state(good: int) -> None
     order = StateOrder([States((float(it), it + 1.0), (0.0, 4.0)) for it in range(good)], {})
     assert order.fault(States((70.0, 71.0), (0.0, 4.0)), 6.0) is None
     assert order.fault(States((70.0, 72.0), (0.0, 4.0)), 6.0) is not None
+
+
+@pytest.mark.parametrize(('values', 'times_s', 'words', 'since_s'), [
+    ((0, 1, 0, 1, 0), (0.0, 6.0, 14.7, 15.0, 23.5), '0, 1 come once more', 14.7),
+    ((0, 1, 0, 1, 0), (0.0, 2.0, 2.3, 6.0, 23.5), '1, 0 come once more', 2.0),
+    ((0, 1, 0, 1, 0), (0.0, 6.0, 23.5, 25.0, 25.3), '1, 0 come once more', 25.0)])
+def test_of_a_bit_that_toggles_once_more_the_times_show_which_toggle(
+        values: 'tuple[float, ...]', times_s: 'tuple[float, ...]', words: str, since_s: float
+        ) -> None:
+    good = [States((0.0, 1.0, 0.0), (0.0, 6.0 + late_s, 23.5 - late_s), 30.0)
+            for late_s in (0.0, 0.1, 0.2)]
+    fault = StateOrder(good, {}).fault(States(values, times_s, 30.0), 30.0)
+    assert fault is not None
+    assert fault.words == words and fault.since_s == pytest.approx(since_s)
+
+
+def test_of_a_bit_that_toggles_too_seldom_the_times_show_which_is_missing() -> None:
+    good = [States((0.0, 1.0, 0.0, 1.0, 0.0), (0.0, 6.0, 7.0, 16.0 + late_s, 17.0), 30.0)
+            for late_s in (0.0, 0.1, 0.2)]
+    order = StateOrder(good, {})
+    first = order.fault(States((0.0, 1.0, 0.0), (0.0, 16.0, 17.0), 30.0), 30.0)
+    last = order.fault(States((0.0, 1.0, 0.0), (0.0, 6.0, 7.0), 30.0), 30.0)
+    assert first is not None and first.since_s == pytest.approx(6.0)
+    assert last is not None and last.since_s == pytest.approx(16.1)

@@ -129,10 +129,17 @@ class StateOrder:
 
     def _difference(self, order: Order, times_s: Sequence[float]) -> List[StateFault]:
         usual_s = self._usual_times()
-        found = []
+        found, kept = [], 0
         for what, i, j, k, m in edits(self._usual, order):
             if what == 'equal':
+                kept = j - i
                 continue
+            shift = 0
+            if what == 'insert' and times_s:
+                shift = _shift(order, times_s, k, m, usual_s[i - kept:i])
+            elif what == 'delete' and times_s:
+                shift = _shift(self._usual, usual_s, i, j, times_s[k - kept:k])
+            i, j, k, m, kept = i - shift, j - shift, k - shift, m - shift, 0
             expected, came = self._usual[i:j], order[k:m]
             since_s = float(times_s[k]) if k < len(times_s) and k > 0 else \
                 usual_s[i] if i < len(usual_s) else usual_s[-1]
@@ -184,3 +191,21 @@ class StateOrder:
         return StateFault(f'{self._name(order[row + 1])} {abs(late):.2f} s '
                           f'{"later" if late > 0 else "earlier"} (usual ±{limit_s[row]:.2f} s)',
                           since_s, late, float(limit_s[row]))
+
+
+def _shift(values: Order, times_s: Sequence[float], begin: int, end: int,
+           kept_s: Sequence[float]) -> int:
+    """Return by how many places a block of the values lies better farther to the left.
+
+    Without ``values[begin:end]`` the same remains as without the block that lies one place to the
+    left, if the values at both ends are the same: 0 1 0 1 0 has 0 1 or 1 0 once more. What remains
+    shows which: the values before the block are those of the other run at its times ``kept_s``.
+    """
+    best, more_s, least_s = 0, 0.0, 0.0
+    for shift, at_s in enumerate(reversed(kept_s), 1):
+        if values[begin - shift] != values[end - shift]:
+            break
+        more_s += abs(times_s[end - shift] - at_s) - abs(times_s[begin - shift] - at_s)
+        if more_s < least_s:
+            best, least_s = shift, more_s
+    return best
