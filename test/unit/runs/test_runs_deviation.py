@@ -184,6 +184,15 @@ def test_beside_others_noise_is_dated_no_better_than_its_window() -> None:
     assert ranked([rough, state]) == (state, rough)
 
 
+def test_a_state_comes_first_where_the_run_leaves_out_what_is_between() -> None:
+    """A cycle that is broken off: what began together in the run is apart in the reference."""
+    state, late = (Departure(Signal('plc', label, '', kind), at_s, None, at_s, 0.1, at_s, 5.0, 1.0)
+                   for label, kind, at_s in (('step', SignalKind.STATE, 12.2),
+                                             ('time lost', SignalKind.TIMING, 10.6)))
+    assert ranked([state, late]) == (late, state)
+    assert ranked([state, late], lambda times_s: np.minimum(times_s, 10.6)) == (state, late)
+
+
 @pytest.mark.parametrize(('torque', 'first'), [(7.0, 'tool force'), (25.0, 'tool torque')])
 def test_a_force_explains_the_torque_that_it_makes(torque: float, first: str) -> None:
     """One that is much clearer has another cause."""

@@ -304,7 +304,7 @@ class GoodRuns:
                           for it in departures(self.times_s, columns, band)),
                         *self._state_departures(run, alignment, own),
                         *(() if own is not None else self._stuck.departures(
-                            run, alignment.time_map))])
+                            run, alignment.time_map))], alignment.time_map.to_run)
         found = tuple(self._with_frequency(it, run, alignment) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),

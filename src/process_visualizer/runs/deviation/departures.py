@@ -2,7 +2,7 @@
 """Departures of a run from the band, and which signal left it first."""
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -359,12 +359,18 @@ def _tells_onset(it: Departure, other: Departure) -> bool:
         other.onset_s - _ONE_EVENT_S < it.onset_s < other.onset_s
 
 
-def ranked(found: Sequence[Departure]) -> Tuple[Departure, ...]:
-    """Return departures in the order in which they began, faint ones last."""
+def ranked(found: Sequence[Departure],
+           to_run: Callable[[np.ndarray], np.ndarray] = lambda times_s: times_s
+           ) -> Tuple[Departure, ...]:
+    """Return departures in the order in which they began, faint ones last.
+
+    ``to_run`` maps times of the reference to those of the run. Where the run leaves out a part of
+    the reference, what began together in the run is apart in the reference.
+    """
     strongest = max((it.severity for it in found), default=0.0)
     faint = [it for it in found if it.severity < min(_FAINT, _FAINT_SHARE * strongest)]
     clear = [it for it in found if it not in faint]
-    return tuple(_in_order(clear) + _in_order(faint))
+    return tuple(_in_order(clear, to_run) + _in_order(faint, to_run))
 
 
 def _size(departure: Departure) -> float:
@@ -406,13 +412,17 @@ def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     return min(inside, default=it.onset_s)
 
 
-def _in_order(found: Sequence[Departure]) -> List[Departure]:
+def _in_order(found: Sequence[Departure],
+              to_run: Callable[[np.ndarray], np.ndarray]) -> List[Departure]:
     began_s = {id(it): _began_s(it, found) for it in found}
+    began_in_run_s = dict(zip(began_s, to_run(np.array(list(began_s.values()))).tolist()))
     waiting = sorted(found, key=lambda it: began_s[id(it)])
     ranked: List[Departure] = []
     while waiting:
-        first_s = began_s[id(waiting[0])]
-        together = [it for it in waiting if began_s[id(it)] <= first_s + _SAME_TIME_S]
+        first = id(waiting[0])
+        together = [it for it in waiting
+                    if began_s[id(it)] <= began_s[first] + _SAME_TIME_S
+                    or began_in_run_s[id(it)] <= began_in_run_s[first] + _SAME_TIME_S]
         beside = max((it.severity for it in together if it.signal.label in _BESIDE), default=0.0)
         ranks = {id(it): _rank(it, beside, together) for it in together}
         together.sort(key=lambda it: (ranks[id(it)], -_size(it)))
