@@ -101,33 +101,52 @@ ARM = """<robot name="arm"><link name="root"/><link name="upper"/><link name="fo
     <origin xyz="0.4 0 0"/></joint></robot>"""
 
 
+def write_joints_only_cell(folder: Path) -> str:
+    """Write a robot whose driver sends joint states and nothing else; return the configuration."""
+    (folder / 'arm.urdf').write_text(ARM)
+    (folder / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
+        '<base frame="root"/><topic name="joints" type="joint_states"/></device></visualizer>')
+    return str(folder / 'cell.xml')
+
+
+def write_turn(path: Path, start_s: float, pace: float, bent_rad: float = 0.0) -> str:
+    """Write joint states of a motion; joint b is bent off its path for a while."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for row in range(1100):
+            now_s = row / 100
+            part = min(max((now_s - start_s) * pace / 6.0, 0.0), 1.0)
+            turn = 10 * part ** 3 - 15 * part ** 4 + 6 * part ** 5
+            off = bent_rad * np.sin(np.pi * (part - 0.4) / 0.2) ** 2 * (0.4 < part < 0.6)
+            state = JointState(name=['a', 'b'],
+                               position=[1.5 * turn, 0.8 * np.sin(4.0 * turn) + off])
+            state.header.stamp = genpy.Time(1000 + now_s)
+            bag.write('/joints', state, genpy.Time(1000 + now_s + 0.002))
+    return str(path)
+
+
 @pytest.mark.parametrize('start_s, pace, said', [
     (2.5, 1.0, ''), (1.0, 0.9, r'its motion took 0\.\d+ s \(1[01]\.\d %\) longer than in the ref')])
 def test_a_driver_of_joints_only_may_begin_later_or_be_slower(
         tmp_path: Path, capsys: pytest.CaptureFixture[str], start_s: float, pace: float,
         said: str) -> None:
-    (tmp_path / 'arm.urdf').write_text(ARM)
-    (tmp_path / 'cell.xml').write_text(
-        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
-        '<base frame="root"/><topic name="joints" type="joint_states"/></device></visualizer>')
-
-    def write(name: str, start_s: float, pace: float) -> str:
-        with rosbag.Bag(str(tmp_path / name), 'w') as bag:
-            for row in range(1100):
-                now_s = row / 100
-                part = min(max((now_s - start_s) * pace / 6.0, 0.0), 1.0)
-                turn = 10 * part ** 3 - 15 * part ** 4 + 6 * part ** 5
-                state = JointState(name=['a', 'b'],
-                                   position=[1.5 * turn, 0.8 * np.sin(4.0 * turn)])
-                state.header.stamp = genpy.Time(1000 + now_s)
-                bag.write('/joints', state, genpy.Time(1000 + now_s + 0.002))
-        return str(tmp_path / name)
-
-    assert main(['compare', write('other.bag', start_s, pace), '--reference',
-                 write('good.bag', 1.0, 1.0), '--config', str(tmp_path / 'cell.xml')]) == 0
+    config = write_joints_only_cell(tmp_path)
+    assert main(['compare', write_turn(tmp_path / 'other.bag', start_s, pace), '--reference',
+                 write_turn(tmp_path / 'good.bag', 1.0, 1.0), '--config', config]) == 0
     out = capsys.readouterr().out
     assert 'other.bag: in range' in out
     assert re.search(said, out) and ('took' in out) == bool(said)
+
+
+def test_a_tool_beside_its_path_is_told_though_the_driver_sends_joints_only(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One joint is 0.1 rad off, which is 40 mm at the tool."""
+    config = write_joints_only_cell(tmp_path)
+    assert main(['compare', write_turn(tmp_path / 'other.bag', 1.0, 1.0, bent_rad=0.1),
+                 '--reference', write_turn(tmp_path / 'good.bag', 1.0, 1.0), '--config',
+                 config]) == 2
+    said = r'other\.bag: out of range first at 0:03\.\d+: arm tool \d\d\.\d mm to the left of'
+    assert re.search(said, capsys.readouterr().out)
 
 
 def test_joints_that_come_one_by_one_give_tool_and_ghost(tmp_path: Path) -> None:
