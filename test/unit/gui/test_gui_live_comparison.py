@@ -84,6 +84,18 @@ def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> 
     assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
 
 
+def test_a_run_that_was_out_of_range_is_not_said_to_be_in_range(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(len(compared.parts), run)
+    first = next(row for row, text in enumerate(compared.heard) if 'above range' in text)
+    after = compared.heard[first:]
+    end = next(row for row, text in enumerate(after) if text.startswith('Waiting'))
+    within = [it for it in after[:end] if 'above range' not in it]
+    assert within and all(it.startswith('Back in range (reference at ') for it in within)
+    assert not any(it.startswith('Back') for it in compared.heard[:first])
+    assert not any(it.startswith('Back') for it in after[end:])
+
+
 def test_programs_are_told_the_same(compared: Compared) -> None:
     assert verdict_entry(compared.model.told) == {}
     run = compared.choose(0, 1)

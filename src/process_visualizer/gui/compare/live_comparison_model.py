@@ -112,7 +112,8 @@ class LiveComparisonModel(QObject):
         if phase.reference_s is None:
             return _NO_RUN.format(comparison.name)
         if not self._departures:
-            return f'Run in range ({_place(phase)})'
+            has_departed = self._runs is not None and self._runs.has_departed
+            return f'{"Back" if has_departed else "Run"} in range ({_place(phase)})'
         told = [departure_text(it, self._now_s) for it in self._departures[:_MAX_TOLD]]
         more = len(self._departures) - len(told)
         return '\n'.join(told) + (f'\nand {more} more' if more else '')

@@ -198,6 +198,11 @@ class LiveRuns:
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
         self._is_judged = False
 
+    @property
+    def has_departed(self) -> bool:
+        """Return whether anything has been out of range since the run began."""
+        return bool(self._departed)
+
     def at(self, stamp_s: float, reference_s: Optional[float]) -> Optional[FinishedRun]:
         """Take which moment of the reference it is [s]; return the run that is over by that."""
         run = self._run
