@@ -132,8 +132,8 @@ def test_an_event_that_comes_twice_or_never_is_not_used() -> None:
     found = common_events(reference, [RunEvent('go', 1.0), RunEvent('go', 3.0)])
     assert not len(found.reference_s)
     assert found.notes == (
-        'the event "back" is there not at all, in the reference once; it is not used',
-        'the event "go" is there twice, in the reference once; it is not used')
+        'the event "back" does not occur, in the reference once; it is not used',
+        'the event "go" occurs twice, in the reference once; it is not used')
 
 
 def test_events_in_another_order_are_not_used() -> None:

@@ -82,8 +82,9 @@ def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> Com
         if len(mine) == len(others):
             pairs += list(zip(mine, others))
         else:
-            notes.append(f'the event "{name}" is there {_times(len(others))}, in the reference '
-                         f'{_times(len(mine))}; it is not used')
+            occurs = f'occurs {_times(len(others))}' if others else 'does not occur'
+            notes.append(f'the event "{name}" {occurs}, in the reference {_times(len(mine))}; it '
+                         'is not used')
     pairs.sort()
     kept = _longest_rising([it[1] for it in pairs])
     if len(kept) < len(pairs):
@@ -101,7 +102,7 @@ def _by_name(events: Sequence[RunEvent]) -> Dict[str, List[float]]:
 
 
 def _times(count: int) -> str:
-    return {0: 'not at all', 1: 'once', 2: 'twice'}.get(count, f'{count} times')
+    return {0: 'never', 1: 'once', 2: 'twice'}.get(count, f'{count} times')
 
 
 def _longest_rising(values: Sequence[float]) -> List[int]:
