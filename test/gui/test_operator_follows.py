@@ -46,8 +46,8 @@ def test_a_fault_of_the_running_cell_is_told(operator: Operator, bag: str, tmp_p
                   'it is followed', instead=operator.messages)
     assert operator.beside(ghost_namespaces) >= {'ur_rt_upper/ghost', 'ur_rt_lower/ghost'}
     operator.wait(lambda: 'tool force +' in operator.text('status'), 'the departure')
-    assert ' N above range since ' in operator.text('status')
-    assert ' N above range since ' in operator.text('compare_state')
+    assert ' N above range for ' in operator.text('status')
+    assert ' N above range for ' in operator.text('compare_state')
     assert any('above range' in it.condition.text for it in operator.launcher.alarms.alarms)
     assert any(it.band is not None for it in operator.window.live.timeline.stack.lanes)
     operator.beside(lambda: save_picture(str(tmp_path / 'follows.png')))

@@ -414,7 +414,7 @@ def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> Non
     assert stand.panel.state.text() == 'Writing the page of a.bag#3…'
     assert not stand.panel.share.isEnabled()
     stand.tasks.end_all()
-    assert stand.panel.state.text().startswith('seam.html is written: a.bag#3 from 0:2')
+    assert stand.panel.state.text().startswith('seam.html was written: a.bag#3 from 0:2')
     run, = PageReader(page.read_text(encoding='utf-8')).data['runs']
     assert (run['name'], run['state']) == ('a.bag#3', 'poor')
     assert stand.failures == []

@@ -78,7 +78,7 @@ def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> 
     assert not any('above range' in it for it in compared.heard)
     compared.run(int(POOR_FROM_S) + 3, run)
     text = compared.model.text
-    assert text.startswith('arm tool force +') and ' N above range since ' in text
+    assert text.startswith('arm tool force +') and ' N above range for ' in text
     found, = compared.model.departed
     assert found[:2] == ('arm', 'tool force') and found[2].endswith('N above range')
     assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
@@ -207,7 +207,7 @@ def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     compared.run(int(POOR_FROM_S) + 2, run)
     row = panel.departures.topLevelItem(0)
     assert row.text(0) == 'arm tool force' and row.text(2).endswith('N above range')
-    assert row.text(1).startswith('since ')
+    assert row.text(1).startswith('for ')
     panel.departures.itemClicked.emit(row, 0)
     run_in(compared.stand.session, None)
     assert panel.state.text().endswith('they run.')

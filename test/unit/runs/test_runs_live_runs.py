@@ -85,6 +85,13 @@ def test_a_run_that_is_broken_off(following: Following) -> None:
     assert following.runs.end() is None
 
 
+def test_a_run_that_was_not_compared_from_its_beginning(following: Following) -> None:
+    following.pass_(LENGTH_S - 4.0, 4.0)
+    following.pass_(LENGTH_S, 0.0)
+    following.pass_(3.0, None)
+    assert [it.verdict for it in following.finished] == ['in range from 0:04.00 on', 'in range']
+
+
 def test_what_was_not_judged_is_not_good(following: Following) -> None:
     following.pass_(LENGTH_S, 0.0, is_judged=False)
     following.pass_(3.0, None, is_judged=False)
@@ -99,4 +106,5 @@ def test_what_is_too_short_is_no_run(following: Following) -> None:
 
 def test_it_is_kept() -> None:
     run = FinishedRun(NOON_S, NOON_S + 8.0, 'a.bag#1', ('arm tool force +7.9 N',), True, 4.0)
-    assert finished_run(json.loads(json.dumps(run.settings()))) == run
+    for it in (run, run._replace(broken_off_s=None, seen_from_s=9.8)):
+        assert finished_run(json.loads(json.dumps(it.settings()))) == it

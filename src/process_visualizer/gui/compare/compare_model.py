@@ -275,7 +275,7 @@ class CompareModel(QObject):
             judged = Judged(listed.run) if good is None else Judged(
                 listed.run, found, good.of(listed.run) or good)
             write_text(path, shared_page(cell, [judged], [span], good))
-            return (f'{os.path.basename(path)} is written: {listed.run.name} from '
+            return (f'{os.path.basename(path)} was written: {listed.run.name} from '
                     f'{clock(span.begin_s)} to {clock(span.end_s)}, '
                     f'{os.path.getsize(path) / 1e6:.1f} MB.')
 

@@ -26,7 +26,11 @@ from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.live_comparison import FinishedRun, beyond_text, since_text
+from process_visualizer.runs.comparison.live_comparison import (
+    FinishedRun,
+    beyond_text,
+    lasting_text,
+)
 from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,
@@ -203,7 +207,7 @@ class ComparePanel(QWidget):
         self.reset.setEnabled(not self._is_live and bool(self._model.anchors(self._row)))
         if self._live.text and self._is_live:
             self.departures.addTopLevelItems([_live_row(
-                it.signal.name, since_text(it, self._live.now_s), beyond_text(it))
+                it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))
                 for it in self._live.departures])
         elif chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])

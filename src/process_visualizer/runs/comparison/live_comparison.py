@@ -111,13 +111,13 @@ def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:
 
 
 def departure_text(departure: LiveDeparture, now_s: float) -> str:
-    """Return which channel is how far out of the band, and since when."""
-    return f'{departure.signal.name} {beyond_text(departure)} {since_text(departure, now_s)}'
+    """Return which channel is how far out of the band, and for how long."""
+    return f'{departure.signal.name} {beyond_text(departure)} {lasting_text(departure, now_s)}'
 
 
-def since_text(departure: LiveDeparture, now_s: float) -> str:
-    """Return since when a channel is out of the band, at a time of its values' clock [s]."""
-    return f'since {max(now_s - departure.since_s, 0.0):.1f} s'
+def lasting_text(departure: LiveDeparture, now_s: float) -> str:
+    """Return how long a channel has been out of the band, at a time of its values' clock [s]."""
+    return f'for {max(now_s - departure.since_s, 0.0):.1f} s'
 
 
 def beyond_text(departure: LiveDeparture) -> str:
@@ -133,7 +133,7 @@ _AGAIN_S = 1.0
 _UNKNOWN_S = 1.0
 """A run is over when no moment of the reference has been known for so long."""
 _MIN_S = 1.0
-_OPEN_END_S = 0.5
+_OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 """How much of the reference may be missing at the end of a whole run."""
 
 
@@ -141,6 +141,7 @@ class FinishedRun(NamedTuple):
     """A run that is over; times in s since the epoch. ``departed`` names what was out of range.
 
     ``broken_off_s`` is the moment of the reference at which it ended too early; None if it did not.
+    ``seen_from_s`` is the one from which on it was compared; None if that is the beginning.
     """
 
     began_s: float
@@ -149,6 +150,7 @@ class FinishedRun(NamedTuple):
     departed: Tuple[str, ...] = ()
     is_judged: bool = True
     broken_off_s: Optional[float] = None
+    seen_from_s: Optional[float] = None
 
     @property
     def is_good(self) -> bool:
@@ -161,8 +163,9 @@ class FinishedRun(NamedTuple):
         end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
         if not self.is_judged:
             return ', '.join(['no data', *end])
+        since = '' if self.seen_from_s is None else f' from {clock(self.seen_from_s)} on'
         return ', '.join([f'out of range: {"; ".join(self.departed)}' if self.departed
-                          else 'in range', *end])
+                          else f'in range{since}', *end])
 
     def settings(self) -> Dict[str, Any]:
         """Return what ``finished_run`` needs."""
@@ -175,17 +178,19 @@ def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
     Raises:
         KeyError, TypeError, ValueError: it is something else.
     """
-    broken_off_s = settings['broken_off_s']
+    broken_off_s, seen_from_s = (
+        None if it is None else float(it)
+        for it in (settings['broken_off_s'], settings.get('seen_from_s')))
     return FinishedRun(float(settings['began_s']), float(settings['ended_s']),
                        str(settings['reference']), tuple(str(it) for it in settings['departed']),
-                       bool(settings['is_judged']),
-                       None if broken_off_s is None else float(broken_off_s))
+                       bool(settings['is_judged']), broken_off_s, seen_from_s)
 
 
 class _Run(NamedTuple):
     began_s: float
     last_s: float
     reference_s: float
+    seen_from_s: float
 
 
 class LiveRuns:
@@ -210,13 +215,13 @@ class LiveRuns:
             is_over = run is not None and stamp_s - run.last_s > _UNKNOWN_S
             return self.end() if is_over else None
         if run is None:
-            self._run = _Run(stamp_s, stamp_s, reference_s)
+            self._run = _Run(stamp_s, stamp_s, reference_s, reference_s)
             return None
         if reference_s > run.reference_s - _AGAIN_S:
-            self._run = _Run(run.began_s, stamp_s, reference_s)
+            self._run = run._replace(last_s=stamp_s, reference_s=reference_s)
             return None
         finished = self.end()
-        self._run = _Run(stamp_s, stamp_s, reference_s)
+        self._run = _Run(stamp_s, stamp_s, reference_s, reference_s)
         return finished
 
     def judge(self, departures: Iterable[LiveDeparture]) -> None:
@@ -240,7 +245,8 @@ class LiveRuns:
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S
         return FinishedRun(run.began_s, run.last_s, self._reference, tuple(texts), is_judged,
-                           None if is_whole else run.reference_s)
+                           None if is_whole else run.reference_s,
+                           run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None)
 
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
