@@ -193,8 +193,9 @@ def seek(operator: Operator, player: Player) -> None:
     operator.drag(timeline, middle, [middle + QPoint(part * timeline.width() // 80, 0)
                                      for part in range(1, 20)])
     length = player.next().duration_s
-    there = player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'it is there')
-    operator.wait(lambda: abs(shown_position_s(operator) - there.position_s) < 0.002, 'its time')
+    player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'it is on its way')
+    operator.wait(lambda: abs(shown_position_s(operator) - player.states[-1].position_s) < 0.002
+                  and shown_position_s(operator) > 0.6 * length, 'where it is, as its time')
 
 
 def quit_all(operator: Operator) -> None:
