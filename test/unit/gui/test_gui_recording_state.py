@@ -74,6 +74,18 @@ def test_a_late_state_of_an_older_recording_does_not_end_the_newest_bag_twice() 
     assert again.state.phase is RecordingPhase.IDLE
 
 
+def test_a_name_that_is_recorded_once_more_is_announced_once_more() -> None:
+    """The first bag was moved away; its name is free again."""
+    state = RecordingState().run(True)
+    for begin_s in (100.0, 200.0):
+        state = state.asked_to_write(RecordingPhase.STARTING).started(BAG, begin_s)
+        step = events.ended(state.asked_to_stop(begin_s + 9.0), [BAG], begin_s + 9.1)
+        assert step.ended == (BAG,)
+        state = step.state
+    saved = events.ended(state.asked_to_write(RecordingPhase.STOPPING), [BAG], 300.0)
+    assert saved.ended == (BAG,)
+
+
 class Sequences(RuleBasedStateMachine):
     """The state as the model leads it, beside the recorder."""
 

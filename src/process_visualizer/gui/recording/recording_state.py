@@ -245,9 +245,9 @@ def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> 
 def ended(state: RecordingState, files: Sequence[str], now_s: float) -> RecordingStep:
     """Return the step after the recorder reported which files are finished; there may be none.
 
-    What had ended before is not announced again: a late state may have looked like a recording.
+    A late state may have looked like a recording; what had ended before is not announced again.
     """
-    is_known = bool(files) and state.ended.issuperset(files)
+    is_known = state.path not in ('', *files) and state.ended.issuperset(files)
     bag = FinishedBag(tuple(files), state.snapshot.problems) if files and not is_known else None
     left = '' if state.left in files else state.left
     after = state._replace(path='', left=left, finished=state.finished if is_known else bag,
