@@ -22,7 +22,7 @@ const AT_TOOL = ['speed', 'force', 'joints', 'deviation'];
 
 /**
  * A canvas to draw on in three dimensions; null where the browser cannot. Without a graphics card
- * smooth edges cost too much, and making a second context takes long.
+ * smooth edges cost too much.
  * @param {boolean} isFilm  each picture has the time that it takes
  * @returns {{canvas: HTMLCanvasElement, context: WebGL2RenderingContext}|null}
  */
