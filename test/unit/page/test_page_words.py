@@ -34,6 +34,9 @@ def test_where_a_run_has_no_data_the_page_says_so(tmp_path: Path) -> None:
     with_gap = found._replace(unjudged=(Unjudged(force, 4.0, 5.5),))
     assert run_words(run, with_gap, (), PageSpan(0.0, 10.0))['notes'][-1] == (
         'not judged: arm tool force from 0:04.00 to 0:05.50 (no data)')
+    in_range = with_gap._replace(departures=())
+    assert run_words(run, in_range, (), PageSpan(0.0, 10.0))['verdict'] == (
+        'in range, no data in places')
 
 
 @pytest.mark.parametrize(('period_s', 'holds_s'), [(0.02, 0.7), (0.5, 0.7), (2.0, 6.0)])

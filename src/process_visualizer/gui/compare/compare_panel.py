@@ -288,8 +288,7 @@ def _short_verdict(found: Optional[Comparison]) -> str:
     if found.why_not:
         return 'not judged'
     if not found.departures:
-        is_part = any(not it.too_seldom for it in found.unjudged)
-        return 'in range, no data in places' if is_part else 'in range'
+        return verdict(found)
     first = found.departures[0]
     return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
 
