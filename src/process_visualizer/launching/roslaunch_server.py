@@ -72,6 +72,9 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
     """Run roslaunch in its own session; its process id and exit code go to ``status``."""
     os.setsid()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    # Until its process monitor handles interrupts. As exceptions they would be lost in roslaunch,
+    # which in many places goes on after any exception.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     _end_with_parent()
     os.dup2(output, 1)
     os.dup2(output, 2)

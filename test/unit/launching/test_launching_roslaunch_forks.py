@@ -37,10 +37,17 @@ class Master(SimpleXMLRPCServer):
         self.register_multicall_functions()
         self.register_function(lambda caller: (1, '', 1), 'getPid')
         self.register_function(lambda caller: (1, '', self.uri), 'getUri')
-        self.register_function(lambda caller, name: (
-            int(name in self.parameters), '', self.parameters.get(name, 0)), 'getParam')
+        self.is_asked, self.may_answer = threading.Event(), threading.Event()
+        self.may_answer.set()
+        self.register_function(self.parameter, 'getParam')
         self.register_function(lambda caller, name: (1, '', name in self.parameters), 'hasParam')
         self.register_function(self.set_parameter, 'setParam')
+
+    def parameter(self, _caller: str, name: str) -> Tuple[int, str, Any]:
+        """Return a parameter, as soon as the master may answer."""
+        self.is_asked.set()
+        self.may_answer.wait()
+        return int(name in self.parameters), '', self.parameters.get(name, 0)
 
     def set_parameter(self, _caller: str, name: str, value: Any) -> Tuple[int, str, int]:
         """Set a parameter."""
@@ -242,6 +249,23 @@ def test_server_that_was_killed(forks: RoslaunchForks, environment: Dict[str, st
     os.kill(server, signal.SIGKILL)
     exit_code(process)  # the kernel has interrupted it
     assert finished(forks.start([launch_file], environment))[0] == 0
+
+
+def test_server_that_was_killed_while_a_roslaunch_begins(
+        forks: RoslaunchForks, environment: Dict[str, str], endless: str, master: Master) -> None:
+    """roslaunch itself takes an interrupt for a master that does not answer, and goes on."""
+    master.is_asked.clear()
+    master.may_answer.clear()
+    try:
+        process = forks.start([endless], environment)
+        (record,) = records(environment)
+        server = min(processes_of_run(record.stem), key=start_time_of)
+        assert master.is_asked.wait(PATIENCE_S)
+        os.kill(server, signal.SIGKILL)
+        wait_until(lambda: start_time(server) is None, 'the end of the server')
+    finally:
+        master.may_answer.set()
+    exit_code(process)
 
 
 def start_time_of(pid: int) -> int:
