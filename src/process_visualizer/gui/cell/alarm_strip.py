@@ -207,7 +207,7 @@ class AlarmChip(QFrame):
         tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
         set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
                         f'border-radius: 4px; background: <behind_{tone}>; }}')
-        self.text = ElidedLabel(Qt.ElideMiddle)  # the value is at the end
+        self.text = ElidedLabel(Qt.ElideRight)
         self.text.setObjectName('alarm_text')
         _make_small(self.text)
         row = QHBoxLayout(self)
