@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List
 from xmlrpc.client import ServerProxy
@@ -13,7 +14,7 @@ import pytest
 import rosgraph
 from surroundings import PATIENCE_S, wait_until_alone
 
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Mode, Vector3
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
 from process_visualizer.generate.generator import generate_parts
@@ -64,10 +65,15 @@ def observed(master: RosMaster, tmp_path: Path) -> Iterator[Observed]:
     made.cell.stop()
 
 
-def make_plan(config: str, devices: 'List[str] | None' = None) -> Plan:
+def make_plan(config: str, devices: 'List[str] | None' = None,
+              box: 'Vector3 | None' = None) -> Plan:
     cell = XmlParser().parse(config)
-    return generate_parts(Choice(cell, Mode.REALTIME, choose_devices(cell, devices),
-                                 RvizStart.NONE))
+    choice = Choice(cell, Mode.REALTIME, choose_devices(cell, devices), RvizStart.NONE)
+    if box is not None:
+        kinect = cell.device('kinect')
+        assert kinect.roi is not None
+        choice = choice.with_device(replace(kinect, roi=replace(kinect.roi, size=box)))
+    return generate_parts(choice)
 
 
 def node_addresses() -> Dict[str, str]:
@@ -100,6 +106,11 @@ def test_simulated_cell(observed: Observed, simulated_config: str, mark: str) ->
     after = node_addresses()
     assert {name for name in names if before[name] != after[name]} == set(
         plan.parts['ur_rt_upper'].nodes)
+
+    other_box = make_plan(simulated_config, box=(1.0, 1.0, 1.0))
+    assert observed.cell.differing(other_box) == ['kinect']
+    observed.cell.adopt(other_box)  # as if it had been given to the nodes
+    assert observed.cell.differing(other_box) == [] and node_addresses() == after
 
     fewer = make_plan(simulated_config, [
         'ur_rt_upper', 'ur_rt_lower', 'sewing_machine', 'cell_stand', 'simulator'])

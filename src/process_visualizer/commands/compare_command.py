@@ -73,7 +73,7 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     """Compare runs with good ones; return 0 if all are in range, 2 if one is not.
 
-    3 is returned if none is out of range, but there is nothing by which one can be judged.
+    3 is returned if none is out of range, but one could not be judged, or not all of it.
 
     Raises:
         TooFewRuns: for the rate that was asked for.
@@ -96,7 +96,7 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
         write_text(options.report, _report(options, arguments, good, found))
     if any(it.departures for it in found):
         return 2
-    return 3 if any(it.why_not for it in found) else 0
+    return 3 if any(it.why_not or it.has_gaps for it in found) else 0
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -2,7 +2,7 @@
 """The operator's choice: devices, mode, and how RViz is started."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, Iterable, Mapping, Optional, Tuple
 
@@ -55,6 +55,14 @@ class Choice:
     is_replay: bool = False
     viewers: Viewers = Viewers()
     bag_folder: str = ''
+
+    def with_device(self, device: Device) -> Choice:
+        """The same choice with another version of a device."""
+        def others(devices: Tuple[Device, ...]) -> Tuple[Device, ...]:
+            return tuple(device if it.name == device.name else it for it in devices)
+
+        return replace(self, cell=replace(self.cell, devices=others(self.cell.devices)),
+                       devices=others(self.devices))
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

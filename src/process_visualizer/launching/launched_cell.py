@@ -33,8 +33,12 @@ class LaunchedPart:
 
     @property
     def part(self) -> Optional[Part]:
-        """The part that was started last."""
+        """The part that runs, or was started last."""
         return self._part
+
+    def adopt(self, part: Part) -> None:
+        """Take a part that does what the one that runs does already."""
+        self._part = part
 
     @property
     def report(self) -> PartReport:
@@ -154,6 +158,17 @@ class LaunchedCell:
                                                  self._master_uri)
                 self._parts[name].start(plan.parts[name], self._folder)
         return started
+
+    def adopt(self, plan: Plan) -> None:
+        """Take the parts of a plan as those that run: they do already what it says.
+
+        Raises:
+            PlanError: the files cannot be written; nothing has changed then.
+        """
+        write_plan(plan, self._folder)
+        for name, launched in self._parts.items():
+            if name in plan.parts:
+                launched.adopt(plan.parts[name])
 
     def restart(self, name: str) -> None:
         """Stop a part and start it again.

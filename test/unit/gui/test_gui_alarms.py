@@ -98,6 +98,16 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     rmtree(made.launch.folder)
 
 
+def test_the_end_of_an_alarm_with_its_value_fits_beside_the_buttons(stand: Stand) -> None:
+    stand.strip.resize(400, stand.strip.height())
+    stand.beyond(True)
+    QApplication.processEvents()
+    chip = stand.chips()[0]
+    shown = chip.text.shown_text(chip.text.width())
+    assert shown.replace('\n', ' ').endswith('edge is above 335, up to 424'), shown
+    assert 2 * chip.text.fontMetrics().lineSpacing() <= chip.text.height()
+
+
 def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
     for device, source in (('arm', 'arm'), ('', 'Frames')):
         for node in ('/scene_watch', '/cell_frames'):  # both may say so

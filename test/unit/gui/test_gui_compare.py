@@ -2,6 +2,7 @@
 """The tab Compare: runs are found, called good, compared, and shown where they departed."""
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any, List
 
@@ -112,6 +113,19 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
     departures.itemClicked.emit(departures.topLevelItem(0), 0)
     assert stand.sought == [pytest.approx(27.0, abs=0.1)]
+
+
+def test_a_long_name_of_a_recording_leaves_the_verdict_its_room(stand: Stand) -> None:
+    long = f'{os.path.dirname(stand.path)}/sewing_cell_left_and_right_2026-11-26-13-45-12.bag'
+    os.rename(stand.path, long)
+    stand.path = long
+    stand.panel.resize(420, 700)
+    stand.find()
+    tree = stand.panel.runs
+    assert column(tree, 0)[3].endswith('-12.bag#4')
+    assert tree.columnWidth(0) == int(0.4 * tree.viewport().width())
+    stand.panel.resize(2000, 700)
+    assert tree.columnWidth(0) == tree.sizeHintForColumn(0)
 
 
 def test_where_there_is_no_data_the_verdict_says_so(stand: Stand, tmp_path: Path) -> None:

@@ -115,6 +115,29 @@ def test_a_changed_device_is_pending_after_a_reload(loaded: Launcher, qtbot: Any
     assert loaded.pending() == 'restart oven'
 
 
+def test_a_pose_that_was_moved_and_saved_is_in_effect(loaded: Launcher, qtbot: Any,
+                                                      config: Path) -> None:
+    run(loaded)
+    loaded.calibration.choose('oven')
+    loaded.calibration.set_value(0, 1.23456789)
+    with qtbot.waitSignal(loaded.cell.loaded):
+        loaded.calibration.save()
+    assert 'xyz="1.234568 0 0"' in config.read_text()
+    assert loaded.pending() == ''
+
+
+def test_only_the_pose_is_taken_as_in_effect(loaded: Launcher, qtbot: Any, config: Path) -> None:
+    run(loaded)
+    config.write_text(config.read_text().replace('frame="oven"', 'frame="hot"'))
+    with qtbot.waitSignal(loaded.cell.loaded):
+        loaded.cell.reload()
+    loaded.calibration.choose('oven')
+    loaded.calibration.set_value(0, 1.1)
+    with qtbot.waitSignal(loaded.cell.loaded):
+        loaded.calibration.save()
+    assert loaded.pending() == 'restart oven'
+
+
 def test_devices_are_not_changed_during_a_recording(loaded: Launcher,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
     messages: List[str] = []

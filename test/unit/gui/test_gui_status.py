@@ -32,6 +32,8 @@ def player(rate: float, paused: bool = False) -> PlayerSnapshot:
      'In real-time mode. Recording'),
     (status_text(LaunchPhase.RUNNING, Mode.PLAYBACK, 'Paused', DIED),
      'In playback mode. Paused\narm: driver ended with code 1'),
+    (status_text(LaunchPhase.RUNNING, Mode.REALTIME, '', DIED, 'Run in range'),
+     'In real-time mode.\nRun in range\narm: driver ended with code 1'),
     (status_text(LaunchPhase.QUITTING, Mode.PLAYBACK, 'Paused', GOOD), 'Quitting all nodes…'),
 ])
 def test_status(text: str, expected: str) -> None:

@@ -64,6 +64,19 @@ def test_a_good_run_is_within(bag: Bag, capsys: pytest.CaptureFixture[str]) -> N
     assert '0 of 2 runs out of range' in capsys.readouterr().out
 
 
+def test_a_good_run_without_data_in_places_is_not_called_all_good(
+        bag: Bag, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    whole, gap = bag(), tmp_path / 'gap.bag'
+    with rosbag.Bag(whole) as before, rosbag.Bag(str(gap), 'w') as after:
+        for topic, message, time in before.read_messages():
+            if topic != '/ft' or not 4.0 < time.to_sec() - BEGIN_S < 5.5:
+                after.write(topic, message, time)
+    assert main(['compare', f'{gap}#1', '--reference', whole]) == 3
+    told = capsys.readouterr().out
+    assert 'gap.bag#1: in range, no data in places' in told
+    assert 'not judged: arm tool force from 0:04' in told
+
+
 def test_a_recording_in_parts_is_one(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
     """The second cycle lies in both parts; the third bag is another recording."""
     parts = [bag('a_0.bag', part_of_s=(0.0, 15.0)), bag('a_1.bag', part_of_s=(15.0, 24.0)),
@@ -326,7 +339,7 @@ def test_from_each_begin_to_the_next(bag: Bag, capsys: pytest.CaptureFixture[str
 def test_a_robot_of_another_name(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
     code = main(['compare', bag('b.bag', robot='renamed'), '--reference', bag()])
     out = capsys.readouterr().out
-    assert code == 0
+    assert code == 3
     assert 'note: only the reference has arm tool speed, arm tool force' in out
     assert 'aligned by their events' in out
 

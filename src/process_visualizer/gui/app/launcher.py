@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import replace
-from typing import Any, Dict, Mapping, Optional, Sequence
+from typing import Any, Dict, Mapping, Optional, Sequence, Set
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.changes import changes
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
@@ -59,16 +59,22 @@ _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
               RecordingPhase.STOPPING: 'Finishing the recording'}
 
 
-def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
-    """Return the activity of the system; ``mode`` is that of the nodes, ``trouble`` the worst."""
+def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble: Line,
+                compared: str = '') -> str:
+    """Return the activity of the system, in lines of which the last one may be long.
+
+    ``mode`` is that of the nodes, ``trouble`` the worst of them, ``compared`` how the cell
+    compares with a good run.
+    """
     if phase is LaunchPhase.IDLE or mode is None:
         return 'Idle'
     if phase is LaunchPhase.LAUNCHING:
         return 'Launching nodes…'
     if phase is LaunchPhase.QUITTING:
         return 'Quitting all nodes…'
+    worst = trouble.text if trouble.level >= Level.WAITING else ''
     text = ' '.join(filter(None, [_MODE[mode], activity]))
-    return f'{text}\n{trouble.text}' if trouble.level >= Level.WAITING else text
+    return '\n'.join(filter(None, [text, compared, worst]))
 
 
 def recorder_activity(phase: RecordingPhase) -> str:
@@ -138,6 +144,7 @@ class Launcher(QObject):
         self.cell = CellModel(tasks, session, self)  # last: the others follow first
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
+        self._saved_devices: Set[str] = set()
         self._connect()
 
     def begin(self) -> None:
@@ -263,10 +270,9 @@ class Launcher(QObject):
         activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
                     else player_activity(self.session.player))
         trouble = self.states.trouble(() if running is None else running.devices)
-        text = status_text(self.launch.phase, mode, activity, trouble)
-        compared = self.live_comparison.text if self.launch.is_running else ''
+        text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         problem = self.master.problem if self.master.is_lost else ''
-        return '\n'.join(filter(None, (text, compared, problem)))
+        return '\n'.join(filter(None, (problem, text)))
 
     def _waits_for(self) -> str:
         """Return what must be done before anything can be launched; empty if nothing."""
@@ -290,13 +296,33 @@ class Launcher(QObject):
                       self.new, self.live_comparison):
             model.changed.connect(self.status_changed)
         self.new.made.connect(self.cell.open)
-        for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
-            saved.connect(lambda _device: self.cell.reload())
+        self.tool.saved.connect(lambda _device: self.cell.reload())
+        self.calibration.saved.connect(self._take_saved)
+        self.region.saved.connect(self._take_saved)
+        self.cell.loaded.connect(self._adopt_saved)
         self.warnings.changed.connect(lambda: self.tool.take_warnings(
             {device.name: self.states.warnings(device.name) for device in self.session.devices}))
         self.launch.stopped.connect(self.recording.take_end_of_run)
         for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
             ready.connect(self._try_to_begin)
+
+    def _take_saved(self, name: str) -> None:
+        """Read the file again, and then take what was saved as what the nodes do already."""
+        self._saved_devices.add(name)
+        self.cell.reload()
+
+    def _adopt_saved(self) -> None:
+        """Nodes that run have a pose or a box since it was edited: saving it restarts nothing."""
+        names, self._saved_devices = self._saved_devices, set()
+        running = self.launch.running
+        if running is None or running.cell.file != self.session.file:
+            return
+        for saved in self.session.devices:
+            device = next((it for it in running.cell.devices if it.name == saved.name), None)
+            if saved.name in names and device is not None:
+                running = running.with_device(_with_saved(device, saved))
+        if names:
+            self.launch.adopt(running)
 
     def _connect_node(self) -> None:
         """Pass on what the window's node receives."""
@@ -340,6 +366,16 @@ class Launcher(QObject):
                 and paths and paths != (running.bag, *running.further_bags) \
                 and not self.bag.is_foreign:
             self.launch.apply(self._playing(running))
+
+
+def _with_saved(running: Device, saved: Device) -> Device:
+    """Return a device that runs with the pose and the box that were saved."""
+    if running.base is not None and saved.base is not None:
+        running = replace(running, base=replace(running.base, pose=saved.base.pose))
+    if running.roi is not None and saved.roi is not None:
+        running = replace(running, roi=replace(running.roi, center=saved.roi.center,
+                                               size=saved.roi.size))
+    return running
 
 
 def _difference(before: Choice, after: Choice) -> str:

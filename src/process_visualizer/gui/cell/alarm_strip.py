@@ -79,7 +79,7 @@ def recorded_text(alarms: RecordedAlarms) -> str:
 
 
 ROWS = 2
-_ROW_PX, _GAP_PX = 24, 2
+_LINES, _BESIDE_PX, _GAP_PX = 2, 4, 2
 _SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart',
           Action.ACKNOWLEDGE: 'Ack'}
 """Short labels, which leave room for the text; tooltip and accessible name have the whole."""
@@ -134,7 +134,7 @@ class AlarmStrip(QWidget):
         layout.addWidget(tool_button('show_events', 'list', 'Events: what happened, with times',
                                      lambda: EventsView.open(self._model, self.window())),
                          0, Qt.AlignTop)
-        self.setFixedHeight(ROWS * _ROW_PX + (ROWS - 1) * _GAP_PX)
+        self.setFixedHeight(ROWS * _row_px(self) + (ROWS - 1) * _GAP_PX)
 
     def event(self, event: QEvent) -> bool:
         """See Qt; notice the mouse over the alarms."""
@@ -203,11 +203,11 @@ class AlarmChip(QFrame):
     def __init__(self, alarm: Alarm, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self.setObjectName('alarm')
-        self.setFixedHeight(_ROW_PX)
+        self.setFixedHeight(_row_px(self))
         tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
         set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
                         f'border-radius: 4px; background: <behind_{tone}>; }}')
-        self.text = ElidedLabel(Qt.ElideRight)
+        self.text = ElidedLabel(Qt.ElideRight, lines=_LINES)
         self.text.setObjectName('alarm_text')
         _make_small(self.text)
         row = QHBoxLayout(self)
@@ -241,6 +241,11 @@ class AlarmChip(QFrame):
         _make_small(button)
         button.clicked.connect(lambda: self.action_wanted.emit(action, condition))
         return button
+
+
+def _row_px(widget: QWidget) -> int:
+    """Return the height of an alarm in the font of a widget."""
+    return _LINES * widget.fontMetrics().lineSpacing() + _BESIDE_PX
 
 
 def _make_small(widget: QWidget) -> None:

@@ -90,6 +90,17 @@ class LaunchModel(QObject):
         self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
 
+    def adopt(self, choice: Choice) -> None:
+        """Take a choice whose difference is in effect already; nothing is restarted.
+
+        A part that is restarted later is started as it says.
+        """
+        if self.phase is LaunchPhase.RUNNING:
+            before, self.running = self.running, choice
+            self._tasks.run(_LINE, lambda: self._launched.adopt(_plan(choice)), None,
+                            lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
+            self.changed.emit()
+
     def restart(self, part: str) -> None:
         """Stop and start one part, if it was launched."""
         if part in self.reports:

@@ -6,7 +6,8 @@ import os
 import time
 from typing import Callable, List, Optional, Sequence
 
-from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtCore import QModelIndex, Qt, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
     QCheckBox,
     QFileDialog,
@@ -14,6 +15,7 @@ from PyQt5.QtWidgets import (
     QLabel,
     QPushButton,
     QSizePolicy,
+    QStyleOptionViewItem,
     QTreeWidget,
     QTreeWidgetItem,
     QWidget,
@@ -43,6 +45,7 @@ from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _STATE_LINES = 3
+_MAX_NAME = 0.4  # of the width of a list: most that names take from the verdict
 _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
 _LAUNCH = 'Launch the devices: they are compared with these runs while they run.'
@@ -86,10 +89,11 @@ class ComparePanel(QWidget):
                               'that is played, or that goes on; at each tool how far it is\n'
                               'from there, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
-        self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
-        self.finished = _tree('finished_runs', ('Live run', 'Length', 'Verdict'), _DEPARTURES_PX)
+        self.runs = _RowsTree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
+        self.finished = _RowsTree('finished_runs', ('Live run', 'Length', 'Verdict'),
+                                  _DEPARTURES_PX)
         self._finished: Sequence[FinishedRun] = ()
-        self.departures = _tree('departures', ('What differed', 'From', 'By how much'),
+        self.departures = _RowsTree('departures', ('What differed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
@@ -156,8 +160,7 @@ class ComparePanel(QWidget):
         row = self._row_to_show()
         if self._listed is not model.runs:
             self._listed = model.runs
-            tree.clear()
-            tree.addTopLevelItems([_run_row(it) for it in model.runs])
+            tree.show_rows([_run_row(it) for it in model.runs])
         for number in range(len(model.runs)):
             item = tree.topLevelItem(number)
             self._show_verdict(item, number)
@@ -202,23 +205,22 @@ class ComparePanel(QWidget):
         return None if compared is None or row < 0 else compared.comparisons[row]
 
     def _show_departures(self) -> None:
-        self.departures.clear()
         chosen = self._chosen()
         self.reset.setEnabled(not self._is_live and bool(self._model.anchors(self._row)))
+        rows: List[QTreeWidgetItem] = []
         if self._live.text and self._is_live:
-            self.departures.addTopLevelItems([_live_row(
-                it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))
-                for it in self._live.departures])
+            rows = [_live_row(it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))
+                    for it in self._live.departures]
         elif chosen is not None:
-            self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
+            rows = [_row(chosen, it) for it in chosen.departures]
+        self.departures.show_rows(rows)
 
     def _show_finished(self) -> None:
         """Show the live runs that are over, the newest at the top."""
         self.finished.setVisible(self._is_live)
         if self._finished is not self._live.finished:
             self._finished = self._live.finished
-            self.finished.clear()
-            self.finished.addTopLevelItems([_finished_row(it) for it in reversed(self._finished)])
+            self.finished.show_rows([_finished_row(it) for it in reversed(self._finished)])
 
     def _tick(self, item: QTreeWidgetItem) -> None:
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
@@ -307,16 +309,43 @@ def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
     return button
 
 
-def _tree(name: str, head: Sequence[str], least_px: int) -> QTreeWidget:
-    tree = QTreeWidget()
-    tree.setItemDelegate(RowDelegate(tree))
-    tree.setMinimumHeight(least_px)
-    tree.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
-    tree.setObjectName(name)
-    tree.setAccessibleName(head[0])
-    tree.setHeaderLabels(list(head))
-    tree.setRootIsDecorated(False)
-    tree.setUniformRowHeights(True)
-    for column in (0, 1):
-        tree.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
-    return tree
+class _RowsTree(QTreeWidget):
+    """Rows of three columns, of which the last one has the most room.
+
+    A long name in the first one loses its middle: a recording's ends with the number of its run.
+    """
+
+    def __init__(self, name: str, head: Sequence[str], least_px: int) -> None:
+        super().__init__()
+        self.setItemDelegate(_NameDelegate(self))
+        self.setMinimumHeight(least_px)
+        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
+        self.setObjectName(name)
+        self.setAccessibleName(head[0])
+        self.setHeaderLabels(list(head))
+        self.setRootIsDecorated(False)
+        self.setUniformRowHeights(True)
+        self.header().setSectionResizeMode(1, QHeaderView.ResizeToContents)
+
+    def show_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
+        """Show other rows."""
+        self.clear()
+        self.addTopLevelItems(list(items))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Share the room again."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        wanted = max(self.sizeHintForColumn(0), self.header().sectionSizeHint(0))
+        self.setColumnWidth(0, min(wanted, int(_MAX_NAME * self.viewport().width())))
+
+
+class _NameDelegate(RowDelegate):
+    def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Leave out the middle of a name that does not fit."""
+        super().initStyleOption(option, index)
+        if index.column() == 0:
+            option.textElideMode = Qt.ElideMiddle

@@ -33,7 +33,8 @@ from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan, times
 
-_TICK_PX = 80.0
+_LABEL_PX = 80.0
+_TICK_PX = 110.0  # the last label, beside the right end, needs room for one and a half
 _NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
 
 
@@ -129,9 +130,9 @@ class LiveTimeline(LanesTimeline):
             painter.drawLine(round(x), int(AXIS_TOP) - 1, round(x), int(AXIS_TOP) + 3)
             painter.setPen(QColor(theme().quiet))
             is_last = x > axis.right - 1.0
-            left = max(x - (_TICK_PX + 5.0 if is_last else _TICK_PX / 2), 1.0)
+            left = max(x - (_LABEL_PX + 5.0 if is_last else _LABEL_PX / 2), 1.0)
             place = Qt.AlignRight if is_last else Qt.AlignHCenter
-            painter.drawText(QRectF(left, AXIS_TOP + 2, _TICK_PX, AXIS_HEIGHT - 2),
+            painter.drawText(QRectF(left, AXIS_TOP + 2, _LABEL_PX, AXIS_HEIGHT - 2),
                              place | Qt.AlignVCenter, self.time_text(time_s, 0))
 
     def time_text(self, time_s: float, decimals: int) -> str:

@@ -177,12 +177,12 @@ class ElidedButton(QPushButton):
 
 
 class ElidedLabel(QLabel):
-    """Shows as much of one line as fits; the tooltip has all of it."""
+    """Shows as much of a text as fits into one line or several; the tooltip has all of it."""
 
     def __init__(self, mode: Qt.TextElideMode = Qt.ElideMiddle,
-                 parent: Optional[QWidget] = None) -> None:
+                 parent: Optional[QWidget] = None, lines: int = 1) -> None:
         super().__init__(parent)
-        self._mode = mode
+        self._mode, self._lines = mode, lines
 
     def setText(self, text: str) -> None:
         """Show a text."""
@@ -198,9 +198,21 @@ class ElidedLabel(QLabel):
         """Draw as much as fits."""
         painter = QPainter(self)
         area = self.contentsRect()
-        text = self.fontMetrics().elidedText(self.text(), self._mode, area.width())
         self.style().drawItemText(painter, area, int(self.alignment()), self.palette(),
-                                  self.isEnabled(), text, self.foregroundRole())
+                                  self.isEnabled(), self.shown_text(area.width()),
+                                  self.foregroundRole())
+
+    def shown_text(self, width_px: int) -> str:
+        """Return what fits into a width, with line breaks."""
+        words, metrics = self.text().split(' '), self.fontMetrics()
+        shown: List[str] = []
+        while len(shown) < self._lines - 1 and len(words) > 1:
+            line = words.pop(0)
+            while words and metrics.horizontalAdvance(f'{line} {words[0]}') <= width_px:
+                line += f' {words.pop(0)}'
+            shown.append(metrics.elidedText(line, self._mode, width_px))
+        rest = metrics.elidedText(' '.join(words), self._mode, width_px)
+        return '\n'.join([*shown, *filter(None, [rest])])
 
 
 class FoldButton(QToolButton):

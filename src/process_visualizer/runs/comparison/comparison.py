@@ -127,6 +127,11 @@ class Comparison(NamedTuple):
     why_not: str = ''
 
     @property
+    def has_gaps(self) -> bool:
+        """Whether the run lacks data somewhere that good runs have there."""
+        return any(not it.too_seldom for it in self.unjudged)
+
+    @property
     def nearest(self) -> Optional[Nearness]:
         """Return what came nearest to leaving its band; None where nothing was judged."""
         rows = max((len(it) for it in self.columns.values()), default=0)

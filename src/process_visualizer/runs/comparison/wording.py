@@ -121,8 +121,7 @@ def verdict(comparison: Comparison) -> str:
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
     if not found:
-        is_part = any(not it.too_seldom for it in comparison.unjudged)
-        return 'in range, no data in places' if is_part else 'in range'
+        return 'in range, no data in places' if comparison.has_gaps else 'in range'
     first = found[0]
     text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
     for other in found[1:1 + _MAX_FOLLOWERS]:
