@@ -123,6 +123,23 @@ def test_it_plays_in_both_directions_and_pauses(browser: Browser) -> None:
     browser.wait('!page.transport.isPlaying')
 
 
+def test_a_slow_computer_keeps_time_and_a_hidden_page_stands_still(browser: Browser) -> None:
+    browser.seek(1.0)
+    shown_s = browser.run("""
+        const {transport} = page, shown = [];
+        const draw = (ms) => { page.frame(ms); shown.push(transport.time); };
+        transport.isPlaying = true;
+        draw(1000);
+        draw(3000);
+        document.dispatchEvent(new Event('visibilitychange'));
+        draw(9000);
+        draw(9500);
+        transport.pause();
+        draw(9600);
+        return shown;""")
+    assert shown_s == pytest.approx([1.0, 3.0, 3.0, 3.5, 3.5])
+
+
 def test_steps_and_jumps_by_keys(browser: Browser) -> None:
     browser.seek(5.0)
     browser.press(Keys.ARROW_RIGHT)

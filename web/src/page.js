@@ -8,7 +8,7 @@ import {Timeline} from './timeline.js';
 import {between, isWithin} from './tracks.js';
 import {RATES, Transport, clock, timeInAddress} from './transport.js';
 
-const LONGEST_FRAME_S = 0.25;  // a browser that was asleep goes on where it was
+const LONGEST_FRAME_S = 5;  // slow computers keep time; one that was asleep goes on where it was
 const VIEWS = [['cell', 'Cell'], ['tools', 'Tools'], ['front', 'Front'], ['side', 'Side'],
   ['top', 'Top']];
 const KEYS = [
@@ -58,7 +58,7 @@ export class Page {
     /** @type {CellScene|null} */
     this.scene = null;
     this.isDue = false;
-    this.before = 0;
+    this.before = NaN;  // ms: the frame before, while it plays
     /** @type {NumberTrack[]} */
     this.numbers = [];
     this.makeScene();
@@ -276,10 +276,9 @@ export class Page {
   frame(now) {
     this.isDue = false;
     const {transport} = this;
-    if (transport.isPlaying) {
-      transport.advance(Math.min((now - this.before) / 1000, LONGEST_FRAME_S));
-    }
-    this.before = now;
+    const passed = (now - this.before) / 1000;
+    if (transport.isPlaying && passed > 0) transport.advance(Math.min(passed, LONGEST_FRAME_S));
+    this.before = transport.isPlaying ? now : NaN;
     this.draw(transport.time);
     if (transport.isPlaying) this.request();
   }
@@ -340,6 +339,7 @@ export class Page {
       this.request();
     }).observe(this.box);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.applyTheme());
+    document.addEventListener('visibilitychange', () => { this.before = NaN; });
     addEventListener('beforeprint', () => this.draw(this.transport.time));
   }
 

@@ -9,14 +9,18 @@ import numpy as np
 
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Color, Device, Variable, WarningLimits
-from process_visualizer.curves.curve_sources import curve_sources, plain_color
+from process_visualizer.curves.curve_sources import Quantity, curve_sources, plain_color
 from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
+from process_visualizer.curves.sending_habit import holds_for_s
+from process_visualizer.parameters.reading import STALE_AFTER_S
 from process_visualizer.robot.limit_alarms import Limits, limit_alarms
 
 MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
 _MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
+_MAX_INTERVALS = 5000  # between messages, by which it is judged how these are sent
+_MISSING = 2.5  # usual intervals without a message: there is a gap
 
 
 class Curve(NamedTuple):
@@ -24,6 +28,7 @@ class Curve(NamedTuple):
 
     One column per part of the recording, all as long: ``times_s`` is its middle in s from the
     beginning, ``low`` and ``high`` the least and greatest value in it, NaN where there is none.
+    Between its messages a variable has the value that holds.
     ``limits`` are those of the configuration.
     """
 
@@ -90,6 +95,9 @@ def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
     low, high = column_limits(times_s[is_finite], values[is_finite], duration_s, columns)
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
     source = samples.source
+    if source.quantity is Quantity.NUMBER:
+        held = held_values(times_s, np.where(is_finite, values, np.nan), middles_s)
+        low, high = (np.where(np.isnan(it), held, it) for it in (low, high))
     return Curve(source.device, source.label, source.unit, source.color, source.topic,
                  middles_s, low, high, source.limits)
 
@@ -113,6 +121,39 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
         low[present] = np.minimum.reduceat(values[order], begin)
         high[present] = np.maximum.reduceat(values[order], begin)
     return low, high
+
+
+def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """Return the value that holds at each of some times, NaN where the last one is out of date.
+
+    A topic that is sent seldom holds as in the scene (see ``holds_for_s``), one that is sent at a
+    rate only until a few of its messages are missing.
+
+    Args:
+        times_s: (n,), of any order.
+        values: (n,), NaN of what is no measurement.
+        at_s: (m,).
+    """
+    if not len(times_s):
+        return np.full(len(at_s), np.nan)
+    order = np.argsort(times_s, kind='stable')
+    known_s = times_s[order]
+    row = np.searchsorted(known_s, at_s, side='right') - 1
+    age_s = at_s - known_s[np.maximum(row, 0)]
+    result: np.ndarray = np.where((row >= 0) & (age_s <= _holds_for_s(known_s)),
+                                  values[order][np.maximum(row, 0)], np.nan)
+    return result
+
+
+def _holds_for_s(times_s: np.ndarray) -> float:
+    intervals_s = np.sort(np.diff(times_s))
+    if len(intervals_s) > _MAX_INTERVALS:
+        intervals_s = intervals_s[np.linspace(
+            0, len(intervals_s) - 1, _MAX_INTERVALS).astype(np.int64)]
+    holds_s = holds_for_s(intervals_s.tolist(), STALE_AFTER_S)
+    if holds_s > STALE_AFTER_S:
+        return holds_s
+    return min(holds_s, _MISSING * float(intervals_s[int(0.95 * (len(intervals_s) - 1))]))
 
 
 class RecordedAlarm(NamedTuple):

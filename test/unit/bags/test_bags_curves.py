@@ -15,7 +15,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from sensor_msgs.msg import Image
-from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
+from std_msgs.msg import Float32, Float32MultiArray, Float64, String, UInt16
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.bagio.bag_errors import BagError
@@ -255,6 +255,35 @@ def test_columns_without_data_are_empty_and_times_are_their_middles(tmp_path: Pa
     assert force.times_s == pytest.approx(np.arange(10) + 0.5)
     assert np.isnan(force.high).tolist() == [False] + [True] * 8 + [False]
     assert np.isnan(force.low).tolist() == np.isnan(force.high).tolist()
+
+
+FEED = """<device type="other" name="machine"><topic name="feed"/>
+    <variable topic="feed" label="feed rate" frame="world"/></device>"""
+
+
+@pytest.mark.parametrize(('sent_s', 'known_until_s'), [
+    ([0.0, 1.0, 2.0, 3.0], 6.0),  # once a second: as in the scene, until three are missing
+    ([0.0, 0.3, 4.0], 10.0),  # on change
+    (np.arange(0.05, 5.0, 0.1), 5.2),  # at a rate
+])
+def test_between_messages_the_value_of_a_variable_holds(
+        tmp_path: Path, devices: Any, sent_s: Sequence[float], known_until_s: float) -> None:
+    rows = [Row('/feed', time_s, Float64(time_s)) for time_s in sent_s]
+    rows.append(Row('/end', 10.0, String('a')))
+    (feed,) = read_curves([write(tmp_path / 'a.bag', rows)], devices(FEED), columns=100)
+    is_known = feed.times_s < known_until_s
+    expected = [max(it for it in sent_s if it < at + 0.049) for at in feed.times_s]
+    assert feed.high[is_known] == pytest.approx(np.array(expected)[is_known])
+    assert np.isnan(feed.high[~is_known]).all() and np.isnan(feed.low[~is_known]).all()
+
+
+def test_where_a_value_that_is_sent_at_a_rate_is_no_number_it_is_missing(tmp_path: Path,
+                                                                         devices: Any) -> None:
+    rows = [Row('/feed', time_s, Float64(math.nan if 4.0 < time_s < 5.0 else 1.0))
+            for time_s in np.arange(0.05, 10.0, 0.1)]
+    (feed,) = read_curves([write(tmp_path / 'a.bag', rows)], devices(FEED), columns=100)
+    missing_s = feed.times_s[np.isnan(feed.high)]
+    assert 4.1 < missing_s[0] < 4.4 and missing_s[-1] == pytest.approx(4.95, abs=0.06)
 
 
 def test_messages_that_do_not_fit_are_left_out(tmp_path: Path, devices: Any) -> None:
