@@ -16,6 +16,7 @@ from visualization_msgs.msg import Marker
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage, decode
+from process_visualizer.nodes.common.node_handle import PlaybackFollower
 from process_visualizer.nodes.variable_processor import (
     VariableProcessor,
     marker_namespaces,
@@ -295,9 +296,10 @@ def test_a_driver_that_sends_in_bursts_has_stopped_after_three_pauses() -> None:
     assert display.text().startswith('v no data for 2.')
 
 
-def played(node: SimulatedNode, is_paused: bool) -> PlayerState:
-    return PlayerState(stamp=node.now(), since=node.now(), position=5.0, rate=1.0,
-                       paused=is_paused)
+def played(node: SimulatedNode, is_paused: bool, segment: int = 0, rate: float = 1.0,
+           position_s: float = 5.0) -> PlayerState:
+    return PlayerState(stamp=node.now(), since=node.now(), position=position_s, rate=rate,
+                       paused=is_paused, segment=segment)
 
 
 def test_while_playback_is_paused_data_do_not_age() -> None:
@@ -308,6 +310,31 @@ def test_while_playback_is_paused_data_do_not_age() -> None:
         display.send(played(display.node, True), '/bag_player/state')
         display.wait(0.1)
     assert display.text() == 'v 0.50 m/s'
+
+
+@pytest.mark.parametrize('is_paused', [True, False])
+def test_jumps_of_playback_do_not_make_a_value_that_is_sent_on_change_old(is_paused: bool) -> None:
+    display = Display({'unit': '', 'label': 'state'})
+    for segment in range(20):  # the operator drags the position
+        display.send(played(display.node, is_paused, segment), '/bag_player/state')
+        display.send(Float64(3))
+        display.wait(0.05)
+    for _ in range(50):
+        display.send(played(display.node, False, 19), '/bag_player/state')
+        display.wait(0.1)
+    assert display.text('state') == 'state 3.00'
+
+
+def test_a_rate_of_playback_is_no_habit_of_a_topic() -> None:
+    display = Display({})
+    for rate, pause_s, count in ((4.0, 0.25, 40), (1.0, 1.0, 3)):
+        for number in range(count):
+            display.send(played(display.node, False, int(rate), rate, number * 1.0),
+                         '/bag_player/state')
+            display.send(Float64(0.5))
+            display.wait(pause_s - 0.02)
+            assert display.text() == 'v 0.50 m/s'
+            display.wait(0.02)
 
 
 def test_a_type_that_changes() -> None:
@@ -387,7 +414,7 @@ def test_no_more_markers_than_the_rate_and_none_for_nobody() -> None:
 
 def test_a_message_is_decoded_once_for_all_its_variables() -> None:
     node = SimulatedNode()
-    source = NewestMessage(node, '/speed', node.ros_s)
+    source = NewestMessage(node, '/speed', PlaybackFollower(node))
     assert source.newest() is None
     node.send('/speed', Float32(0.5))
     raw = source.newest()

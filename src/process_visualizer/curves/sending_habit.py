@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Deque, Optional, Sequence
+from typing import Deque, Optional, Sequence, Tuple
 
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
@@ -39,14 +39,17 @@ class SendingHabit:
 
     def __init__(self) -> None:
         """Begin without messages."""
-        self._last_s: Optional[float] = None
+        self._last: Optional[Tuple[float, int]] = None
         self._intervals_s: Deque[float] = deque(maxlen=self._WINDOW)
 
-    def add(self, time_s: float) -> None:
-        """Take the time [s] of a message."""
-        if self._last_s is not None:
-            self._intervals_s.append(max(0.0, time_s - self._last_s))
-        self._last_s = time_s
+    def add(self, time_s: float, segment: int = 0) -> None:
+        """Take the time [s] of a message, and the part of playback that has no jump in it.
+
+        What is sent again after a jump, or while the clock stands, is no habit of the topic.
+        """
+        if self._last is not None and self._last[1] == segment and time_s != self._last[0]:
+            self._intervals_s.append(abs(time_s - self._last[0]))  # it may run backwards
+        self._last = time_s, segment
 
     def holds_for_s(self, quick_s: float) -> float:
         """Return how long [s] the last value holds, see the function."""

@@ -144,7 +144,7 @@ class VariableProcessor:
         self._board = ValueBoard(parameters.text_height_m)
         self._namespaces = marker_namespaces(shown)
         self._playback = PlaybackFollower(node)
-        topics = {variable.topic: NewestMessage(node, variable.topic, self._playback.data_time_s)
+        topics = {variable.topic: NewestMessage(node, variable.topic, self._playback)
                   for variable in shown + hidden}
         feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)

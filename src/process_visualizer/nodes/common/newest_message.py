@@ -2,14 +2,14 @@
 """The newest message of a topic of any type, decoded only when it is needed; how long it holds."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional
 
 import genpy
 import roslib.message
 import rospy
 
 from process_visualizer.curves.sending_habit import SendingHabit
-from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.node_handle import NodeHandle, PlaybackFollower
 
 
 class RawMessage(NamedTuple):
@@ -27,9 +27,12 @@ class NewestMessage:
     It stays in bytes until it is needed, so that even a fast topic costs little.
     """
 
-    def __init__(self, node: NodeHandle, topic: str, clock: Callable[[], float]) -> None:
-        """Subscribe; the clock [s] gives the messages their times."""
-        self._clock = clock
+    def __init__(self, node: NodeHandle, topic: str, playback: PlaybackFollower) -> None:
+        """Subscribe; the clock of playback gives the messages their times.
+
+        The habit of a topic that is played is that of its recording, whatever the rate.
+        """
+        self._node, self._playback = node, playback
         self._raw: Optional[RawMessage] = None
         self._decoded_raw: Optional[RawMessage] = None
         self._message: Any = None
@@ -38,8 +41,12 @@ class NewestMessage:
         self._subscriber = node.subscribe(topic, rospy.AnyMsg, self._receive, queue_size=1)
 
     def _receive(self, message: Any) -> None:
-        header, time_s = message._connection_header, self._clock()
-        self._habit.add(time_s)
+        header, time_s = message._connection_header, self._playback.data_time_s()
+        bag_time = self._playback.clock.present(self._node.ros_s())
+        if bag_time is None:
+            self._habit.add(time_s)
+        else:
+            self._habit.add(bag_time.time_s, bag_time.segment)
         self._raw = RawMessage(header['type'], header['md5sum'], message._buff, time_s)
 
     def holds_for_s(self, quick_s: float) -> float:
