@@ -34,6 +34,7 @@ from std_srvs.srv import Trigger
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
 
 _QUIET_S = 0.12  # the player publishes the scene once more after 0.1 s
+_LATE_S = 10.0  # for a scene that a slow subscriber has not taken yet
 _MAX_S = 60.0  # a subscriber in Python may have 64 MB of images to take first
 _RATES = (0.1, 0.5, 1.0, 2.0, 4.0)
 _STEPS_S = (0.001, 0.01, 0.1, 1.0)
@@ -184,7 +185,7 @@ class Session:
         since_s = self._watch.scene_since(position_s, _MAX_S)
         if since_s is not None:
             self._result.latencies_ms.append(max(since_s - answered_s, 0.0) * 1e3)
-        wrong = self._watch.differences(position_s, _QUIET_S)
+        wrong = self._watch.differences(position_s, _QUIET_S, _LATE_S)
         self._result = self._result._replace(compared=self._result.compared + 1)
         if wrong:
             given = sum(self._result.given.values())

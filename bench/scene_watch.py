@@ -58,14 +58,20 @@ class SceneWatch:
                 return None
             return max(self._since_s)
 
-    def differences(self, position_s: float, quiet_s: float) -> List[str]:
-        """Return the differences from the scene at a position, once nothing arrives any more."""
+    def differences(self, position_s: float, quiet_s: float, timeout_s: float) -> List[str]:
+        """Return the differences from the scene at a position, once nothing arrives any more.
+
+        A scene that differs may still be on its way to a slow subscriber: it has some time.
+        """
+        expected, until_s = self.scanned(position_s), time.monotonic() + timeout_s
         with self._changed:
             while True:
                 rest_s = self._came_s + quiet_s - time.monotonic()
-                if rest_s <= 0.0:
+                if rest_s > 0.0:
+                    self._changed.wait(rest_s)
+                elif self._seen == expected or not self._changed.wait_for(
+                        lambda: self._seen == expected, until_s - time.monotonic()):
                     break
-                self._changed.wait(rest_s)
             seen = list(self._seen)
         return [f'{topic.name}: {index} instead of {wanted}' for topic, index, wanted
                 in zip(self._bag.topics, seen, self.scanned(position_s)) if index != wanted]
