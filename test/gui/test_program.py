@@ -76,7 +76,7 @@ def test_interrupted_while_recording(around: Surroundings, start: Start, tmp_pat
     assert not list(tmp_path.glob('*.active'))
     assert not around.is_master_there()
     assert around.processes() == set()
-    assert not program.says('Traceback'), program.lines
+    assert not program.says('Traceback'), ''.join(program.lines)
 
 
 def second_launcher_is_refused(around: Surroundings, start: Start) -> None:
