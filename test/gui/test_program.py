@@ -150,7 +150,7 @@ def roslaunch_and_interrupt(around: Surroundings, start: Start, argument: str) -
                instead=lambda: program.lines)
     program.end(signal.SIGINT)
     wait_until_alone(around)
-    assert not program.says('Traceback'), program.lines
+    assert not program.says('Traceback'), ''.join(program.lines)
 
 
 def remembered(around: Surroundings, name: str) -> Any:

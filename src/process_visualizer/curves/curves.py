@@ -95,7 +95,7 @@ def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
     low, high = column_limits(times_s[is_finite], values[is_finite], duration_s, columns)
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
     source = samples.source
-    if source.quantity is Quantity.NUMBER:
+    if source.quantity is Quantity.NUMBER and duration_s > 0.0:
         held = held_values(times_s, np.where(is_finite, values, np.nan), middles_s)
         low, high = (np.where(np.isnan(it), held, it) for it in (low, high))
     return Curve(source.device, source.label, source.unit, source.color, source.topic,

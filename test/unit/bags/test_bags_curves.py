@@ -350,9 +350,11 @@ def test_what_is_no_bag(tmp_path: Path, devices: Any) -> None:
 
 
 def test_a_recording_of_one_moment(tmp_path: Path, devices: Any) -> None:
-    path = write(tmp_path / 'a.bag', [Row('/ft', 0.0, Float32MultiArray(data=[0, 3, 4]))])
-    (force,) = read_curves([path], devices(ROBOT), columns=3)
-    assert force.high[0] == 5.0
+    path = write(tmp_path / 'a.bag', [Row('/ft', 0.0, Float32MultiArray(data=[0, 3, 4])),
+                                      Row('/feed', 0.0, Float64(6.0))])
+    force, feed = read_curves([path], devices(ROBOT + FEED), columns=3)
+    assert (force.high[0], feed.high[0]) == (5.0, 6.0)
+    assert np.isnan([force.high[1:], feed.high[1:]]).all()
     assert force.times_s.tolist() == [0.0, 0.0, 0.0]
 
 
