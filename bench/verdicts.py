@@ -2,10 +2,11 @@
 """Verdicts on five cells whose truth is known, by the number of good runs they are judged by.
 
     bench/run verdicts [--references 1 5 25] [--cells grinding …] [--good 20] [--bad 0] [--seed 1]
-                       [--peers]
+                       [--peers] [--sets N]
 
 Prints what was found, whether the right cause came first, and how many good runs "leave".
-``--bad`` is the share of the references that are none.
+``--bad`` is the share of the references that are none. With ``--sets`` it draws so many sets of
+references for each cell instead, and prints how many good runs leave each of them.
 """
 from __future__ import annotations
 
@@ -87,6 +88,28 @@ def judged_by(cell: ProcessCell, peer: Peer, good: int, seed: int) -> Tuple[int,
     return count, found, right, left
 
 
+def _print_sets(count: int, options: argparse.Namespace) -> None:
+    """Print for each drawn set of references how many good runs leave its band."""
+    found: List[int] = []
+    for cell in CELLS:
+        if cell.name not in options.cells:
+            continue
+        left: List[int] = []
+        for number in range(options.sets):
+            first, *others = references(cell, count, options.bad, options.seed + number)
+            good = GoodRuns(first.run, [it.run for it in others])
+            left.append(len(alarms(cell, good, options.good, options.seed + number)))
+        print(f'| {count} | {cell.name} | {left} | {_share(sum(left), len(left), options)} |',
+              flush=True)
+        found += left
+    print(f'| {count} | all | at most {max(found)} of {options.good} in {len(found)} sets | '
+          f'{_share(sum(found), len(found), options)} |', flush=True)
+
+
+def _share(left: int, sets: int, options: argparse.Namespace) -> str:
+    return f'{left / (sets * options.good):.1%}'
+
+
 def _print_peers(count: int, options: argparse.Namespace) -> None:
     for name, peer in PEERS.items():
         sums = np.zeros(4, int)
@@ -123,7 +146,12 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--missed', action='store_true', help='also print what was missed')
     parser.add_argument('--peers', action='store_true', help='also three usual ways to judge')
+    parser.add_argument('--sets', type=int, default=0, help='only draw so many references')
     options = parser.parse_args()
+    if options.sets:
+        for count in options.references:
+            _print_sets(count, options)
+        return
     print('| references | cell | found, middle and large | right first | small | right first | '
           'onset p95 | good runs that leave |\n|---|---|---|---|---|---|---|---|')
     begin_s = time.process_time()

@@ -1,48 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs, or parts of them, that are to leave the machine: as a page, a film or a table."""
+"""The options that name runs, or parts of them, that are to leave the machine."""
 from __future__ import annotations
 
 import argparse
 import os
 import sys
 from contextlib import ExitStack
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.bagio.recording import Recording, recording_parts
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.health.figures import clock_seconds
+from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.robots import PageSpan
-from process_visualizer.page.run_page import Judged
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
-
-
-class ChosenSpans(NamedTuple):
-    """Runs with the part of each recording that is meant, and the good runs if there are any.
-
-    ``cell`` is the one that was given; None: that of each recording.
-    """
-
-    cell: Optional[Cell]
-    runs: List[Run]
-    spans: List[PageSpan]
-    good: Optional[GoodRuns] = None
-
-    @property
-    def duration_s(self) -> float:
-        """The length of all spans."""
-        return sum(it.end_s - it.begin_s for it in self.spans)
-
-    def judged(self, run: Run) -> Judged:
-        """Return a run with what comes of holding it against the good runs, if there are any."""
-        if self.good is None or incomparable(self.good.reference, run) is not None:
-            return Judged(run)
-        return Judged(run, self.good.compare(run), self.good.of(run) or self.good)
 
 
 def add_span_options(command: argparse.ArgumentParser, output_help: str,

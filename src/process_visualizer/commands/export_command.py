@@ -4,30 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
-from contextlib import contextmanager
-from typing import Callable, Dict, Iterator, List, Tuple
+from typing import Dict
 
-from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
-from process_visualizer.cell.model import Cell
-from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
-from process_visualizer.page.number_table import (
-    NumberTable,
-    joined,
-    number_table,
-    run_column,
-    write_csv,
-)
-from process_visualizer.page.packed import Packed
-from process_visualizer.page.run_page import PageCell, run_entry
+from process_visualizer.commands.chosen_spans import add_span_options, chosen_spans
+from process_visualizer.page.exported import DEFAULT_RATE_HZ, ENDINGS, export
 from process_visualizer.runs.comparison.wording import clock
-from process_visualizer.runs.recorded.chosen_runs import recorded_cell
-from process_visualizer.runs.run import Run
 from process_visualizer.shown_text import say
-from process_visualizer.whole_file import whole_file
 
-DEFAULT_RATE_HZ, _MAX_RATE_HZ = 100.0, 10_000.0
-_MAX_ROWS = 5_000_000
+_MAX_RATE_HZ = 10_000.0
 
 
 def add_export_options(command: argparse.ArgumentParser) -> None:
@@ -46,93 +30,12 @@ def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> in
         ValueError: an option is out of range, or a package is missing.
         OSError: the file cannot be written; nothing of it is left then.
     """
-    ending = os.path.splitext(options.output)[1].lower()
-    if ending not in _WRITERS:
-        raise ValueError(f'{options.output}: name a file that ends in {", ".join(_WRITERS)}')
+    if os.path.splitext(options.output)[1].lower() not in ENDINGS:
+        raise ValueError(f'{options.output}: name a file that ends in {", ".join(ENDINGS)}')
     if not 0.0 < options.rate <= _MAX_RATE_HZ:
         raise ValueError(f'--rate {options.rate:g}: write a number above 0 and up to '
                          f'{_MAX_RATE_HZ:g}')
-    try:
-        write = _WRITERS[ending]()
-    except ImportError as error:
-        raise ValueError(f'{options.output} needs the Python package {error.name}; install it '
-                         f'with "pip install {error.name}", or write a .csv') from None
     chosen = chosen_spans(options, arguments)
-    with whole_file(options.output) as unfinished:
-        said = write(unfinished, chosen, options.rate)
+    said = export(options.output, chosen, options.rate)
     say(f'{options.output}: {clock(chosen.duration_s)}, {said}')
     return 0
-
-
-@contextmanager
-def _opened(chosen: ChosenSpans, run: Run) -> Iterator[Tuple[Recording, Cell]]:
-    """Yield the recording of a run and its cell."""
-    with Recording(run.recording) as recording:
-        if chosen.cell is not None:
-            yield recording, chosen.cell
-            return
-        with recorded_cell(recording) as cell:
-            yield recording, cell
-
-
-def _tables(chosen: ChosenSpans, rate_hz: float) -> List[NumberTable]:
-    if chosen.duration_s * rate_hz > _MAX_ROWS:
-        raise ValueError(f'{clock(chosen.duration_s)} at {rate_hz:g} Hz are more than '
-                         f'{_MAX_ROWS} rows; name a part with --from and --to, or a lower --rate')
-    found = []
-    for run, span in zip(chosen.runs, chosen.spans):
-        with _opened(chosen, run) as (recording, cell):
-            found.append(number_table(cell, recording, run.name, span, rate_hz))
-    return found
-
-
-Write = Callable[[str, ChosenSpans, float], str]
-"""Writes a file, with so many rows in a second [Hz], and says what is in it."""
-
-
-def _csv_writer() -> Write:
-    def write(path: str, chosen: ChosenSpans, rate_hz: float) -> str:
-        tables = _tables(chosen, rate_hz)
-        with open(path, 'w', encoding='utf-8', errors='backslashreplace', newline='') as file:
-            write_csv(file, tables)
-        return _size(tables)
-    return write
-
-
-def _parquet_writer() -> Write:
-    import pyarrow
-    import pyarrow.parquet
-
-    def write(path: str, chosen: ChosenSpans, rate_hz: float) -> str:
-        tables = _tables(chosen, rate_hz)
-        whole = joined(tables)
-        columns = {'run': run_column(tables), **dict(zip(whole.columns, whole.values.T))}
-        pyarrow.parquet.write_table(pyarrow.table(columns), path)
-        return _size(tables)
-    return write
-
-
-def _size(tables: List[NumberTable]) -> str:
-    return (f'{sum(len(it.values) for it in tables)} rows, '
-            f'{len(joined(tables).columns) + 1} columns')
-
-
-def _mcap_writer() -> Write:
-    from process_visualizer.page.mcap_file import PageData, write_mcap
-
-    def write(path: str, chosen: ChosenSpans, _rate_hz: float) -> str:
-        if len(chosen.runs) != 1:
-            raise ValueError('an .mcap holds one run; name it with BAG#NUMBER')
-        run, span = chosen.runs[0], chosen.spans[0]
-        with _opened(chosen, run) as (recording, cell), open(path, 'wb') as file:
-            packed = Packed()
-            shared = PageCell(with_saved_poses(cell, saved_poses(run.recording[0])), packed)
-            entry = run_entry(shared, recording, chosen.judged(run), span, packed)
-            count = write_mcap(file, recording, span,
-                               PageData(entry, shared.meshes, packed, cell.frame))
-        return f'{count} messages'
-    return write
-
-
-_WRITERS: Dict[str, Callable[[], Write]] = {
-    '.csv': _csv_writer, '.parquet': _parquet_writer, '.mcap': _mcap_writer}

@@ -6,8 +6,8 @@ import argparse
 import os
 from typing import Dict
 
-from process_visualizer.commands.chosen_spans import ChosenSpans, add_span_options, chosen_spans
-from process_visualizer.page.shared_page import MAX_S, shared_page
+from process_visualizer.commands.chosen_spans import add_span_options, chosen_spans
+from process_visualizer.page.shared_page import page_of
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.shown_text import say
 from process_visualizer.whole_file import write_text
@@ -39,17 +39,3 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
     say(f'{options.output}: {clock(chosen.duration_s)} of '
         f'{", ".join(it.name for it in runs[:4])}{" …" if len(runs) > 4 else ""}, {size:.1f} MB')
     return 0
-
-
-def page_of(chosen: ChosenSpans, with_clouds: bool = False) -> str:
-    """Return the page of all the runs that were chosen.
-
-    Raises:
-        ValueError: there is more than one page can show.
-    """
-    if chosen.duration_s > MAX_S:
-        raise ValueError(f'{clock(chosen.duration_s)} are more than one page can show; name a '
-                         f'part of at most {clock(MAX_S)} with --from and --to, or a run with '
-                         'BAG#NUMBER')
-    return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
-                       chosen.good, with_clouds=with_clouds)

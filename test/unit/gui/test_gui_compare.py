@@ -21,11 +21,13 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.compare import ghost_model
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel, shared_span
-from process_visualizer.gui.compare.compare_panel import ComparePanel
+from process_visualizer.gui.compare.compare_panel import ComparePanel, with_ending
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.session import Session
+from process_visualizer.page import film
+from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference
 from process_visualizer.runs.comparison.timeline_bands import MomentKind
@@ -425,7 +427,7 @@ def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> Non
     stand.compare()
     page = tmp_path / 'seam.html'
     stand.model.share(2, str(page))
-    assert stand.panel.state.text() == 'Writing the page of a.bag#3…'
+    assert stand.panel.state.text() == 'Writing seam.html…'
     assert not stand.panel.share.isEnabled()
     stand.tasks.end_all()
     assert stand.panel.state.text().startswith('seam.html was written: a.bag#3 from 0:2')
@@ -434,7 +436,49 @@ def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> Non
     assert stand.failures == []
     stand.tick(2)
     stand.compare()
-    assert 'is written' not in stand.panel.state.text()
+    assert 'was written' not in stand.panel.state.text()
+
+
+def test_a_run_is_shared_as_a_table_and_for_foxglove(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    for name, said in (('seam.csv', 'rows, '), ('seam.mcap', ' messages.')):
+        stand.model.share(1, str(tmp_path / name))
+        stand.tasks.end_all()
+        assert said in stand.panel.state.text()
+    rows = (tmp_path / 'seam.csv').read_text(encoding='utf-8').splitlines()
+    assert rows[0].startswith('run,time [s]') and rows[1].startswith('a.bag#2,11.')
+    assert (tmp_path / 'seam.mcap').read_bytes().startswith(b'\x89MCAP')
+    assert stand.failures == []
+
+
+def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    """The film itself is drawn in test/browser."""
+    told: List[str] = []
+
+    def write_film(path: str, chosen: ChosenSpans, style: film.Style,
+                   on_frame: film.OnFrame) -> int:
+        for done in range(1, 11):
+            if done == 6:
+                stand.panel.cancel.click()
+            on_frame(done, 10)
+            told.append(stand.panel.state.text())
+        raise AssertionError('it was cancelled')
+
+    monkeypatch.setattr(film, 'write_film', write_film)
+    stand.find()
+    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    stand.tasks.end_all()
+    assert told == [f'Writing seam.mp4… {10 * done} %' for done in range(1, 6)]
+    assert stand.panel.share.isEnabled() and stand.failures == []
+
+
+@pytest.mark.parametrize(('path', 'kind', 'expected'), [
+    ('/a/seam.MP4', 'Pages (*.html)', '/a/seam.MP4'),
+    ('/a/seam', 'Films (*.mp4 *.gif)', '/a/seam.mp4'),
+    ('/a/seam.1', 'For Foxglove and Lichtblick (*.mcap)', '/a/seam.1.mcap')])
+def test_the_kind_of_a_shared_file_is_in_its_name(path: str, kind: str, expected: str) -> None:
+    assert with_ending(path, kind) == expected
 
 
 def test_a_page_that_cannot_be_written_is_told(stand: Stand, tmp_path: Path) -> None:
@@ -442,7 +486,7 @@ def test_a_page_that_cannot_be_written_is_told(stand: Stand, tmp_path: Path) -> 
     stand.model.share(0, str(tmp_path / 'no' / 'seam.html'))
     stand.tasks.end_all()
     text, = stand.failures
-    assert text.startswith('The page cannot be written: ') and 'no/seam.html' in text
+    assert text.startswith('seam.html cannot be written: ') and 'no/seam.html' in text
     assert column(stand.panel.runs, 0) == [f'a.bag#{number}' for number in (1, 2, 3, 4)]
 
 

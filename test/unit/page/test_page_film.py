@@ -11,9 +11,9 @@ from typing import List
 import pytest
 from cycle_bags import write_bag
 
-from process_visualizer.commands.chosen_spans import ChosenSpans
 from process_visualizer.commands.command_line import main
-from process_visualizer.commands.film_command import film_frames
+from process_visualizer.page.chosen_spans import ChosenSpans
+from process_visualizer.page.film import film_frames
 from process_visualizer.page.robots import PageSpan
 
 

@@ -12,9 +12,11 @@ from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
+from process_visualizer.page import exported, film
+from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
-from process_visualizer.page.shared_page import shared_page
+from process_visualizer.page.shared_page import page_of
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.timeline_bands import (
@@ -78,6 +80,8 @@ def _texts(values: Any) -> Tuple[str, ...]:
 
 
 LINE = 'comparison'
+SHARED_ENDINGS = ('.html', *film.ENDINGS, *exported.ENDINGS)
+"""Of the names of files as which a run can be shared."""
 _MAX_KEPT = 50
 
 
@@ -263,28 +267,31 @@ class CompareModel(QObject):
         self._align_again(number, ())
 
     def share(self, number: int, path: str) -> None:
-        """Write the page of a run; where the player's loop is on in it, that of A to B."""
+        """Write a run, or A to B of it while the player's loop is on in it.
+
+        ``path`` ends in one of SHARED_ENDINGS, which says as what: page, film, table or MCAP.
+        """
         cell, listed, compared = self._session.cell, self._runs[number], self._compared
         found = None if compared is None else compared.comparisons[number]
         player = self._session.player
         is_played = player is not None and listed.path in self._recording[:1]
         span = shared_span(listed.run, player.loop if player is not None and is_played else None)
 
-        def work(_progress: TaskProgress) -> str:
+        def work(progress: TaskProgress) -> str:
             good = None if compared is None or found is None else compared.good
             judged = Judged(listed.run) if good is None else Judged(
                 listed.run, found, good.of(listed.run) or good)
-            write_text(path, shared_page(cell, [judged], [span], good))
+            said = _write_shared(path, ChosenSpans(cell, [listed.run], [span], good, (judged,)),
+                                 progress)
             return (f'{os.path.basename(path)} was written: {listed.run.name} from '
-                    f'{clock(span.begin_s)} to {clock(span.end_s)}, '
-                    f'{os.path.getsize(path) / 1e6:.1f} MB.')
+                    f'{clock(span.begin_s)} to {clock(span.end_s)}, {said}.')
 
         def refuse(error: Exception) -> None:
             if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
                 raise error
-            self.failed.emit(f'The page cannot be written: {error}')
+            self.failed.emit(f'{os.path.basename(path)} cannot be written: {error}')
 
-        self._begin(f'Writing the page of {listed.run.name}…', work, self._take_shared, refuse)
+        self._begin(f'Writing {os.path.basename(path)}…', work, self._take_shared, refuse)
 
     def _take_shared(self, text: str) -> None:
         self.shared = text
@@ -318,10 +325,16 @@ class CompareModel(QObject):
         self._is_asked = is_asked
         self._activity, self._work = activity, TaskProgress(self)
         progress = self._work
+        progress.changed.connect(lambda part: self._take_progress(progress, activity, part))
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
                                                                               result),
                         lambda error: self._refuse(progress, error, refuse))
         self.changed.emit()
+
+    def _take_progress(self, progress: TaskProgress, activity: str, part: float) -> None:
+        if progress is self._work:
+            self._activity = f'{activity} {100.0 * part:.0f} %'
+            self.changed.emit()
 
     def _stop(self) -> None:
         if self._work is not None:
@@ -384,6 +397,23 @@ class CompareModel(QObject):
         if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
             raise error
         self.failed.emit(f'The runs cannot be compared: {error}')
+
+
+def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str:
+    """Write what is shared, by the ending of its name; return how much it is."""
+    def on_frame(done: int, count: int) -> None:
+        if progress.is_cancelled():
+            raise ReadingCancelled
+        if 100 * done // count != 100 * (done - 1) // count:
+            progress.report(done / count)
+
+    ending = os.path.splitext(path)[1].lower()
+    if ending in film.ENDINGS:
+        return f'{film.write_film(path, chosen, film.Style(), on_frame=on_frame)} frames'
+    if ending in exported.ENDINGS:
+        return exported.export(path, chosen)
+    write_text(path, page_of(chosen))
+    return f'{os.path.getsize(path) / 1e6:.1f} MB'
 
 
 def shared_span(run: Run, loop: Optional[Tuple[float, float]]) -> PageSpan:

@@ -21,7 +21,12 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.gui.compare.compare_model import Compared, CompareModel, ListedRun
+from process_visualizer.gui.compare.compare_model import (
+    SHARED_ENDINGS,
+    Compared,
+    CompareModel,
+    ListedRun,
+)
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.toolkit.scrolling import TextPlace
@@ -45,6 +50,8 @@ from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _STATE_LINES = 3
+_KINDS = ('Pages (*.html);;Films (*.mp4 *.gif);;Tables (*.csv *.parquet);;'
+          'For Foxglove and Lichtblick (*.mcap)')
 _MAX_NAME = 0.4  # of the width of a list: most that names take from the verdict
 _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
@@ -81,8 +88,8 @@ class ComparePanel(QWidget):
                              lambda: self._model.reset_anchors(self._row))
         self.reset.setToolTip('Align the chosen run as if no moment had been dragged')
         self.share = _button('share_run', 'Share…', self._ask_where_to_share)
-        self.share.setToolTip('Write the chosen run, or A to B of it while the loop is on, as one\n'
-                              'page that any browser opens')
+        self.share.setToolTip('Write the chosen run, or A to B of it while the loop is on: a page\n'
+                              'that any browser opens, a film, a table, or a file for Foxglove')
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
@@ -231,10 +238,10 @@ class ComparePanel(QWidget):
 
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
-        path, _ = QFileDialog.getSaveFileName(self, 'Share a run', _page_path(
-            self._model.runs[row]), 'Pages (*.html)')
+        path, kind = QFileDialog.getSaveFileName(self, 'Share a run', _page_path(
+            self._model.runs[row]), _KINDS)
         if path:
-            self._model.share(row, path if path.lower().endswith('.html') else f'{path}.html')
+            self._model.share(row, with_ending(path, kind))
 
     def _ask_for_recording(self) -> None:
         beside = self._model.paths[-1] if self._model.paths else self._folder()
@@ -242,6 +249,13 @@ class ComparePanel(QWidget):
                                               'Recordings (*.bag)')
         if path:
             self._model.add(path)
+
+
+def with_ending(path: str, kind: str) -> str:
+    """Return the name of a file to share; one without a known ending gets that of its kind."""
+    if os.path.splitext(path)[1].lower() in SHARED_ENDINGS:
+        return path
+    return path + kind[kind.index('*') + 1:].split(' ')[0].rstrip(')')
 
 
 def _page_path(listed: ListedRun) -> str:

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Films and pictures of runs: their page, drawn moment by moment."""
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO, Callable, Dict, List, NamedTuple, Sequence, TextIO, Tuple
+
+from process_visualizer.page.chosen_spans import ChosenSpans
+from process_visualizer.page.shared_page import page_of
+from process_visualizer.whole_file import whole_file, write_text
+
+VIEWS = ('cell', 'tools', 'front', 'side', 'top')
+_FILM = 'film'
+_MAX_FRAMES = 60_000
+_ENCODERS: Dict[str, Tuple[str, ...]] = {
+    '.mp4': ('-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf', '18', '-movflags', '+faststart',
+             '-f', 'mp4'),
+    '.gif': ('-filter_complex', 'split[one][other];[one]palettegen[colors];[other][colors]'
+             'paletteuse', '-f', 'gif')}
+ENDINGS = tuple(_ENCODERS)
+"""Of the names of films."""
+
+
+class Style(NamedTuple):
+    """The look of a film: width and height [pixels], one of VIEWS, labels of the curves below.
+
+    Without ``curves`` there are as many as fit, those that differed first.
+    """
+
+    size: Tuple[int, int] = (1280, 720)
+    view: str = VIEWS[0]
+    curves: Tuple[str, ...] = ()
+    is_dark: bool = False
+    with_clouds: bool = False
+
+
+class Frame(NamedTuple):
+    """A moment of a film."""
+
+    run: int
+    time_s: float
+
+
+OnFrame = Callable[[int, int], None]
+"""Is called with the number of frames that are done, and of all; may raise to end the film."""
+
+
+def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame]:
+    """Return the moments of a film: of each run round(duration · rate / speed) frames."""
+    return [Frame(number, span.begin_s + row * speed / rate_hz)
+            for number, span in enumerate(chosen.spans)
+            for row in range(max(round((span.end_s - span.begin_s) * rate_hz / speed), 1))]
+
+
+def numbers_beside(path: str) -> str:
+    """Return the name of the table with the numbers of a film's frames."""
+    return f'{os.path.splitext(path)[0]}.csv'
+
+
+def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25.0,
+               speed: float = 1.0, on_frame: OnFrame = lambda _done, _all: None) -> int:
+    """Write the film, and beside it a table with the numbers of each frame; return their count.
+
+    Nothing partial is left where it fails, or ``on_frame`` raises.
+
+    Args:
+        path: ends in one of ENDINGS.
+        chosen: the runs.
+        style: the look.
+        rate_hz: frames in a second of the film.
+        speed: seconds of the recording per second of the film.
+        on_frame: is called after each frame.
+
+    Raises:
+        BagError, ConfigurationError: a recording or its configuration cannot be read.
+        ValueError: there are too many frames, or a program is missing or fails.
+        OSError: a file cannot be written.
+    """
+    ending = os.path.splitext(path)[1].lower()
+    encoder = shutil.which('ffmpeg')
+    if encoder is None:
+        raise ValueError('ffmpeg makes the film, and is missing; install it (Debian: "apt install '
+                         'ffmpeg")')
+    frames = film_frames(chosen, rate_hz, speed)
+    if len(frames) > _MAX_FRAMES:
+        raise ValueError(f'{len(frames)} frames are more than {_MAX_FRAMES}; name a part with '
+                         '--from and --to, or a lower --rate')
+    table = io.StringIO()
+    with whole_file(path) as unfinished, ExitStack() as stack:
+        process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished))
+        try:
+            _draw(chosen, style, frames, _pipe(process), table, on_frame)
+        except BrokenPipeError:
+            raise ValueError(f'ffmpeg has ended: {_said(process)}') from None
+        except BaseException:
+            process.kill()
+            raise
+        _pipe(process).close()
+        problem = _said(process)
+        if process.wait() != 0:
+            raise ValueError(f'ffmpeg cannot make the film: {problem}')
+    write_text(numbers_beside(path), table.getvalue())
+    return len(frames)
+
+
+def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) -> None:
+    """Write one moment as PNG.
+
+    Raises:
+        BagError, ConfigurationError, ValueError, OSError: as ``write_film``.
+    """
+    with whole_file(path) as unfinished, open(unfinished, 'wb') as file:
+        _draw(chosen, style, [frame], file, io.StringIO(), lambda _done, _all: None)
+
+
+def _draw(chosen: ChosenSpans, style: Style, frames: Sequence[Frame], pictures: IO[bytes],
+          table: TextIO, on_frame: OnFrame) -> None:
+    """Write the picture of each frame, and its row of the table."""
+    # Other commands begin 50 ms earlier without it.
+    from process_visualizer.page.headless_browser import BrowserError, HeadlessBrowser
+    rows: List[Dict[str, str]] = []
+    try:
+        with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
+            page = Path(folder) / 'page.html'
+            write_text(str(page), page_of(chosen, style.with_clouds))
+            with HeadlessBrowser(page, style.size, _FILM) as browser:
+                look = {'view': style.view, 'dark': style.is_dark, 'curves': list(style.curves)}
+                browser.evaluate(f'page.film({json.dumps(look)})')
+                for number, frame in enumerate(frames):
+                    said = browser.evaluate(
+                        f'page.filmFrame({frame.run}, {json.dumps(frame.time_s)})')
+                    pictures.write(browser.picture())
+                    rows.append({
+                        'frame': str(number), 'run': chosen.runs[frame.run].name,
+                        'time [s]': f'{frame.time_s:.6f}',
+                        **{f'{device} {what}': text for device, what, text in said}})
+                    on_frame(number + 1, len(frames))
+    except BrowserError as error:
+        raise ValueError(str(error)) from error
+    writer = csv.DictWriter(table, list(dict.fromkeys(name for row in rows for name in row)))
+    writer.writeheader()
+    writer.writerows(rows)
+
+
+def _encoder(program: str, rate_hz: float, ending: str, path: str) -> 'subprocess.Popen[bytes]':
+    return subprocess.Popen(
+        [program, '-y', '-hide_banner', '-loglevel', 'error', '-f', 'image2pipe', '-framerate',
+         f'{rate_hz:g}', '-c:v', 'png', '-i', '-', *_ENCODERS[ending], path],
+        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def _pipe(process: 'subprocess.Popen[bytes]') -> IO[bytes]:
+    assert process.stdin is not None
+    return process.stdin
+
+
+def _said(process: 'subprocess.Popen[bytes]') -> str:
+    assert process.stderr is not None
+    return process.stderr.read().decode('utf-8', 'replace').strip().replace('\n', '; ')
