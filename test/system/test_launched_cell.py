@@ -14,7 +14,7 @@ import pytest
 import rosgraph
 from surroundings import PATIENCE_S, wait_until_alone
 
-from process_visualizer.cell.model import Mode, Vector3
+from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
 from process_visualizer.generate.generator import generate_parts
@@ -66,13 +66,13 @@ def observed(master: RosMaster, tmp_path: Path) -> Iterator[Observed]:
 
 
 def make_plan(config: str, devices: 'List[str] | None' = None,
-              box: 'Vector3 | None' = None) -> Plan:
+              kinect: 'Pose | None' = None) -> Plan:
     cell = XmlParser().parse(config)
     choice = Choice(cell, Mode.REALTIME, choose_devices(cell, devices), RvizStart.NONE)
-    if box is not None:
-        kinect = cell.device('kinect')
-        assert kinect.roi is not None
-        choice = choice.with_device(replace(kinect, roi=replace(kinect.roi, size=box)))
+    if kinect is not None:
+        device = cell.device('kinect')
+        assert device.base is not None
+        choice = choice.with_device(replace(device, base=replace(device.base, pose=kinect)))
     return generate_parts(choice)
 
 
@@ -107,10 +107,10 @@ def test_simulated_cell(observed: Observed, simulated_config: str, mark: str) ->
     assert {name for name in names if before[name] != after[name]} == set(
         plan.parts['ur_rt_upper'].nodes)
 
-    other_box = make_plan(simulated_config, box=(1.0, 1.0, 1.0))
-    assert observed.cell.differing(other_box) == ['kinect']
-    observed.cell.adopt(other_box)  # as if it had been given to the nodes
-    assert observed.cell.differing(other_box) == [] and node_addresses() == after
+    moved = make_plan(simulated_config, kinect=Pose((1.0, 1.0, 1.0)))
+    assert observed.cell.differing(moved) == [FRAMES_PART]
+    observed.cell.adopt(moved)  # as if it had been given to the nodes
+    assert observed.cell.differing(moved) == [] and node_addresses() == after
 
     fewer = make_plan(simulated_config, [
         'ur_rt_upper', 'ur_rt_lower', 'sewing_machine', 'cell_stand', 'simulator'])

@@ -20,6 +20,7 @@ MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
 _MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
 _MAX_INTERVALS = 5000  # between messages, by which it is judged how these are sent
+_HELD_INTERVALS, _HELD_S = 4, 0.3  # in columns a value holds for so many usual ones, or so long
 _MISSING = 2.5  # usual intervals without a message: there is a gap
 
 
@@ -143,6 +144,21 @@ def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np
     result: np.ndarray = np.where((row >= 0) & (age_s <= _holds_for_s(known_s)),
                                   values[order][np.maximum(row, 0)], np.nan)
     return result
+
+
+def held_columns(low: np.ndarray, high: np.ndarray,
+                 column_s: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return columns (n,) in which the last value holds between the messages of a slow topic.
+
+    Only gaps much longer than usual stay empty. ``column_s`` is the duration of a column [s].
+    """
+    known = np.flatnonzero(~np.isnan(low))
+    if len(known) < 2:
+        return low, high
+    longest = max(_HELD_INTERVALS * float(np.median(np.diff(known))), _HELD_S / column_s)
+    held = np.maximum.accumulate(np.where(np.isnan(low), -1, np.arange(len(low))))
+    holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
+    return np.where(holds, low[held], np.nan), np.where(holds, high[held], np.nan)
 
 
 def _holds_for_s(times_s: np.ndarray) -> float:

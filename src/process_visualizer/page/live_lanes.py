@@ -7,6 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
+from process_visualizer.curves.curves import held_columns
 from process_visualizer.curves.live_curves import COLUMN_S, MAX_S, LiveCurve, LiveWindow
 from process_visualizer.page.lanes import lane_scale
 
@@ -79,7 +80,7 @@ class LiveLanes:
 
         A head: kind, number of lanes, number of their set, number of the first column, number of
         columns, and when column 0 begins [s since the epoch]; then for each lane the least and
-        the greatest values in single precision, NaN for none.
+        the greatest values in single precision, NaN for none. See held_columns.
         """
         count = min(round(seconds / STEP_S), self._count, self._end)
         lanes = list(self._lanes.values())
@@ -87,7 +88,8 @@ class LiveLanes:
                           self._epoch_s)
         with np.errstate(over='ignore'):
             return head + b''.join(values[len(values) - count:].astype('<f4').tobytes()
-                                   for lane in lanes for values in (lane.low, lane.high))
+                                   for lane in lanes
+                                   for values in held_columns(lane.low, lane.high, STEP_S))
 
 
 def _entry(lane: _Lane) -> Dict[str, Any]:

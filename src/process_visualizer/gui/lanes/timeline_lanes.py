@@ -11,11 +11,11 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.cell.model import WarningLimits
+from process_visualizer.curves.curves import held_columns
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.lanes.lane_choice import LaneChoice
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
-_HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
 _MIN_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
 _MAX_DECIMALS = 6
 _IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
@@ -100,18 +100,8 @@ class Lane:
 
 def lane_of(label: str, unit: str, color: Tuple[float, float, float], low: np.ndarray,
             high: np.ndarray, column_s: float) -> Lane:
-    """Return a lane; between messages of a slow topic the last value holds.
-
-    Only gaps much longer than usual stay empty. ``column_s`` is the duration of a column [s].
-    """
-    known = np.flatnonzero(~np.isnan(low))
-    if len(known) < 2:
-        return Lane(label, unit, color, low, high)
-    longest = max(_HELD_INTERVALS * float(np.median(np.diff(known))), _HELD_S / column_s)
-    held = np.maximum.accumulate(np.where(np.isnan(low), -1, np.arange(len(low))))
-    holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
-    return Lane(label, unit, color, np.where(holds, low[held], np.nan),
-                np.where(holds, high[held], np.nan))
+    """Return a lane, see held_columns; ``column_s`` is the duration of a column [s]."""
+    return Lane(label, unit, color, *held_columns(low, high, column_s))
 
 
 def lane_label(device: str, label: str) -> str:
