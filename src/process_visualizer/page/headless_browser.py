@@ -138,7 +138,8 @@ def _started(stack: ExitStack) -> Any:
          '--force-color-profile=srgb', f'--user-data-dir={profile}',
          *(['--no-sandbox'] if os.geteuid() == 0 else []), 'about:blank'],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        text=True, errors='replace', start_new_session=True)
+        text=True, errors='replace', start_new_session=True,
+        env={**os.environ, 'TMPDIR': profile})  # it is killed, and would leave files there
     stack.callback(_end, process)
     assert process.stderr is not None
     timer = threading.Timer(_LIMIT_S, process.kill)
