@@ -30,6 +30,25 @@ def filmed(folder: Path, name: str, *words: str) -> Path:
     return folder / name
 
 
+def table_of(film: Path) -> List[Dict[str, str]]:
+    """The rows of the table beside a film."""
+    with film.with_suffix('.csv').open(encoding='utf-8', newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def check_numbers(bag: str, rows: List[Dict[str, str]]) -> None:
+    """The numbers of each frame are those at its time."""
+    with Recording([bag]) as recording, recorded_cell(recording) as cell:
+        values = PositionValues([bag], cell.devices)
+        try:
+            for row in rows:
+                known = values.at(float(row['time [s]']))
+                assert row['arm tool speed'] == f"v {known['arm', 'v', '/tcf']:.3f} m/s"
+                assert row['arm tool force'] == f"F {known['arm', 'F', '/ft']:.1f} N"
+        finally:
+            values.close()
+
+
 def probed(film: Path) -> Dict[str, str]:
     text = subprocess.run(
         ['ffprobe', '-v', 'error', '-count_frames', '-show_entries',
@@ -61,22 +80,35 @@ def test_a_film_has_each_frame_once_and_is_the_same_every_time(tmp_path: Path) -
 
 def test_the_table_has_the_numbers_of_each_frame(tmp_path: Path) -> None:
     film = filmed(tmp_path, 'slow.gif', '--speed', '0.5')
-    with film.with_suffix('.csv').open(encoding='utf-8', newline='') as file:
-        rows = list(csv.DictReader(file))
+    rows = table_of(film)
     assert [row['time [s]'] for row in rows[:3]] == ['2.000000', '2.050000', '2.100000']
     assert len(rows) == 24 == len(pictures(film))
-    bag = str(tmp_path / 'a.bag')
-    with Recording([bag]) as recording, recorded_cell(recording) as cell:
-        values = PositionValues([bag], cell.devices)
-        try:
-            for row in rows:
-                known = values.at(float(row['time [s]']))
-                assert row['arm tool speed'] == f"v {known['arm', 'v', '/tcf']:.3f} m/s"
-                assert row['arm tool force'] == f"F {known['arm', 'F', '/ft']:.1f} N"
-        finally:
-            values.close()
+    check_numbers(str(tmp_path / 'a.bag'), rows)
     assert all(re.fullmatch(r'Δ (–|\d+\.\d mm from the good run)', row.get('arm deviation', 'Δ –'))
                for row in rows)
+
+
+def test_runs_follow_each_other_as_they_were_named(tmp_path: Path) -> None:
+    """Not the worst one first, as in a page."""
+    bag, film = write_bag(tmp_path, cycles=3, poor=1), tmp_path / 'runs.gif'
+    assert main(['film', f'{bag}#1', f'{bag}#2', '--reference', f'{bag}#3', '--rate', '0.5',
+                 '--size', '320x240', '-o', str(film)]) == 0
+    rows = table_of(film)
+    assert [row['run'] for row in rows] == ['a.bag#1'] * 6 + ['a.bag#2'] * 5
+    check_numbers(bag, rows)
+
+
+def test_the_good_run_is_beside_at_the_same_moment_of_the_process(tmp_path: Path) -> None:
+    film = filmed(tmp_path, 'both.mp4', '--beside')
+    found = probed(film)
+    assert (found['nb_read_frames'], found['width'], found['height']) == ('12', '320', '240')
+    assert found['avg_frame_rate'] == '10/1'
+    rows, bag = table_of(film), str(tmp_path / 'a.bag')
+    check_numbers(bag, rows)
+    check_numbers(bag, [{name[5:]: text for name, text in row.items()
+                         if name.startswith('good ')} for row in rows])
+    for row in rows:  # the second cycle begins ten seconds later
+        assert float(row['good time [s]']) - float(row['time [s]']) == pytest.approx(10.0, abs=0.1)
 
 
 def test_each_number_has_a_column(tmp_path: Path) -> None:
@@ -84,8 +116,7 @@ def test_each_number_has_a_column(tmp_path: Path) -> None:
     film = tmp_path / 'seam.gif'
     assert main(['film', write_sewing_run(tmp_path, 'a.bag'), '--from', '6', '--to', '6.2',
                  '--rate', '5', '--size', '320x240', '-o', str(film)]) == 0
-    with film.with_suffix('.csv').open(encoding='utf-8', newline='') as file:
-        row = next(csv.DictReader(file))
+    row = table_of(film)[0]
     assert {it for it in row if it.startswith('sewing_machine ')} == {
         f'sewing_machine {it}' for it in ('feed', 'upper edge', 'lower edge')}
 

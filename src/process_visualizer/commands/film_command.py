@@ -37,6 +37,8 @@ def add_film_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('--speed', metavar='TIMES', type=float, default=1.0,
                          help='seconds of the recording per second of the film; 0.25 is slow '
                               'motion')
+    command.add_argument('--beside', action='store_true',
+                         help='the good run at the left, at the same moment of the process')
     _add_style_options(command)
 
 
@@ -62,7 +64,7 @@ def _add_style_options(command: argparse.ArgumentParser) -> None:
 def _style(options: argparse.Namespace) -> Style:
     return Style(options.size, options.view,
                  tuple(it for it in options.curves.split(',') if it), options.dark,
-                 options.clouds)
+                 options.clouds, getattr(options, 'beside', False))
 
 
 def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:

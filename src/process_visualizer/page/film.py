@@ -13,7 +13,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Callable, Dict, List, NamedTuple, Sequence, TextIO, Tuple
 
+import numpy as np
+
 from process_visualizer.page.chosen_spans import ChosenSpans
+from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import page_of
 from process_visualizer.whole_file import whole_file, write_text
 
@@ -21,10 +24,11 @@ VIEWS = ('cell', 'tools', 'front', 'side', 'top')
 _FILM = 'film'
 _MAX_FRAMES = 60_000
 _ENCODERS: Dict[str, Tuple[str, ...]] = {
-    '.mp4': ('-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf', '18', '-movflags', '+faststart',
-             '-f', 'mp4'),
-    '.gif': ('-filter_complex', 'split[one][other];[one]palettegen[colors];[other][colors]'
-             'paletteuse', '-f', 'gif')}
+    '.mp4': ('-filter_complex', 'tile={0}x1', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf',
+             '18', '-movflags', '+faststart', '-f', 'mp4'),
+    '.gif': ('-filter_complex', 'tile={0}x1,split[one][other];[one]palettegen[colors];'
+             '[other][colors]paletteuse', '-f', 'gif')}
+"""Arguments of ffmpeg; {0}: so many pictures stand beside each other."""
 ENDINGS = tuple(_ENCODERS)
 """Of the names of films."""
 
@@ -32,7 +36,8 @@ ENDINGS = tuple(_ENCODERS)
 class Style(NamedTuple):
     """The look of a film: width and height [pixels], one of VIEWS, labels of the curves below.
 
-    Without ``curves`` there are as many as fit, those that differed first.
+    Without ``curves`` there are as many as fit, those that differed first. ``is_beside``: at the
+    left of each run is the good one, at the same moment of the process.
     """
 
     size: Tuple[int, int] = (1280, 720)
@@ -40,10 +45,11 @@ class Style(NamedTuple):
     curves: Tuple[str, ...] = ()
     is_dark: bool = False
     with_clouds: bool = False
+    is_beside: bool = False
 
 
 class Frame(NamedTuple):
-    """A moment of a film."""
+    """A moment of a run."""
 
     run: int
     time_s: float
@@ -58,6 +64,42 @@ def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame
     return [Frame(number, span.begin_s + row * speed / rate_hz)
             for number, span in enumerate(chosen.spans)
             for row in range(max(round((span.end_s - span.begin_s) * rate_hz / speed), 1))]
+
+
+_Shots = Sequence[Tuple[Frame, ...]]
+"""Of each frame of a film, those that stand beside each other; that of the run is the last."""
+
+
+def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpans, _Shots]:
+    """Return runs and their good ones, and each frame with that of the good run before it.
+
+    It is at the same moment of the process.
+
+    Raises:
+        ValueError: a run has no good one.
+    """
+    judged = [chosen.judged(it) for it in chosen.runs]
+    runs, spans = list(chosen.runs), list(chosen.spans)
+    good: List[int] = []
+    for it in judged:
+        if it.comparison is None or it.good is None:
+            raise ValueError(f'nothing can be shown beside {it.run.name}: name a good run with '
+                             '--reference')
+        reference = it.good.reference
+        known = [row for row in range(len(judged), len(runs)) if runs[row] is reference]
+        if not known:
+            runs.append(reference)
+            spans.append(PageSpan(reference.begin_s, reference.begin_s + reference.duration_s))
+        good.append(known[0] if known else len(runs) - 1)
+    shots = []
+    for frame in frames:
+        run, comparison, number = runs[frame.run], judged[frame.run].comparison, good[frame.run]
+        assert comparison is not None
+        time_s = spans[number].begin_s + float(comparison.alignment.time_map.to_reference(
+            np.array([frame.time_s - run.begin_s]))[0])
+        shots.append((Frame(number, min(max(time_s, spans[number].begin_s),
+                                        spans[number].end_s)), frame))
+    return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
 
 
 def numbers_beside(path: str) -> str:
@@ -93,11 +135,15 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
     if len(frames) > _MAX_FRAMES:
         raise ValueError(f'{len(frames)} frames are more than {_MAX_FRAMES}; name a part with '
                          '--from and --to, or a lower --rate')
+    shots: _Shots = [(it,) for it in frames]
+    if style.is_beside:
+        chosen, shots = beside_good(chosen, frames)
     table = io.StringIO()
     with whole_file(path) as unfinished, ExitStack() as stack:
-        process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished))
+        process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished,
+                                               len(shots[0])))
         try:
-            _draw(chosen, style, frames, _pipe(process), table, on_frame)
+            _draw(chosen, style, shots, _pipe(process), table, on_frame)
         except BrokenPipeError:
             raise ValueError(f'ffmpeg has ended: {_said(process)}') from None
         except BaseException:
@@ -118,31 +164,36 @@ def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) ->
         BagError, ConfigurationError, ValueError, OSError: as ``write_film``.
     """
     with whole_file(path) as unfinished, open(unfinished, 'wb') as file:
-        _draw(chosen, style, [frame], file, io.StringIO(), lambda _done, _all: None)
+        _draw(chosen, style, [(frame,)], file, io.StringIO(), lambda _done, _all: None)
 
 
-def _draw(chosen: ChosenSpans, style: Style, frames: Sequence[Frame], pictures: IO[bytes],
+def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
           table: TextIO, on_frame: OnFrame) -> None:
-    """Write the picture of each frame, and its row of the table."""
+    """Write the pictures of each frame, and its row of the table."""
     # Other commands begin 50 ms earlier without it.
     from process_visualizer.page.headless_browser import BrowserError, HeadlessBrowser
     rows: List[Dict[str, str]] = []
     try:
         with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
             page = Path(folder) / 'page.html'
-            write_text(str(page), page_of(chosen, style.with_clouds))
-            with HeadlessBrowser(page, style.size, _FILM) as browser:
+            write_text(str(page), page_of(chosen, style.with_clouds, worst_first=False))
+            size = style.size[0] // len(shots[0]), style.size[1]
+            with HeadlessBrowser(page, size, _FILM) as browser:
                 look = {'view': style.view, 'dark': style.is_dark, 'curves': list(style.curves)}
                 browser.evaluate(f'page.film({json.dumps(look)})')
-                for number, frame in enumerate(frames):
-                    said = browser.evaluate(
-                        f'page.filmFrame({frame.run}, {json.dumps(frame.time_s)})')
-                    pictures.write(browser.picture())
-                    rows.append({
-                        'frame': str(number), 'run': chosen.runs[frame.run].name,
-                        'time [s]': f'{frame.time_s:.6f}',
-                        **{f'{device} {what}': text for device, what, text in said}})
-                    on_frame(number + 1, len(frames))
+                for number, frames in enumerate(shots):
+                    row = {'frame': str(number)}
+                    for frame in frames:
+                        said = browser.evaluate(
+                            f'page.filmFrame({frame.run}, {json.dumps(frame.time_s)})')
+                        pictures.write(browser.picture())
+                        whose = '' if frame is frames[-1] else 'good '
+                        row.update({f'{whose}run': chosen.runs[frame.run].name,
+                                    f'{whose}time [s]': f'{frame.time_s:.6f}',
+                                    **{f'{whose}{device} {what}': text
+                                       for device, what, text in said}})
+                    rows.append(row)
+                    on_frame(number + 1, len(shots))
     except BrowserError as error:
         raise ValueError(str(error)) from error
     writer = csv.DictWriter(table, list(dict.fromkeys(name for row in rows for name in row)))
@@ -150,10 +201,12 @@ def _draw(chosen: ChosenSpans, style: Style, frames: Sequence[Frame], pictures: 
     writer.writerows(rows)
 
 
-def _encoder(program: str, rate_hz: float, ending: str, path: str) -> 'subprocess.Popen[bytes]':
+def _encoder(program: str, rate_hz: float, ending: str, path: str,
+             beside: int) -> 'subprocess.Popen[bytes]':
     return subprocess.Popen(
         [program, '-y', '-hide_banner', '-loglevel', 'error', '-f', 'image2pipe', '-framerate',
-         f'{rate_hz:g}', '-c:v', 'png', '-i', '-', *_ENCODERS[ending], path],
+         f'{beside * rate_hz:g}', '-c:v', 'png', '-i', '-',
+         *(it.format(beside) for it in _ENCODERS[ending]), path],
         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

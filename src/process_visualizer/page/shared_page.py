@@ -24,8 +24,8 @@ MAX_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""
 
 
-def page_of(chosen: ChosenSpans, with_clouds: bool = False) -> str:
-    """Return the page of all the runs that were chosen.
+def page_of(chosen: ChosenSpans, with_clouds: bool = False, worst_first: bool = True) -> str:
+    """Return the page of all the runs that were chosen, in their order or the worst first.
 
     Raises:
         ValueError: there is more than one page can show.
@@ -35,13 +35,13 @@ def page_of(chosen: ChosenSpans, with_clouds: bool = False) -> str:
                          f'part of at most {clock(MAX_S)} with --from and --to, or a run with '
                          'BAG#NUMBER')
     return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
-                       chosen.good, with_clouds=with_clouds)
+                       chosen.good, with_clouds=with_clouds, worst_first=worst_first)
 
 
 def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence[PageSpan],
                 good: Optional[GoodRuns], notes: Sequence[str] = (),
-                with_clouds: bool = False) -> str:
-    """Return the page of some runs, the worst first; those for which there is no room are listed.
+                with_clouds: bool = False, worst_first: bool = True) -> str:
+    """Return the page of some runs; those for which there is no room are listed.
 
     Args:
         given: the cell; without one, the configuration of the first recording is used.
@@ -50,9 +50,12 @@ def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence
         good: the good runs that they were compared with.
         notes: what else is to be said at the top.
         with_clouds: whether the clouds of depth sensors are shown.
+        worst_first: whether they are sorted.
     """
     packed = Packed()
-    order = sorted(range(len(judged)), key=lambda it: judged[it].badness, reverse=True)
+    order = list(range(len(judged)))
+    if worst_first:
+        order.sort(key=lambda it: judged[it].badness, reverse=True)
     ends_s = np.cumsum([spans[it].end_s - spans[it].begin_s for it in order])
     drawn = max(int(np.searchsorted(ends_s, MAX_S, side='right')), 1)
     with ExitStack() as stack:

@@ -13,7 +13,7 @@ from cycle_bags import BEGIN_S, write_bag
 from held_tasks import HeldTasks
 from page_reader import PageReader
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QTreeWidget
+from PyQt5.QtWidgets import QFileDialog, QTreeWidget
 from session_stand import open_cell, play, run
 
 from process_visualizer.cell.model import Mode
@@ -479,6 +479,22 @@ def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path
     ('/a/seam.1', 'For Foxglove and Lichtblick (*.mcap)', '/a/seam.1.mcap')])
 def test_the_kind_of_a_shared_file_is_in_its_name(path: str, kind: str, expected: str) -> None:
     assert with_ending(path, kind) == expected
+
+
+def test_the_dialog_proposes_a_name_that_gets_the_ending_of_what_is_chosen(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    for kind, name in (('Pages (*.html)', 'a_1.html'), ('Tables (*.csv *.parquet)', 'a_1.csv')):
+        stand.panel.share.click()
+        dialog, = stand.panel.findChildren(QFileDialog)
+        dialog.selectNameFilter(kind)
+        dialog.filterSelected.emit(kind)
+        assert dialog.selectedFiles() == [str(tmp_path / name)]
+        dialog.accept()
+        dialog.setParent(None)
+        stand.tasks.end_all()
+        assert (tmp_path / name).stat().st_size > 1000
+    assert stand.failures == []
 
 
 def test_a_page_that_cannot_be_written_is_told(stand: Stand, tmp_path: Path) -> None:

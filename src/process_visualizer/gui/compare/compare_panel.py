@@ -238,10 +238,15 @@ class ComparePanel(QWidget):
 
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
-        path, kind = QFileDialog.getSaveFileName(self, 'Share a run', _page_path(
-            self._model.runs[row]), _KINDS)
-        if path:
-            self._model.share(row, with_ending(path, kind))
+        dialog = QFileDialog(self, 'Share a run', _proposed_path(self._model.runs[row]), _KINDS)
+        dialog.setObjectName('share_dialog')
+        dialog.setAttribute(Qt.WA_DeleteOnClose)
+        dialog.setAcceptMode(QFileDialog.AcceptSave)
+        dialog.setDefaultSuffix(ending_of(_KINDS))
+        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(ending_of(kind)))
+        dialog.fileSelected.connect(lambda path: self._model.share(
+            row, with_ending(path, dialog.selectedNameFilter())))
+        dialog.open()
 
     def _ask_for_recording(self) -> None:
         beside = self._model.paths[-1] if self._model.paths else self._folder()
@@ -251,17 +256,21 @@ class ComparePanel(QWidget):
             self._model.add(path)
 
 
+def ending_of(kind: str) -> str:
+    """Return the first ending, with its dot, of a kind of files such as Films (*.mp4 *.gif)."""
+    return kind[kind.index('*') + 1:].split(')')[0].split(' ')[0]
+
+
 def with_ending(path: str, kind: str) -> str:
     """Return the name of a file to share; one without a known ending gets that of its kind."""
-    if os.path.splitext(path)[1].lower() in SHARED_ENDINGS:
-        return path
-    return path + kind[kind.index('*') + 1:].split(' ')[0].rstrip(')')
+    is_known = os.path.splitext(path)[1].lower() in SHARED_ENDINGS
+    return path if is_known else path + ending_of(kind)
 
 
-def _page_path(listed: ListedRun) -> str:
-    """Return where a page is proposed: beside the recording, named as the run."""
+def _proposed_path(listed: ListedRun) -> str:
+    """Return the path beside the recording, named as the run; the kind gives it an ending."""
     name = listed.run.name.replace('.bag', '').replace('#', '_')
-    return os.path.join(os.path.dirname(listed.path), f'{os.path.basename(name)}.html')
+    return os.path.join(os.path.dirname(listed.path), os.path.basename(name))
 
 
 def _run_row(listed: ListedRun) -> QTreeWidgetItem:
