@@ -101,9 +101,15 @@ std::vector<Vector3f> thinned(const Cluster& points, float cube) {
 namespace {
 
 constexpr float kColumn = 0.03F;            // m: heights are measured in columns of this width
-constexpr float kLayer = 0.03F;             // m: so much below its top counts in a column
+constexpr float kLayer = 0.03F;             // m: so much below its top counts in a column,
+constexpr float kNoiseLayer = 5;            // and so many standard deviations of the noise
 constexpr std::size_t kFewestInColumn = 8;  // points
 constexpr float kStrayShare = 500;          // one of so many points may lie beside the object
+constexpr float kAlmost = 1.2F;             // of an area: not clearly larger
+constexpr std::size_t kSome = 500;          // points
+constexpr float kSharp = 0.004F;            // m: noise of which makes nothing larger
+constexpr float kNoiseReach = 3;            // standard deviations: so far out it may be seen
+constexpr float kFewestInBin = 8;           // points, on average
 constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
 constexpr float kSideSeen = 0.04F;  // m: so much of an upright side, seen from above, is not missed
 
@@ -136,16 +142,40 @@ float areaAround(const std::vector<Vector2f>& hull, float yaw) {
   return box.sizes().prod();
 }
 
-/// A side of the smallest rectangle lies on an edge of the hull (Freeman and Shapira 1975).
-float yawOfSmallest(const std::vector<Vector2f>& hull) {
-  float best_yaw = 0, best_area = std::numeric_limits<float>::infinity();
+/// The mean distance of points from the nearest side of the rectangle around them.
+float awayFromSides(const std::vector<Vector2f>& points, float yaw) {
+  const Eigen::Rotation2Df turned(-yaw);
+  Eigen::AlignedBox2f box;
+  for (const Vector2f& point : points) box.extend(turned * point);
+  float sum = 0;
+  for (const Vector2f& point : points) {
+    const Vector2f place = turned * point;
+    sum += std::min((place - box.min()).minCoeff(), (box.max() - place).minCoeff());
+  }
+  return sum / static_cast<float>(points.size());
+}
+
+/// The yaw of the smallest rectangle, one side of which lies on an edge of the hull (Freeman and
+/// Shapira 1975). Of two upright sides that are seen over a corner, the rectangle across the corner
+/// is as small as the right one: of almost equal ones, that near whose sides the points are counts.
+float yawOfSmallest(const std::vector<Vector2f>& points) {
+  const std::vector<Vector2f> hull = hullOf(points);
+  std::vector<std::pair<float, float>> by_area;
   for (std::size_t index = 0; index < hull.size(); ++index) {
     const Vector2f edge = hull[(index + 1) % hull.size()] - hull[index];
-    const float yaw = std::atan2(edge.y(), edge.x()), area = areaAround(hull, yaw);
-    if (area < best_area) {
-      best_area = area;
-      best_yaw = yaw;
-    }
+    const float yaw = std::atan2(edge.y(), edge.x());
+    by_area.emplace_back(areaAround(hull, yaw), yaw);
+  }
+  std::vector<Vector2f> some;
+  for (std::size_t index = 0; index < points.size(); index += points.size() / kSome + 1)
+    some.push_back(points[index]);
+  const float largest = kAlmost * std::min_element(by_area.begin(), by_area.end())->first;
+  float best_yaw = 0, least = std::numeric_limits<float>::infinity();
+  for (const auto& [area, yaw] : by_area) {
+    const float away = area <= largest ? awayFromSides(some, yaw) : least;
+    if (away >= least) continue;
+    least = away;
+    best_yaw = yaw;
   }
   return best_yaw;
 }
@@ -159,26 +189,65 @@ std::pair<float, float> rangeOf(std::vector<float> values) {
   return {least, values[values.size() - 1 - strays]};
 }
 
+/// Where values begin whose noise has a standard deviation: where they become half as dense as a
+/// little farther in. Of a side that has the same place for all, that is outside by as much.
+/// \param values  rising
+float sharpBegin(const std::vector<float>& values, float deviation) {
+  const float length = values.back() - values.front();
+  const float bin =
+      std::max(deviation / 2, length * kFewestInBin / static_cast<float>(values.size()));
+  const auto reach = static_cast<std::size_t>(std::ceil(kNoiseReach * deviation / bin)) + 1;
+  const auto last = static_cast<std::size_t>(length / bin);
+  std::vector<float> density(last + 1, 0);
+  for (const float value : values)
+    ++density[std::min(static_cast<std::size_t>((value - values.front()) / bin), last)];
+  for (std::size_t place = 0; place <= std::min(reach, last); ++place) {
+    const auto end = density.begin() + static_cast<std::ptrdiff_t>(std::min(place + reach, last));
+    const float half =
+        *std::max_element(density.begin() + static_cast<std::ptrdiff_t>(place), end + 1) / 2;
+    if (density[place] < half) continue;
+    const float before = place == 0 ? 0 : density[place - 1];
+    const float share = (half - before) / std::max(density[place] - before, 1.0F);
+    return values.front() +
+           bin * (static_cast<float>(place) - 0.5F + std::clamp(share, 0.0F, 1.0F));
+  }
+  return values.front() + static_cast<float>(reach) * bin;
+}
+
+/// Least and greatest value of places along an axis.
+/// \param deviation  of the noise along it, m: where it is large, the ends of the values are those
+/// of the noise
+std::pair<float, float> endsOf(std::vector<float> values, float deviation) {
+  const auto [least, most] = rangeOf(values);
+  if (deviation < kSharp || most - least < deviation) return {least, most};
+  std::sort(values.begin(), values.end());
+  const float begin = std::max(least, sharpBegin(values, deviation));
+  std::reverse(values.begin(), values.end());
+  for (float& value : values) value = -value;
+  const float end = std::min(most, -sharpBegin(values, deviation));
+  return begin < end ? std::pair(begin, end) : std::pair(least, most);
+}
+
 /// The height of a column: the mean of what is near its top, where the sensor's noise is small. Of
 /// an upright face, whose points are as dense everywhere, that mean lies half of the layer below.
-float heightOf(const std::vector<float>& column) {
+float heightOf(const std::vector<float>& column, float layer) {
   const float top = *std::max_element(column.begin(), column.end()),
               bottom = *std::min_element(column.begin(), column.end());
   float sum = 0;
   int count = 0;
   for (const float height : column) {
-    if (height < top - kLayer) continue;
+    if (height < top - layer) continue;
     sum += height;
     ++count;
   }
   const float mean = sum / static_cast<float>(count);
-  const float even = static_cast<float>(column.size()) * kLayer / (top - bottom);
-  const bool is_face = top - bottom > 2 * kLayer && static_cast<float>(count) < 1.5F * even;
-  return is_face ? std::min(top, mean + kLayer / 3) : mean;
+  const float even = static_cast<float>(column.size()) * layer / (top - bottom);
+  const bool is_face = top - bottom > 2 * layer && static_cast<float>(count) < 1.5F * even;
+  return is_face ? std::min(top, mean + layer / 3) : mean;
 }
 
 /// The mean height of the highest columns: that of a single one may be noise, or that of a side.
-float topOf(const Cluster& points, float fallback) {
+float topOf(const Cluster& points, float fallback, float layer) {
   std::map<std::pair<int, int>, std::vector<float>> columns;
   for (const Vector3f& point : points)
     columns[{static_cast<int>(std::floor(point.x() / kColumn)),
@@ -186,11 +255,11 @@ float topOf(const Cluster& points, float fallback) {
         .push_back(point.z());
   std::vector<float> heights;
   for (const auto& [place, column] : columns)
-    if (column.size() >= kFewestInColumn) heights.push_back(heightOf(column));
+    if (column.size() >= kFewestInColumn) heights.push_back(heightOf(column, layer));
   if (heights.empty()) return fallback;
   const float highest = *std::max_element(heights.begin(), heights.end());
   const auto others = std::partition(heights.begin(), heights.end(),
-                                     [&](float height) { return height >= highest - kLayer; });
+                                     [&](float height) { return height >= highest - layer; });
   return std::accumulate(heights.begin(), others, 0.0F) /
          static_cast<float>(others - heights.begin());
 }
@@ -216,20 +285,21 @@ float distanceTo(const UprightBox& box, const Vector3f& place) {
   return (inBox(box, place).cwiseAbs() - box.size / 2).cwiseMax(0).norm();
 }
 
-Eigen::AlignedBox2f footprint(const Cluster& points, float yaw) {
+Eigen::AlignedBox2f footprint(const Cluster& points, float yaw, const Vector2f& blur) {
   const Eigen::Rotation2Df turned(-yaw);
+  const Vector2f deviation = (turned * blur).cwiseAbs();
   std::vector<float> along, across;
   for (const Vector3f& point : points) {
     const Vector2f place = turned * Vector2f(point.head<2>());
     along.push_back(place.x());
     across.push_back(place.y());
   }
-  const auto [front, back] = rangeOf(std::move(along));
-  const auto [right, left] = rangeOf(std::move(across));
+  const auto [front, back] = endsOf(std::move(along), deviation.x());
+  const auto [right, left] = endsOf(std::move(across), deviation.y());
   return {Vector2f(front, right), Vector2f(back, left)};
 }
 
-UprightBox boxAround(const Cluster& points) {
+UprightBox boxAround(const Cluster& points, const Vector3f& blur) {
   std::vector<Vector2f> base;
   std::vector<float> heights;
   for (const Vector3f& point : points) {
@@ -237,10 +307,11 @@ UprightBox boxAround(const Cluster& points) {
     heights.push_back(point.z());
   }
   UprightBox box;
-  box.yaw = yawOfSmallest(hullOf(std::move(base)));
-  const Eigen::AlignedBox2f range = footprint(points, box.yaw);
-  auto [bottom, top] = rangeOf(std::move(heights));
-  top = std::max(bottom, topOf(points, top));
+  box.yaw = yawOfSmallest(base);
+  const Eigen::AlignedBox2f range = footprint(points, box.yaw, blur.head<2>());
+  const float deviation = std::abs(blur.z());
+  auto [bottom, top] = endsOf(std::move(heights), deviation);
+  top = std::max(bottom, topOf(points, top, std::max(kLayer, kNoiseLayer * deviation)));
   const Vector2f center = Eigen::Rotation2Df(box.yaw) * range.center();
   box.center = {center.x(), center.y(), (bottom + top) / 2};
   box.size = {range.sizes().x(), range.sizes().y(), top - bottom};

@@ -349,6 +349,13 @@ std::vector<Vector3f> anyPoints(const Points& points, const Isometry3f& global_f
   return chosen;
 }
 
+/// What noise does to places: see boxAround.
+Vector3f blurOf(const Cluster& places, const Vector3f& sensor, const DepthNoise& noise) {
+  const Vector3f sum = std::accumulate(places.begin(), places.end(), Vector3f(Vector3f::Zero()));
+  const Vector3f ray = sum / static_cast<float>(places.size()) - sensor;
+  return ray * (noise.at(ray.norm()) / std::max(ray.norm(), 1e-3F));
+}
+
 /// Something too far away for numbers of this kind is nothing that a sensor sees.
 bool isInReach(const Vector3f& point) { return (point.array().abs() < 1e4F).all(); }
 
@@ -397,11 +404,12 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
   for (Thing& thing : thingsOf(groups, free, points, labels, scene.global_from_cloud, expected)) {
-    const UprightBox box = boxAround(thing.places);
+    const Vector3f blur = blurOf(thing.places, sensor, noise());
+    const UprightBox box = boxAround(thing.places, blur);
     if (isSliver(box)) continue;
     objects.push_back({reachingDown(box, planes, sensor), thing.places.size(),
                        distanceToRobots(thing.places, bodies_, from_body), std::move(thing.places),
-                       std::move(thing.rim)});
+                       std::move(thing.rim), blur});
   }
   return objects;
 }

@@ -135,7 +135,7 @@ float topOf(const UprightBox& expected, const UprightBox& seen) {
 
 UprightBox completed(const UprightBox& expected, const FoundObject& found) {
   const Eigen::Rotation2Df turned(-expected.yaw);
-  const Eigen::AlignedBox2f seen = footprint(found.places, expected.yaw);
+  const Eigen::AlignedBox2f seen = footprint(found.places, expected.yaw, found.blur.head<2>());
   Extent along{seen.min().x(), seen.max().x()}, across{seen.min().y(), seen.max().y()};
   for (const Rim& it : found.rim) {
     const Vector2f place = turned * Vector2f(it.place.head<2>());

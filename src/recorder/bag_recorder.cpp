@@ -134,8 +134,7 @@ BagRecorder::BagRecorder()
   state_publisher_ = node_.advertise<RecorderState>("state", 10, true);
   mark_publisher_ = node_.advertise<std_msgs::String>(kOwnPrefix + "marks", 10);
   watch({node_.param("topics", std::vector<std::string>()), {}, {}});
-  services_ = {node_.advertiseService("start", &BagRecorder::start, this),
-               node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
+  services_ = {node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
                node_.advertiseService("stop", &BagRecorder::stop, this),
                node_.advertiseService("mark", &BagRecorder::mark, this),
                node_.advertiseService("read_recent", &BagRecorder::readRecent, this)};
@@ -143,6 +142,8 @@ BagRecorder::BagRecorder()
   copy_node.setCallbackQueue(&copy_queue_);
   services_.push_back(copy_node.advertiseService("copy_recent", &BagRecorder::copyRecent, this));
   copy_spinner_.start();
+  // The last one: clients take it for the sign that the recorder is ready.
+  services_.push_back(node_.advertiseService("start", &BagRecorder::start, this));
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
   // In a thread of its own, since a master that hangs would hold up everything else.
   master_thread_ = std::thread([this] {

@@ -275,6 +275,34 @@ TEST(UprightBox, IsAsHighAsItsLevelTop) {
   EXPECT_NEAR(box.center.z() + box.size.z() / 2, half.z(), 0.005);
 }
 
+/// Noise along the line of sight moves points beyond the ends of a top that is seen from aside, and
+/// in front of a face; the box is that of the thing.
+TEST(UprightBox, IsNotLargerByTheNoiseOfTheSensor) {
+  Places places;
+  const float deviation = 0.015F;
+  const auto noise = [&] {  // of a sum of twelve even numbers, nearly normal
+    Vector3f sum = Vector3f::Zero();
+    for (int number = 0; number < 4; ++number) sum += places.next(1.0F);
+    return deviation * sum.sum() / 2;
+  };
+  Cluster top, with_face;
+  for (int number = 0; number < 3000; ++number) {
+    Vector3f place = places.next(0.5F).cwiseProduct(Vector3f(0.3F, 0.2F, 0));
+    place.x() += noise();
+    top.push_back(place);
+    with_face.push_back(place);
+    place = places.next(0.5F).cwiseProduct(Vector3f(0, 0.2F, 0.2F)) - Vector3f(0.15F, 0, 0.1F);
+    place.x() += noise();
+    with_face.push_back(place);
+  }
+  const Eigen::Vector2f blur(deviation, 0);
+  EXPECT_NEAR(footprint(top, 0, blur).sizes().x(), 0.3, 0.01);
+  EXPECT_NEAR(footprint(with_face, 0, blur).sizes().x(), 0.3, 0.025);
+  EXPECT_NEAR(footprint(top, 0, blur).sizes().y(), 0.2, 0.003);
+  EXPECT_GT(footprint(top, 0, {0, 0}).sizes().x(), 0.33);
+  EXPECT_GT(footprint(with_face, 0, {0, 0}).sizes().x(), 0.35);
+}
+
 TEST(UprightBox, OnePointHasOne) {
   const UprightBox box = boxAround({{1, 2, 3}});
   EXPECT_EQ(box.center, Vector3f(1, 2, 3));

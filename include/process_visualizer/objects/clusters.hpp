@@ -59,12 +59,14 @@ Eigen::Vector3f inBox(const UprightBox& box, const Eigen::Vector3f& place);
 float distanceTo(const UprightBox& box, const Eigen::Vector3f& place);
 
 /// The range of points along the edges of a box that is turned by `yaw` (rad), from the origin, m.
-/// The few strays at both ends are left out.
-Eigen::AlignedBox2f footprint(const Cluster& points, float yaw);
+/// The few strays at both ends are left out, and what the sensor's noise adds there.
+/// \param blur  standard deviation of the noise along the line of sight, seen from above, m
+Eigen::AlignedBox2f footprint(const Cluster& points, float yaw, const Eigen::Vector2f& blur);
 
 /// The box around what is seen of an object: of all with its height the one with the smallest base.
 /// \param points  of the object, at least one, m
-UprightBox boxAround(const Cluster& points);
+/// \param blur  standard deviation of the noise along the line of sight, m: its direction
+UprightBox boxAround(const Cluster& points, const Eigen::Vector3f& blur = Eigen::Vector3f::Zero());
 
 /// The box of an object that may stand on the surface below it.
 ///

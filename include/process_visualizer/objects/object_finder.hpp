@@ -51,9 +51,10 @@ struct Rim {
 struct FoundObject {
   UprightBox box;  ///< around what is seen of it
   std::size_t points;
-  std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
-  Cluster places = {};                 ///< of its points
-  std::vector<Rim> rim = {};           ///< where it ends, as the sensor sees it
+  std::optional<RobotDistance> robot;              ///< the nearest one, if there are any
+  Cluster places = {};                             ///< of its points
+  std::vector<Rim> rim = {};                       ///< where it ends, as the sensor sees it
+  Eigen::Vector3f blur = Eigen::Vector3f::Zero();  ///< of its places, see boxAround
 
   /// Whether something may hide a part of it.
   bool isCut() const {
