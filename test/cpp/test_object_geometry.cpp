@@ -236,6 +236,28 @@ TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
   }
 }
 
+/// Of a box that is seen over a corner there are two upright sides; the rectangle across the corner
+/// is as small.
+TEST(UprightBox, IsTheRightOneOverACorner) {
+  Places places;
+  for (const Eigen::Vector2f size : {Eigen::Vector2f(0.1F, 0.1F), Eigen::Vector2f(0.3F, 0.37F)}) {
+    Cluster points;
+    for (int number = 0; number < 1000; ++number) {
+      const Vector3f place = places.next(0.5F) + Vector3f(0.5F, 0.5F, 0);
+      points.emplace_back(size.x() * place.x(), 0.001F * place.y(), place.z());
+      points.emplace_back(0.001F * place.x(), size.y() * place.y(), place.z());
+    }
+    for (const float yaw : {0.0F, 0.3F, 0.8F}) {
+      Cluster turned;
+      for (const Vector3f& point : points)
+        turned.push_back(Eigen::AngleAxisf(yaw, Vector3f::UnitZ()) * point);
+      const UprightBox box = boxAround(turned);
+      EXPECT_NEAR(box.size.head<2>().minCoeff(), size.x(), 0.01);
+      EXPECT_NEAR(box.size.head<2>().maxCoeff(), size.y(), 0.01);
+    }
+  }
+}
+
 /// A hand high above the floor: its side down there would be seen, although it is nearly below.
 TEST(UprightBox, HoversWhereItsSideWouldBeSeenIfItReachedDown) {
   const Vector3f sensor(0, 0, 2.9F);
@@ -300,7 +322,7 @@ TEST(UprightBox, IsNotLargerByTheNoiseOfTheSensor) {
   EXPECT_NEAR(footprint(with_face, 0, blur).sizes().x(), 0.3, 0.025);
   EXPECT_NEAR(footprint(top, 0, blur).sizes().y(), 0.2, 0.003);
   EXPECT_GT(footprint(top, 0, {0, 0}).sizes().x(), 0.33);
-  EXPECT_GT(footprint(with_face, 0, {0, 0}).sizes().x(), 0.35);
+  EXPECT_GT(footprint(with_face, 0, {0, 0}).sizes().x(), 0.34);
 }
 
 TEST(UprightBox, OnePointHasOne) {
