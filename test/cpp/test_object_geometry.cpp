@@ -240,7 +240,7 @@ TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
 /// is as small.
 TEST(UprightBox, IsTheRightOneOverACorner) {
   Places places;
-  for (const Eigen::Vector2f size : {Eigen::Vector2f(0.1F, 0.1F), Eigen::Vector2f(0.3F, 0.37F)}) {
+  for (const Eigen::Vector2f& size : {Eigen::Vector2f(0.1F, 0.1F), Eigen::Vector2f(0.3F, 0.37F)}) {
     Cluster points;
     for (int number = 0; number < 1000; ++number) {
       const Vector3f place = places.next(0.5F) + Vector3f(0.5F, 0.5F, 0);
