@@ -169,7 +169,8 @@ _MIN_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
-_TURNED_DEG = 10.0
+_TURNED_DEG, _TURNED_DEG_OF_ONE = 10.0, 20.0
+"""A single run says nothing of how a force that sets in turns from run to run."""
 RELATIVE_TOLERANCE = 0.1
 """Of the range of the good runs' values, where the configuration gives no tolerance."""
 _SHARE_OF_SIZE = 0.3
@@ -452,7 +453,11 @@ class LearnedSignal:
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
-        return max(margin, _NOISE_SPREADS * _fine_spread(values)) if runs == 1 else margin
+        if runs > 1:
+            return margin
+        if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
+            return max(margin, _TURNED_DEG_OF_ONE)
+        return max(margin, _NOISE_SPREADS * _fine_spread(values))
 
 
 def _median(values: np.ndarray) -> np.ndarray:

@@ -230,17 +230,32 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
 
 def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
                run_s: np.ndarray) -> np.ndarray:
-    """Return how far (t,) [°] a force is turned from the reference's, where it is no small one."""
+    """Return how far (t,) [°] a force is turned from the reference's, where it is no small one.
+
+    Where it turns by itself, such as while it sets in, it may do so up to 0.1 s earlier or later:
+    the nearest direction that the reference has within that time counts.
+    """
     mine, theirs = (moving_mean(known_at(at_s, it.times_s, it.vectors.astype(float)).T, _TURN_ROWS)
                     for it, at_s in ((reference, times_s), (run, run_s)))
     size, other = np.sqrt((mine * mine).sum(axis=0)), np.sqrt((theirs * theirs).sum(axis=0))
     known = size[np.isfinite(size)]
     least = _MIN_TURNED * float(known.max()) if len(known) else np.inf
     with np.errstate(invalid='ignore', divide='ignore'):
-        cosine = (mine * theirs).sum(axis=0) / (size * other)
+        unit = mine / size
+        cosines = [(_later(unit, rows) * theirs).sum(axis=0) / other
+                   for rows in range(-MEAN_ROWS, MEAN_ROWS + 1)]
+        cosine = np.fmax.reduce(cosines)
         angle: np.ndarray = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         angle[~((size > least) & (other > least))] = np.nan
     return angle
+
+
+def _later(columns: np.ndarray, rows: int) -> np.ndarray:
+    """Return columns (k, t) as they are some rows later, NaN beyond their ends."""
+    result = np.full_like(columns, np.nan)
+    count = columns.shape[1]
+    result[:, max(-rows, 0):count - max(rows, 0)] = columns[:, max(rows, 0):count - max(-rows, 0)]
+    return result
 
 
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
