@@ -147,12 +147,14 @@ TEST(JointBoard, NoGroupIsPassedOnLaterThanTheOthersOfItsCycle) {
 }
 
 TEST(JointBoard, WhatHadToWaitIsPassedOnWhenNothingFollows) {
-  JointBoard board({"a"}, kPeriod);
-  board.add({{"a"}, {1.0}}, "/driver", kBegin);
-  EXPECT_EQ(board.due(kBegin).positions, Positions{1.0});
-  board.add({{"a"}, {2.0}}, "/driver", kBegin + milliseconds(10));
-  EXPECT_TRUE(board.due(kBegin + milliseconds(10)).names.empty());
-  EXPECT_EQ(board.rest(kBegin + milliseconds(60)).positions, Positions{2.0});
+  JointBoard board({"a", "b"}, kPeriod);
+  board.add({{"a", "b"}, {1.0, 2.0}}, "/driver", kBegin);
+  EXPECT_EQ(board.due(kBegin).positions, (Positions{1.0, 2.0}));
+  for (const char* name : {"a", "b"}) {
+    board.add({{name}, {3.0}}, "/driver", kBegin + milliseconds(10));
+    EXPECT_TRUE(board.due(kBegin + milliseconds(10)).names.empty());
+  }
+  EXPECT_EQ(board.rest(kBegin + milliseconds(60)).positions, (Positions{3.0, 3.0}));
   EXPECT_TRUE(board.rest(kBegin + milliseconds(120)).names.empty());
 }
 

@@ -200,8 +200,9 @@ def test_while_it_plays_each_velocity_is_the_one_of_its_stamp(
     assert max(errors) < NEAR_M_PER_S
 
 
-def test_a_recording_of_joints_alone(hand: Callable[..., Hand]) -> None:
-    stage = hand('link', 'joints.bag')
+@pytest.mark.parametrize('name', ['link', 'only'])
+def test_a_recording_of_joints_alone(hand: Callable[..., Hand], name: str) -> None:
+    stage = hand(name, 'joints.bag')
     for position_s in (4.0, 0.5):
         stage.check(stage.player.seek, position_s)
 

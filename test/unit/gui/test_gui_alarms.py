@@ -35,7 +35,7 @@ from process_visualizer.gui.session import Session
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
-from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, CONFLICT_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
 CELL = Cell('cell.xml', 'world', (ARM,))
@@ -122,6 +122,14 @@ def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
         assert stand.says_no_alarms()
 
 
+def test_nodes_that_contradict_each_other_are_an_alarm(stand: Stand) -> None:
+    said = '/arm/joints: 2 nodes send positions of a that are up to 1.2 apart'
+    stand.said.take_state('/arm/driver', '/arm/driver', Severity.WARNING,
+                          f'{said}, and much more', stand.now_s, {CONFLICT_KEY: said})
+    stand.warnings.look()
+    assert stand.texts() == [f'arm: {said}']
+
+
 def test_nothing_is_wrong(stand: Stand) -> None:
     assert (stand.says_no_alarms(), stand.texts()) == (True, [])
 
@@ -194,14 +202,15 @@ def test_no_button_moves_when_there_are_more_alarms_than_fit(stand: Stand, qtbot
     stand.beyond(True)
     QApplication.processEvents()
 
-    def right() -> int:
+    def places() -> List[int]:
+        """How far right a button is, and where begins what is below the strip."""
         button = stand.chips()[0].findChild(QPushButton, 'alarm_acknowledge')
-        return int(button.mapTo(stand.strip, QPoint()).x())
-    before = right()
+        return [button.mapTo(stand.strip, QPoint()).x(), stand.strip.height()]
+    before = places()
     stand.report('arm', NodeState.EXITED, 1)
     stand.report(RVIZ_PART, NodeState.EXITED, 1)
     QApplication.processEvents()
-    assert right() == before
+    assert places() == before
 
 
 def test_there_is_one_window_with_events(stand: Stand) -> None:

@@ -23,7 +23,7 @@ from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.page.live_feed import Slot
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
-from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
 from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
 from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, verdict_entry
 
@@ -61,9 +61,9 @@ class Stage:
         found: Dict[str, Any] = json.loads(self.live.feed.newest(Slot.STATE)[1])
         return found
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, key: str = LIMIT_KEY, value: str = 'up to 402 K') -> None:
         self.live.alarms.warnings.take_state('/oven/variable_proc', 'heat', Severity.ERROR, text,
-                                             self.now_s, {LIMIT_KEY: 'up to 402 K'})
+                                             self.now_s, {key: value})
 
 
 @pytest.fixture
@@ -92,6 +92,11 @@ def test_a_value_beyond_its_limits_is_an_alarm_with_begin_and_end(stage: Stage) 
     assert [it['text'] for it in state['events']] == [
         'oven: heat above 400 K, up to 402 K: over after 5.1 s',
         'oven: heat above 400 K, up to 402 K']
+
+
+def test_nodes_that_contradict_each_other_are_an_alarm(stage: Stage) -> None:
+    stage.warn('a long text', CONFLICT_KEY, '/oven/joints: 2 nodes')
+    assert [it['text'] for it in stage.state['alarms']] == ['oven: /oven/joints: 2 nodes']
 
 
 def test_what_is_marked_in_the_scene_is_an_alarm_once(stage: Stage) -> None:
