@@ -487,6 +487,7 @@ def test_the_dialog_proposes_a_name_that_gets_the_ending_of_what_is_chosen(
     for kind, name in (('Pages (*.html)', 'a_1.html'), ('Tables (*.csv *.parquet)', 'a_1.csv')):
         stand.panel.share.click()
         dialog, = stand.panel.findChildren(QFileDialog)
+        assert dialog.windowTitle() == 'Share a.bag#1, 0:00.00 to 0:10.00'
         dialog.selectNameFilter(kind)
         dialog.filterSelected.emit(kind)
         assert dialog.selectedFiles() == [str(tmp_path / name)]

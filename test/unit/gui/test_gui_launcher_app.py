@@ -421,3 +421,20 @@ def test_an_object_near_a_robot_is_told_until_it_is_gone(
     assert len(times(spans, Level.WARNING)) == len(times(spans, Level.BAD)) == 1
     launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
     launcher.launch.changed.emit()
+
+
+def test_a_button_that_its_click_disables_gives_the_keyboard_to_no_other(
+        window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    window.activateWindow()
+    for button in (window.launch.launch, window.recording.findChild(QPushButton, 'record')):
+        assert button is not None
+        button.setEnabled(True)
+        button.setFocus()
+        assert window.focusWidget() is button
+        button.setEnabled(False)
+        assert window.focusWidget() is None
+    button.setEnabled(True)
+    button.setFocus()
+    window.focusNextPrevChild(True)  # by Tab
+    assert window.focusWidget() not in (None, button)

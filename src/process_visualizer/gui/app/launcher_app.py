@@ -239,6 +239,14 @@ class LauncherApp(QMainWindow):
         self._show_launch()
         self._show_views()
 
+    def focusNextPrevChild(self, is_next: bool) -> bool:
+        """See Qt; nothing gets the keyboard of a button that can no longer be used.
+
+        Otherwise Qt would give it to the next one, such as one that acknowledges an alarm.
+        """
+        focused = self.focusWidget()
+        return (focused is None or focused.isEnabled()) and super().focusNextPrevChild(is_next)
+
     # Layout
 
     def _lay_out(self) -> None:

@@ -266,6 +266,12 @@ class CompareModel(QObject):
         """Let a run be aligned as if the operator had said nothing."""
         self._align_again(number, ())
 
+    def shared_span(self, number: int) -> PageSpan:
+        """Return the part of a run that is shared now: A to B while the player's loop is on."""
+        listed, player = self._runs[number], self._session.player
+        is_played = player is not None and listed.path in self._recording[:1]
+        return shared_span(listed.run, player.loop if player is not None and is_played else None)
+
     def share(self, number: int, path: str) -> None:
         """Write a run, or A to B of it while the player's loop is on in it.
 
@@ -273,9 +279,7 @@ class CompareModel(QObject):
         """
         cell, listed, compared = self._session.cell, self._runs[number], self._compared
         found = None if compared is None else compared.comparisons[number]
-        player = self._session.player
-        is_played = player is not None and listed.path in self._recording[:1]
-        span = shared_span(listed.run, player.loop if player is not None and is_played else None)
+        span = self.shared_span(number)
 
         def work(progress: TaskProgress) -> str:
             good = None if compared is None or found is None else compared.good

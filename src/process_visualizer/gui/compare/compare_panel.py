@@ -238,7 +238,9 @@ class ComparePanel(QWidget):
 
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
-        dialog = QFileDialog(self, 'Share a run', _proposed_path(self._model.runs[row]), _KINDS)
+        listed, span = self._model.runs[row], self._model.shared_span(row)
+        title = f'Share {listed.run.name}, {clock(span.begin_s)} to {clock(span.end_s)}'
+        dialog = QFileDialog(self, title, _proposed_path(listed), _KINDS)
         dialog.setObjectName('share_dialog')
         dialog.setAttribute(Qt.WA_DeleteOnClose)
         dialog.setAcceptMode(QFileDialog.AcceptSave)
@@ -284,8 +286,10 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     begin_s = comparison.run.begin_s + comparison.run_s(departure.onset_s)
     item = QTreeWidgetItem([departure.signal.name, clock(begin_s), amount(departure)])
     item.setData(0, Qt.UserRole, begin_s)
+    hint = (f'{departure.signal.name}, {amount(departure)}\n'
+            f'{moment(comparison, departure.onset_s)}\nClick to go there')
     for column in range(3):
-        item.setToolTip(column, f'{moment(comparison, departure.onset_s)}\nClick to go there')
+        item.setToolTip(column, hint)
     return item
 
 
