@@ -438,3 +438,7 @@ def test_a_button_that_its_click_disables_gives_the_keyboard_to_no_other(
     button.setFocus()
     window.focusNextPrevChild(True)  # by Tab
     assert window.focusWidget() not in (None, button)
+
+
+def test_a_window_with_nothing_to_quit_closes_at_the_first_click(window: LauncherApp) -> None:
+    assert window.close() and not window.isVisible()

@@ -485,12 +485,11 @@ class LauncherApp(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Quit everything first, without freezing; the window closes when that is done."""
+        if not self._is_closed:
+            self._after_quit.ask_to_leave()  # if nothing runs, it is done at once
         if self._is_closed:
             self._serve.end()
-            event.accept()
-            return
-        event.ignore()
-        self._after_quit.ask_to_leave()
+        event.setAccepted(self._is_closed)
 
     def leave(self) -> None:
         """Quit all nodes (the recorder finishes its bag), then close; without asking."""
