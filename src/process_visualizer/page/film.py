@@ -97,8 +97,8 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
         assert comparison is not None
         time_s = spans[number].begin_s + float(comparison.alignment.time_map.to_reference(
             np.array([frame.time_s - run.begin_s]))[0])
-        shots.append((Frame(number, min(max(time_s, spans[number].begin_s),
-                                        spans[number].end_s)), frame))
+        time_s = min(max(round(time_s, 6), spans[number].begin_s), spans[number].end_s)
+        shots.append((Frame(number, time_s), frame))  # rounded as in the table
     return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
 
 
