@@ -12,8 +12,8 @@ from process_visualizer.bagio.recording import Recording, recording_parts
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.health.figures import clock_seconds
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell

@@ -9,7 +9,6 @@ from typing import Callable, Dict, Iterator, List, Tuple
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
 from process_visualizer.cell.model import Cell
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.number_table import (
     NumberTable,
     joined,
@@ -19,6 +18,7 @@ from process_visualizer.page.number_table import (
 )
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell, run_entry
+from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 from process_visualizer.runs.run import Run

@@ -15,9 +15,8 @@ from typing import IO, Callable, Dict, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.robots import PageSpan
-from process_visualizer.page.shared_page import page_of
+from process_visualizer.page.shared_page import ChosenSpans, page_of
 from process_visualizer.whole_file import whole_file, write_text
 
 VIEWS = ('cell', 'tools', 'front', 'side', 'top')

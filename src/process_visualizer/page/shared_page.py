@@ -1,27 +1,55 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of some runs, made of their recordings."""
+"""Runs, or parts of them, that are to leave the machine, and the page of them."""
 from __future__ import annotations
 
 import os
 from contextlib import ExitStack
-from typing import Any, Dict, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
 from process_visualizer.cell.model import Cell
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged, PageCell, run_entry, run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import band_text, clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
+from process_visualizer.runs.run import Run
 
 MAX_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""
+
+
+class ChosenSpans(NamedTuple):
+    """Runs with the part of each recording that is meant, and the good runs if there are any.
+
+    ``cell`` is the one that was given; None: that of each recording. ``known`` are runs that have
+    been compared already.
+    """
+
+    cell: Optional[Cell]
+    runs: List[Run]
+    spans: List[PageSpan]
+    good: Optional[GoodRuns] = None
+    known: Tuple[Judged, ...] = ()
+
+    @property
+    def duration_s(self) -> float:
+        """The length of all spans."""
+        return sum(it.end_s - it.begin_s for it in self.spans)
+
+    def judged(self, run: Run) -> Judged:
+        """Return a run with what comes of holding it against the good runs, if there are any."""
+        for it in self.known:
+            if it.run is run:
+                return it
+        if self.good is None or incomparable(self.good.reference, run) is not None:
+            return Judged(run)
+        return Judged(run, self.good.compare(run), self.good.of(run) or self.good)
 
 
 def page_of(chosen: ChosenSpans, with_clouds: bool = False, worst_first: bool = True) -> str:

@@ -27,7 +27,7 @@ from process_visualizer.gui.compare.live_comparison_model import LiveComparisonM
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.session import Session
 from process_visualizer.page import film
-from process_visualizer.page.chosen_spans import ChosenSpans
+from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference
 from process_visualizer.runs.comparison.timeline_bands import MomentKind

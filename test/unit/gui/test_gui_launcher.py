@@ -115,15 +115,20 @@ def test_a_changed_device_is_pending_after_a_reload(loaded: Launcher, qtbot: Any
     assert loaded.pending() == 'restart oven'
 
 
-def test_a_pose_that_was_moved_and_saved_is_in_effect(loaded: Launcher, qtbot: Any,
-                                                      config: Path) -> None:
+@pytest.mark.parametrize('is_taken', [True, False])
+def test_a_pose_that_was_moved_and_saved_is_in_effect_if_the_nodes_took_it(
+        loaded: Launcher, qtbot: Any, config: Path, monkeypatch: pytest.MonkeyPatch,
+        is_taken: bool) -> None:
+    """There are no nodes here: each move fails unless it is answered."""
+    if is_taken:
+        monkeypatch.setattr(loaded.link, 'move_frame', lambda *_: None)
     run(loaded)
     loaded.calibration.choose('oven')
     loaded.calibration.set_value(0, 1.23456789)
     with qtbot.waitSignal(loaded.cell.loaded):
         loaded.calibration.save()
     assert 'xyz="1.234568 0 0"' in config.read_text()
-    assert loaded.pending() == ''
+    qtbot.waitUntil(lambda: loaded.pending() == ('' if is_taken else 'restart oven'))
 
 
 def test_only_the_pose_is_taken_as_in_effect(loaded: Launcher, qtbot: Any, config: Path) -> None:

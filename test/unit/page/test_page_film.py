@@ -12,9 +12,9 @@ import pytest
 from cycle_bags import write_bag
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.film import film_frames
 from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.shared_page import ChosenSpans
 
 
 @pytest.mark.parametrize(('span', 'rate_hz', 'speed', 'count'), [

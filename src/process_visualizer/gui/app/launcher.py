@@ -320,7 +320,8 @@ class Launcher(QObject):
             return
         for saved in self.session.devices:
             device = next((it for it in running.cell.devices if it.name == saved.name), None)
-            if saved.name in names and device is not None:
+            if saved.name in names and device is not None and all(
+                    it.is_taken(saved.name) for it in (self.calibration, self.region)):
                 running = running.with_device(_with_saved(device, saved))
         if names:
             self.launch.adopt(running)

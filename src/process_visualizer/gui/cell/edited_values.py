@@ -12,6 +12,7 @@ from typing import (
     Mapping,
     Optional,
     Sequence,
+    Set,
     Tuple,
     Type,
     TypeVar,
@@ -57,6 +58,7 @@ class EditedValues(QObject, Generic[Value]):
         self._in_file: Dict[str, Value] = {}
         self._edited: Dict[str, Value] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Value]]'] = {}
+        self._refused: Set[str] = set()  # devices whose nodes have not taken the newest value
         self.device = ''
         self._is_running = self.is_saving = self.has_marker = False
 
@@ -93,6 +95,11 @@ class EditedValues(QObject, Generic[Value]):
     def unsaved(self) -> List[str]:
         """The devices whose value differs from what is saved."""
         return [name for name in self._in_file if name in self._edited]
+
+    def is_taken(self, name: str) -> bool:
+        """Return whether the running nodes, as far as they were asked, have a device's value."""
+        move = self._moves.get(name)
+        return name not in self._refused and (move is None or move.wanted is None)
 
     def edits(self) -> Dict[str, Tuple[float, ...]]:
         """Return the numbers of what is not saved, by device."""
@@ -133,6 +140,7 @@ class EditedValues(QObject, Generic[Value]):
         self._is_running = is_running
         if not is_running:
             self.show_marker(False)
+        self._refused.clear()  # other nodes, which begin with what the file says
         for name in filter(self._differs_from_file, self._in_file if is_running else ()):
             self._send(name)
         self.changed.emit()
@@ -229,11 +237,14 @@ class EditedValues(QObject, Generic[Value]):
         value = self.value_of(name)
         if name not in self._moves:
             self._moves[name] = NewestCall(
-                self._tasks, self._line, lambda it: self._move(*it), lambda: None,
-                lambda error: self.failed.emit(
-                    f'the {self._moves_what} of {name} was not moved: {error}'))
+                self._tasks, self._line, lambda it: self._move(*it),
+                lambda: self._refused.discard(name), lambda error: self._refuse(name, error))
         if value is not None:
             self._moves[name].request((self._target(name), value))
+
+    def _refuse(self, name: str, error: Exception) -> None:
+        self._refused.add(name)
+        self.failed.emit(f'the {self._moves_what} of {name} was not moved: {error}')
 
     def _tell_marker(self, name: str) -> None:
         value = self.value_of(name)

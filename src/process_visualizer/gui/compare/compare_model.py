@@ -13,10 +13,9 @@ from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 from process_visualizer.page import exported, film
-from process_visualizer.page.chosen_spans import ChosenSpans
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
-from process_visualizer.page.shared_page import page_of
+from process_visualizer.page.shared_page import ChosenSpans, page_of
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.timeline_bands import (
