@@ -98,6 +98,9 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
             np.array([frame.time_s - run.begin_s]))[0])
         time_s = min(max(round(time_s, 6), spans[number].begin_s), spans[number].end_s)
         shots.append((Frame(number, time_s), frame))  # rounded as in the table
+    for number in range(len(judged), len(runs)):  # only what stands beside something is shown
+        times_s = [beside.time_s for beside, _ in shots if beside.run == number]
+        spans[number] = PageSpan(min(times_s), max(times_s))
     return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
 
 

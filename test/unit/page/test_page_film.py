@@ -12,9 +12,11 @@ import pytest
 from cycle_bags import write_bag
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.page.film import film_frames
+from process_visualizer.page.film import beside_good, film_frames
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans
+from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 
 @pytest.mark.parametrize(('span', 'rate_hz', 'speed', 'count'), [
@@ -26,6 +28,18 @@ def test_frames_are_evenly_spaced(span: PageSpan, rate_hz: float, speed: float,
     assert [it.run for it in frames] == [0] * count + [1] * count
     assert [it.time_s for it in frames[:count]] == pytest.approx(
         [span.begin_s + row * speed / rate_hz for row in range(count)])
+
+
+def test_of_the_good_run_that_part_is_beside_which_belongs_to_the_run(tmp_path: Path) -> None:
+    run, reference = ChosenRuns().runs([write_bag(tmp_path, cycles=2)])
+    chosen = ChosenSpans(None, [run], [PageSpan(2.0, 3.2)], GoodRuns(reference, []))
+    both, shots = beside_good(chosen, film_frames(chosen, 10.0, 1.0))
+    assert [it.name for it in both.runs] == ['a.bag#1', 'a.bag#2']
+    assert [[it.run for it in shot] for shot in shots] == [[1, 0]] * 12
+    assert both.spans[0] == PageSpan(2.0, 3.2)
+    assert both.spans[1] == pytest.approx((14.0, 15.1), abs=0.1)
+    with pytest.raises(ValueError, match='beside a.bag#1: name a good run with --reference'):
+        beside_good(chosen._replace(good=None), [])
 
 
 @pytest.mark.parametrize(('words', 'problem'), [
