@@ -20,7 +20,7 @@ from typing import Any, List
 
 import numpy as np
 
-from process_visualizer.page.headless_browser import HeadlessBrowser
+from process_visualizer.film.headless_browser import HeadlessBrowser
 
 SIZE = 1280, 720
 SEEKS = 40

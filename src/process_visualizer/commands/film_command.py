@@ -11,8 +11,7 @@ from typing import Dict, Optional, Tuple
 
 from process_visualizer.commands.chosen_spans import add_span_options, chosen_spans
 from process_visualizer.commands.share_command import add_clouds_option
-from process_visualizer.health.figures import clock_seconds
-from process_visualizer.page.film import (
+from process_visualizer.film.film import (
     ENDINGS,
     VIEWS,
     Frame,
@@ -21,6 +20,7 @@ from process_visualizer.page.film import (
     write_film,
     write_picture,
 )
+from process_visualizer.health.figures import clock_seconds
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.shown_text import say
 

@@ -19,6 +19,7 @@ from session_stand import open_cell, play, run
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
+from process_visualizer.film import film
 from process_visualizer.gui.compare import ghost_model
 from process_visualizer.gui.compare.compare_model import BandsModel, CompareModel, shared_span
 from process_visualizer.gui.compare.compare_panel import ComparePanel, with_ending
@@ -26,7 +27,6 @@ from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.session import Session
-from process_visualizer.page import film
 from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.runs.comparison.ghost import GhostTrack, LiveReference

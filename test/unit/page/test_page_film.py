@@ -12,7 +12,7 @@ import pytest
 from cycle_bags import write_bag
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.page.film import beside_good, film_frames
+from process_visualizer.film.film import beside_good, film_frames
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.runs.comparison.comparison import GoodRuns

@@ -10,9 +10,10 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.film import film
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
-from process_visualizer.page import exported, film
+from process_visualizer.page import exported
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
 from process_visualizer.page.shared_page import ChosenSpans, page_of

@@ -173,7 +173,7 @@ def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
           table: TextIO, on_frame: OnFrame) -> None:
     """Write the pictures of each frame, and its row of the table."""
     # Other commands begin 50 ms earlier without it.
-    from process_visualizer.page.headless_browser import BrowserError, HeadlessBrowser
+    from process_visualizer.film.headless_browser import BrowserError, HeadlessBrowser
     rows: List[Dict[str, str]] = []
     try:
         with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
