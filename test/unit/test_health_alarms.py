@@ -113,6 +113,21 @@ def test_what_begins_again_is_the_same_alarm() -> None:
                             'oven: oven is above 200']
 
 
+def test_how_often_it_came_and_since_when_is_known_until_it_is_acknowledged() -> None:
+    board = AlarmBoard()
+    for begin_s in (1.0, 5.0, 9.0):
+        board = board.seen([LATCHED], begin_s).seen([], begin_s + 2.0)
+    (alarm,) = board.alarms
+    assert (alarm.times, alarm.first_s, alarm.since_s, alarm.ended_s) == (3, 1.0, 9.0, 11.0)
+    (alarm,) = board.acknowledged(LATCHED, 'anna', 12.0).seen([LATCHED], 13.0).alarms
+    assert (alarm.times, alarm.first_s) == (1, None)
+
+
+def test_what_is_wrong_now_comes_before_what_was_wrong_in_the_recording() -> None:
+    board = AlarmBoard().seen([SILENT], 1.0).seen([SILENT, BEYOND._replace(position_s=7.0)], 2.0)
+    assert [it.condition.source for it in board.alarms] == ['arm', 'oven']
+
+
 def test_what_lasts_comes_before_what_is_over() -> None:
     board = AlarmBoard().seen([LATCHED], 1.0).seen([SILENT], 2.0)
     assert [it.condition.source for it in board.alarms] == ['arm', 'oven']

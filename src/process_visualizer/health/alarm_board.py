@@ -54,12 +54,17 @@ class Condition(NamedTuple):
 
 
 class Alarm(NamedTuple):
-    """A condition and since when it lasts, or until when it did [s since the epoch]."""
+    """A condition and since when it lasts, or until when it did [s since the epoch].
+
+    One that came again before it was acknowledged has been there ``times`` times since ``first_s``.
+    """
 
     condition: Condition
     since_s: float
     ended_s: Optional[float] = None
     is_acknowledged: bool = False
+    times: int = 1
+    first_s: Optional[float] = None
 
 
 class Event(NamedTuple):
@@ -70,7 +75,11 @@ class Event(NamedTuple):
 
 
 class AlarmBoard(NamedTuple):
-    """The present alarms, the worst first, then the oldest; and all events in their order."""
+    """The present alarms, and all events in their order.
+
+    What lasts comes before what is over, what is wrong now before what was wrong in a recording;
+    then the worst first, then the oldest.
+    """
 
     alarms: Tuple[Alarm, ...] = ()
     events: Tuple[Event, ...] = ()
@@ -93,8 +102,13 @@ class AlarmBoard(NamedTuple):
             if key not in present and (known is None or is_again
                                        or condition.level > known.condition.level):
                 events.append(Event(since_s if known is None else now_s, _begun(condition)))
-            present[key] = Alarm(condition._replace(since_s=since_s), since_s, None,
-                                 known is not None and known.is_acknowledged and not is_again)
+            alarm = Alarm(condition, since_s) if known is None else known
+            if is_again:
+                alarm = alarm._replace(times=alarm.times + 1, is_acknowledged=False,
+                                       first_s=alarm.since_s if alarm.first_s is None
+                                       else alarm.first_s)
+            present[key] = alarm._replace(condition=condition._replace(since_s=since_s),
+                                          since_s=since_s, ended_s=None)
         for key, alarm in before.items():
             if key not in present:
                 if alarm.ended_s is None:
@@ -117,7 +131,8 @@ class AlarmBoard(NamedTuple):
 
     def _of(self, alarms: Iterable[Alarm]) -> AlarmBoard:
         return self._replace(alarms=tuple(sorted(alarms, key=lambda it: (
-            it.ended_s is not None, -it.condition.level, it.since_s))))
+            it.ended_s is not None, it.condition.position_s is not None, -it.condition.level,
+            it.since_s))))
 
     def noted(self, text: str, now_s: float) -> AlarmBoard:
         """Return the board with another event."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, Iterator, List, Tuple
@@ -179,6 +180,19 @@ def test_an_alarm_that_begins_again_is_as_old_as_that(stand: Stand) -> None:
         assert stand.model.alarms[0].since_s == NOON_S + began_s
         stand.beyond(False)
         stand.now_s += 61.0
+
+
+def test_an_alarm_that_came_again_says_how_often_and_since_when(stand: Stand) -> None:
+    stand.strip.resize(400, stand.strip.height())
+    for _ in range(3):
+        stand.beyond(True)
+        stand.beyond(False)
+        stand.now_s += 61.0
+    QApplication.processEvents()
+    (chip,) = stand.chips()
+    shown = chip.text.shown_text(chip.text.width()).replace('\n', ' ')
+    first, last = (time.strftime('%H:%M:%S', time.localtime(NOON_S + it)) for it in (98.0, 222.0))
+    assert shown.split(None, 2) == [f'{first}–{last}', '(3×)', 'arm: edge is above 335, up to 424']
 
 
 def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> None:

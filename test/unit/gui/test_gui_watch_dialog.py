@@ -32,6 +32,7 @@ def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str
         'process_visualizer cell view --master=-x', 'no \\x1b[31mcolor']
     assert dialog.button.text() == 'Stop watching'
     dialog.button.click()
-    qtbot.waitUntil(lambda: not dialog.is_watching)
+    qtbot.waitUntil(lambda: dialog.lines.toPlainText().endswith('\nWatching has ended.'))
+    assert not dialog.is_watching
     assert dialog.button.text() == 'Watch'
     assert dialog.host.isEnabled()

@@ -114,6 +114,7 @@ class SecondLauncher(QObject):
 _EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
                 'an RViz of its own; nothing is changed in it. There it has to be started with '
                 '--remote (see docs/remote.md).')
+_ENDED = 'Watching has ended.'
 _MAX_LINES = 500
 
 
@@ -141,6 +142,7 @@ class WatchDialog(QDialog):
         self._process.setProcessChannelMode(QProcess.MergedChannels)
         self._process.readyReadStandardOutput.connect(self._read)
         self._process.stateChanged.connect(self._update)
+        self._process.finished.connect(lambda *_: self.lines.appendPlainText(_ENDED))
         self._process.errorOccurred.connect(
             lambda *_: self.lines.appendPlainText(self._process.errorString()))
         self.button.clicked.connect(self._toggle)

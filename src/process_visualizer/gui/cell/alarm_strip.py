@@ -255,14 +255,16 @@ def _make_small(widget: QWidget) -> None:
 
 
 def chip_text(alarm: Alarm) -> str:
-    """Return since when, at the clock or in the recording, and where and what."""
+    """Return since when, at the clock or in the recording, how often, and where and what."""
     condition = alarm.condition
     if condition.position_s is not None:
         since = format_time(condition.position_s)
     else:
-        since = _of_day(alarm.since_s)
+        since = _of_day(alarm.since_s if alarm.first_s is None else alarm.first_s)
         if alarm.ended_s is not None:
             since += f'–{_of_day(alarm.ended_s)}'
+        if alarm.times > 1:
+            since += f' ({alarm.times}×)'
     return f'{since}  {condition.said}'
 
 
@@ -273,7 +275,7 @@ def _of_day(time_s: float) -> str:
 def _lasting(alarm: Alarm) -> Alarm:
     """An alarm without what a chip can change."""
     return alarm._replace(condition=alarm.condition._replace(text=''), ended_s=None,
-                          is_acknowledged=False)
+                          is_acknowledged=False, times=1, first_s=None)
 
 
 ShowLog = Callable[[str, str], None]
