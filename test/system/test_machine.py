@@ -2,9 +2,7 @@
 """A device whose nodes run on another computer (``<device machine>``), reached by SSH."""
 from __future__ import annotations
 
-import os
 import shlex
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,12 +11,12 @@ from typing import Dict, Iterator
 
 import pytest
 from running import CellRun
+from ssh_server import home_with_key, no_ssh_server, ssh_server
 from surroundings import PATIENCE_S, wait_until
 from two_networks import CELL as CELL_ADDRESS
 from two_networks import VIEWER as FAR_ADDRESS
 from two_networks import TwoNetworks, problem
 
-SSHD = '/usr/sbin/sshd'
 PORT = 2222
 MASTER_URI = f'http://{CELL_ADDRESS}:11311'
 CONFIGURATION = '''<visualizer>
@@ -49,7 +47,7 @@ print(rosgraph.Master('/look').lookupNode('/oven/variable_proc'))
 @pytest.fixture(scope='module')
 def networks() -> Iterator[TwoNetworks]:
     """Two namespaces, or why there are none."""
-    reason = problem() or ('' if os.path.exists(SSHD) else 'there is no sshd')
+    reason = problem() or no_ssh_server()
     if reason:
         pytest.skip(reason)
     made = TwoNetworks()
@@ -59,20 +57,8 @@ def networks() -> Iterator[TwoNetworks]:
 
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
-    """A home folder with a key that is let in, and a known host.
-
-    roslaunch looks for the host without the port, paramiko with it.
-    """
-    folder = tmp_path / 'home'
-    (folder / '.ssh').mkdir(parents=True, mode=0o700)
-    for name in ('id_rsa', 'host'):
-        subprocess.run(['ssh-keygen', '-q', '-t', 'rsa', '-N', '', '-f',
-                        str(folder / '.ssh' / name)], check=True)
-    shutil.copy(folder / '.ssh/id_rsa.pub', folder / '.ssh/authorized_keys')
-    kind, key = (folder / '.ssh/host.pub').read_text(encoding='utf-8').split()[:2]
-    (folder / '.ssh/known_hosts').write_text(
-        f'{FAR_ADDRESS},[{FAR_ADDRESS}]:{PORT} {kind} {key}\n', encoding='utf-8')
-    return folder
+    """A home folder with a key that is let in, and a known host."""
+    return home_with_key(tmp_path / 'home', FAR_ADDRESS, PORT)
 
 
 @pytest.fixture
@@ -85,18 +71,8 @@ def far_computer(networks: TwoNetworks, home: Path, tmp_path: Path,
         if name.isidentifier() and name not in ('HOME', 'PWD', 'ROS_MASTER_URI'))
         + f'export ROS_IP={FAR_ADDRESS}\nexec "$@"\n', encoding='utf-8')
     loader.chmod(0o755)
-    os.makedirs('/run/sshd', exist_ok=True)
-    server = subprocess.Popen(networks.command(
-        networks.viewer, SSHD, '-D', '-e', '-f', '/dev/null', '-p', str(PORT),
-        '-h', str(home / '.ssh/host'), '-o', f'AuthorizedKeysFile={home}/.ssh/authorized_keys',
-        '-o', 'StrictModes=no', '-o', f'PidFile={tmp_path}/sshd.pid', '-o', 'UsePAM=no',
-        '-o', 'PasswordAuthentication=no'), stderr=subprocess.PIPE, text=True)
-    assert server.stderr is not None
-    assert 'listening' in server.stderr.readline()
-    yield loader
-    server.terminate()
-    server.wait(PATIENCE_S)
-    server.stderr.close()
+    with ssh_server(networks.command(networks.viewer), home, PORT):
+        yield loader
 
 
 def processes_of(networks: TwoNetworks, namespace: str, name: str) -> 'list[str]':

@@ -6,14 +6,18 @@ import re
 import signal
 import subprocess
 import sys
-from typing import Dict, Iterator
+from pathlib import Path
+from typing import Callable, Dict, Iterator, Optional
 
 import pytest
 from running import CELL, CellRun
-from surroundings import PATIENCE_S
+from ssh_server import home_with_key, no_ssh_server, ssh_server
+from surroundings import PATIENCE_S, wait_until
 from two_networks import CELL as CELL_ADDRESS
 from two_networks import TwoNetworks, problem
 
+OTHER_CLOCK = '/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1'
+SSH_PORT, RELAY_PORT = 2222, 11411
 DEVICES = '<device type="other" name="table"><base frame="table" xyz="0 0 0.5"/></device>'
 
 
@@ -28,10 +32,30 @@ def networks() -> Iterator[TwoNetworks]:
     made.close()
 
 
+@pytest.fixture
+def config(write_config: Callable[[str], Path]) -> str:
+    return str(write_config(DEVICES))
+
+
 def run(networks: TwoNetworks, namespace: str, environment: Dict[str, str],
         *arguments: str) -> CellRun:
     return CellRun(arguments, {**environment, 'ROS_MASTER_URI': 'http://localhost:11311'},
                    networks.command(namespace))
+
+
+def end(*processes: Optional[CellRun]) -> None:
+    for process in filter(None, processes):
+        process.end()
+        print(process.text)
+
+
+def checked(networks: TwoNetworks, environment: Dict[str, str], master: str = CELL_ADDRESS,
+            ) -> 'subprocess.CompletedProcess[str]':
+    """Let the viewer find out what prevents a connection."""
+    return subprocess.run(
+        networks.command(networks.viewer, CELL, 'view', '--check', '--master', master),
+        env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+        timeout=PATIENCE_S)
 
 
 def first_transform(networks: TwoNetworks, environment: Dict[str, str]) -> str:
@@ -45,13 +69,10 @@ def first_transform(networks: TwoNetworks, environment: Dict[str, str]) -> str:
 
 
 def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: Dict[str, str],
-                                        write_config: 'object') -> None:
-    config = str(write_config(DEVICES))  # type: ignore[operator]
-    nothing = subprocess.run(
-        networks.command(networks.viewer, CELL, 'view', '--check', '--master', CELL_ADDRESS),
-        env=ros_environment, stderr=subprocess.PIPE, text=True, check=False, timeout=PATIENCE_S)
+                                        config: str) -> None:
+    nothing = checked(networks, ros_environment)
     assert nothing.returncode == 1
-    assert 'nothing listens on' in nothing.stderr
+    assert 'nothing listens on' in nothing.stdout
     cell = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz', '--remote')
     viewer = None
     try:
@@ -70,6 +91,65 @@ def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: 
         assert viewer.signal_and_wait(signal.SIGINT) == 0
         assert 'exited' not in cell.text  # the cell has not noticed
     finally:
-        for process in filter(None, (viewer, cell)):
-            process.end()
-            print(process.text)
+        end(viewer, cell)
+
+
+def test_clocks_that_are_apart_are_told(networks: TwoNetworks, ros_environment: Dict[str, str],
+                                        config: str) -> None:
+    if not Path(OTHER_CLOCK).exists():
+        pytest.skip(f'there is no {OTHER_CLOCK} (package libfaketime)')
+    cell = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz', '--remote')
+    viewer = None
+    try:
+        cell.wait_for_line('/view_relay: running')
+        later = {**ros_environment, 'LD_PRELOAD': OTHER_CLOCK, 'FAKETIME': '+95s',
+                 'FAKETIME_DONT_FAKE_MONOTONIC': '1'}
+        viewer = run(networks, networks.viewer, later, 'view', '--no-rviz', '--master',
+                     CELL_ADDRESS)
+        assert 'the clocks are 1 min 35 s apart: this one is ahead of that of the cell' in \
+            viewer.wait_for_line('the clocks are')
+        viewer.wait_for_line('ready')
+        assert viewer.signal_and_wait(signal.SIGINT) == 0
+    finally:
+        end(viewer, cell)
+
+
+def test_a_cell_with_the_address_of_another_computer_says_so(
+        networks: TwoNetworks, ros_environment: Dict[str, str], config: str) -> None:
+    wrong = {**ros_environment, 'ROS_IP': '10.77.30.99'}
+    cell = run(networks, networks.cell, wrong, 'run', config, '--no-rviz', '--remote')
+    try:
+        assert '10.77.30.99' in cell.wait_for_line('view_relay')
+        assert checked(networks, ros_environment).returncode == 1
+    finally:
+        end(cell)
+
+
+def test_a_cell_for_its_own_computer_is_watched_through_a_tunnel(
+        networks: TwoNetworks, ros_environment: Dict[str, str], config: str,
+        tmp_path: Path) -> None:
+    if no_ssh_server():
+        pytest.skip(no_ssh_server())
+    home = home_with_key(tmp_path / 'home', CELL_ADDRESS, SSH_PORT)
+    cell = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz')
+    viewer = tunnel = None
+    try:
+        cell.wait_for_line('/view_relay: running')
+        assert checked(networks, ros_environment).returncode == 1
+        with ssh_server(networks.command(networks.cell), home, SSH_PORT):
+            tunnel = subprocess.Popen(networks.command(
+                networks.viewer, 'ssh', '-N', '-p', str(SSH_PORT), '-i', str(home / '.ssh/id_rsa'),
+                '-o', f'UserKnownHostsFile={home}/.ssh/known_hosts',
+                '-L', f'{RELAY_PORT}:localhost:{RELAY_PORT}', CELL_ADDRESS))
+            master = f'localhost:{RELAY_PORT}'
+            wait_until(lambda: checked(networks, ros_environment, master).returncode == 0,
+                       'the tunnel is there')
+            viewer = run(networks, networks.viewer, ros_environment, 'view', '--no-rviz',
+                         '--master', master)
+            viewer.wait_for_line('ready')
+            assert viewer.signal_and_wait(signal.SIGINT) == 0
+    finally:
+        end(viewer, cell)
+        if tunnel is not None:
+            tunnel.terminate()
+            tunnel.wait(PATIENCE_S)
