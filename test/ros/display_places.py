@@ -106,7 +106,7 @@ def drawn_pixels(picture: str) -> Dict[str, int]:
 
     Images have panels of their own instead; there it is the number of pixels of their color.
     """
-    pixels = _pixels(picture)
+    pixels = picture_pixels(picture)
     drawn = (pixels != _BACKGROUND).any(axis=2)
     rows, columns = np.nonzero(~drawn)  # the 3D view has this background, nothing else has
     middle = 0.5 * (columns.min() + columns.max() + 1), 0.5 * (rows.min() + rows.max() + 1)
@@ -121,7 +121,7 @@ def drawn_pixels(picture: str) -> Dict[str, int]:
     return counts
 
 
-def _pixels(picture: str) -> np.ndarray:
+def picture_pixels(picture: str) -> np.ndarray:
     """The colors (height, width, 3) of a picture file."""
     text = subprocess.run(['identify', '-format', '%w %h', picture], stdout=subprocess.PIPE,
                           check=True, text=True).stdout

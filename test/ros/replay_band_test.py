@@ -4,18 +4,22 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import tempfile
 import unittest
-from typing import Any, Callable, Dict, Sequence
+from typing import Any, Callable, Dict, Iterator, Sequence
 
+import numpy as np
 import rospy
 import rostest
 import yaml
 from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray
+from display_places import picture_pixels
 from rviz_displays_test import Reports, rviz, values
 from std_msgs.msg import String
+from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.clients.rviz_view import RvizView
 from process_visualizer.msg import PlayerState
@@ -24,9 +28,14 @@ from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPI
 from process_visualizer.srv import ShowReplay
 
 RVIZ_STARTS_WITHIN_S = 90.0
-AMBER = '#f5a623'
+AMBER = (0xf5, 0xa6, 0x23)
 MIN_AMBER_PIXELS = 10000
 """The band alone has 30000."""
+CURTAIN = (0x20, 0x23, 0x2b)
+MIN_CURTAIN_PIXELS = 100000
+"""It covers the scene, which has four times as many."""
+MIN_WORDS_PIXELS = 200
+"""Amber ones of the words on the curtain, which have several times as many."""
 STANDS_STILL_S = 1.5
 """While it draws, it reports several times as often."""
 KEYS = 'Esc\nSpace'
@@ -35,6 +44,7 @@ VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
     'Displays': [
         {'Class': 'rviz/Grid', 'Name': 'Grid', 'Enabled': True},
         {'Class': 'rviz/Image', 'Name': 'Image', 'Enabled': True, 'Image Topic': '/image'},
+        {'Class': 'rviz/MarkerArray', 'Name': 'Model', 'Enabled': True, 'Marker Topic': '/model'},
         {'Class': 'process_visualizer/ReplayBand', 'Name': 'Replay', 'Enabled': True,
          'Shown At Start': False},
         {'Class': 'process_visualizer/DisplayStatus', 'Name': 'Report', 'Enabled': True}],
@@ -57,14 +67,17 @@ def window_width() -> int:
     return int(dict(line.split('=') for line in text.split())['WIDTH'])
 
 
-def amber_pixels(picture: str) -> int:
-    """The number of pixels of the screen that have the band's color."""
-    save_picture(picture)
-    text = subprocess.run(
-        ['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',
-         '-opaque', AMBER, '-format', '%[fx:mean*w*h]', 'info:'],
-        check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
-    return round(float(text))
+@contextlib.contextmanager
+def held_model(folder: str) -> Iterator[str]:
+    """The path of a model; whoever reads it waits until the end of the block."""
+    path = f'{folder}/held.stl'
+    os.mkfifo(path)
+    try:
+        yield path
+    finally:
+        writer = os.open(path, os.O_RDWR)
+        os.unlink(path)
+        os.close(writer)
 
 
 def playing(ago_s: float) -> PlayerState:
@@ -86,6 +99,7 @@ class ReplayBandTest(unittest.TestCase):
         self.reports = Reports(
             stack.enter_context(Listener(DISPLAY_STATUS_TOPIC, DiagnosticArray)))
         self.cameras = stack.enter_context(Listener('/rviz/camera', String))
+        self.model = rospy.Publisher('/model', MarkerArray, queue_size=1, latch=True)
         self.start(stack)
 
     def start(self, stack: contextlib.ExitStack) -> None:
@@ -131,9 +145,17 @@ class ReplayBandTest(unittest.TestCase):
             return dict(yaml.safe_load(file))
 
     def test_replay(self) -> None:
-        self.wait_until_still()
-        self.assertFalse(is_on_screen(), 'it begins hidden')
-        self.show(True, (40, 60, 1100, 640), Distance=7.25, Yaw=1.5)
+        with held_model(self.folder) as path:
+            model = Marker(type=Marker.MESH_RESOURCE, mesh_resource=f'file://{path}')
+            model.header.frame_id, model.color.a = 'world', 1.0
+            model.pose.orientation.w = model.scale.x = model.scale.y = model.scale.z = 1.0
+            self.model.publish(MarkerArray([model]))
+            self.wait(lambda: self.model.get_num_connections() > 0, 'it listens, though hidden')
+            self.wait_until_still()
+            self.assertFalse(is_on_screen(), 'it begins hidden')
+            self.show(True, (40, 60, 1100, 640), Distance=7.25, Yaw=1.5)
+            self.check_curtain()
+        self.wait(lambda: self.pixels(CURTAIN) == 0, 'the first picture')
         self.check_drawing()
         self.check_place()
         self.check_camera()
@@ -141,6 +163,24 @@ class ReplayBandTest(unittest.TestCase):
         self.check_keys()
         self.check_hiding()
         self.check_saved()
+
+    def check_curtain(self) -> None:
+        """While a model is read for the first picture, words are at its place."""
+        self.wait(lambda: self.pixels(CURTAIN) > MIN_CURTAIN_PIXELS, 'a curtain')
+        seen = self.screen()
+        rows, columns = np.nonzero((seen == CURTAIN).all(axis=2))
+        curtain = seen[rows.min():rows.max(), columns.min():columns.max()]
+        self.assertGreater((curtain == AMBER).all(axis=2).sum(), MIN_WORDS_PIXELS)
+
+    def screen(self) -> np.ndarray:
+        """The colors (height, width, 3) of the screen."""
+        picture = f'{self.folder}/view.png'
+        save_picture(picture)
+        return picture_pixels(picture)
+
+    def pixels(self, color: Sequence[int]) -> int:
+        """The number of pixels of the screen that have a color."""
+        return int((self.screen() == color).all(axis=2).sum())
 
     def check_drawing(self) -> None:
         self.reports.wait(lambda report: 'rviz' in report)
@@ -155,12 +195,11 @@ class ReplayBandTest(unittest.TestCase):
 
     def check_mark(self) -> None:
         """The band says that the player is missing, what is played, and that it is lost."""
-        picture = f'{self.folder}/view.png'
-        self.wait(lambda: amber_pixels(picture) > MIN_AMBER_PIXELS, 'band and frame')
+        self.wait(lambda: self.pixels(AMBER) > MIN_AMBER_PIXELS, 'band and frame')
         for _ in range(5):
             self.player.publish(playing(12.3))
             self.reports.wait_for_frames()
-        self.assertGreater(amber_pixels(picture), MIN_AMBER_PIXELS)
+        self.assertGreater(self.pixels(AMBER), MIN_AMBER_PIXELS)
 
     def check_keys(self) -> None:
         """They are passed on as in the live RViz."""
