@@ -410,13 +410,14 @@ PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector
   refuseFewPoints(std::min(points.size(), surface.size()));
   auto tree = std::make_shared<Tree>();
   tree->setInputCloud(surface.makeShared());
-  const Contact before = contact(points, surface, *tree, kRounds.front().reach_m);
   const Eigen::Isometry3d correction =
       refined(groups, surface, *tree, spacing_m, aligned(points, surface, tree));
   SurfaceCloud moved;
   pcl::transformPointCloud(points, moved, correction.matrix().cast<float>());
   const Contact after = contact(moved, surface, *tree, kRounds.back().reach_m);
   refuseFewPoints(after.surface.size());
+  const SurfaceCloud::Ptr same = within(kRounds.back().reach_m, points, moved, *tree);
+  const Contact before = contact(*same, surface, *tree, kRounds.front().reach_m);
   const Determination determination(after.surface);
   PoseFit fit{correction, before.rms_m, after.rms_m, after.surface.size(), determination.weakest()};
   const Eigen::Vector3d eye = sensor.cast<double>();
