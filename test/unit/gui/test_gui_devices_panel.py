@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QLabel, QListWidget
+from PyQt5.QtWidgets import QApplication, QLabel, QListWidget
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.cell.model import Device, DeviceType
 from process_visualizer.gui.cell.devices_panel import DevicesPanel
+from process_visualizer.health.device_state import DeviceState, Level, Line
 
 NOTE = 'These devices stay:'
 PROBLEMS = [Problem(Location('/cells/a.xml', line), 'device', f'problem {line}')
@@ -59,3 +61,18 @@ def test_many_problems_leave_room_for_the_devices(panel: DevicesPanel, qtbot: Qt
     qtbot.waitUntil(lambda: panel.problems.height() == 168)
     qtbot.waitUntil(
         lambda: panel.devices.height() >= panel.devices.minimumSizeHint().height())
+
+
+def test_rows_stay_where_they_are_when_states_come(panel: DevicesPanel, qtbot: QtBot) -> None:
+    devices = panel.devices
+    devices.set_devices(tuple(
+        Device(DeviceType.OTHER, name, Location('cell.xml', 1)) for name in 'abc'), lambda _: True)
+
+    def places() -> 'list[int]':
+        QApplication.processEvents()
+        return [devices.visualItemRect(devices.topLevelItem(row)).top() for row in range(3)]
+
+    before = places()
+    for name in 'abc':
+        devices.set_state(name, DeviceState(Line(Level.GOOD, 'running'), {}, {}))
+    assert places() == before and before[1] > before[0]

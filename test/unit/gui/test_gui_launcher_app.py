@@ -139,6 +139,19 @@ def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, confi
     assert places() == before
 
 
+def test_no_button_moves_with_the_height_of_the_window(window: LauncherApp, qtbot: Any,
+                                                       config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    launch = window.launch
+    found = []
+    for height in (1000, 700):
+        window.resize(470, height)
+        settle()
+        found.append([it.mapTo(window, QPoint()) for it in (
+            launch.realtime, launch.playback, launch.apply, launch.launch, window.panels.tabBar())])
+    assert found[0] == found[1]
+
+
 def test_a_status_that_does_not_fit_is_scrolled_to(window: LauncherApp) -> None:
     place = window.launch.findChild(TextPlace)
     window.launch.show_status('\n'.join(map(str, range(9))))

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, Type
 
 import pytest
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import (
+    QApplication,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -128,8 +129,25 @@ def test_the_name(find, running, qtbot, tmp_path):
     qtbot.keyClicks(find(QLineEdit, 'record_name'), 'seam')
     qtbot.waitUntil(lambda: 'seam.bag exists already' in text(find, 'record_problem'))
     find(QLabel, 'record_problem').linkActivated.emit('free')
-    qtbot.waitUntil(lambda: not find(QLabel, 'record_problem').isVisible())
+    qtbot.waitUntil(lambda: not text(find, 'record_problem'))
     assert running.choices.name == find(QLineEdit, 'record_name').text() == 'seam-2'
+
+
+def test_no_button_moves_with_the_problem_of_a_name_or_folder(find, running, qtbot, tmp_path):
+    """It may have several lines, where the folder cannot be used."""
+    panel = find(RecordingPanel, '')
+    panel.resize(400, 600)
+
+    def places():
+        for _ in range(5):
+            QApplication.processEvents()
+        return [find(QPushButton, name).mapTo(panel, QPoint()) for name in ('record', 'mark')]
+
+    before = places()
+    label = find(QLabel, 'record_problem')
+    assert label.text() == ''
+    label.setText('Nothing can be written there, for a reason that takes some words. ' * 3)
+    assert places() == before
 
 
 def test_a_name_is_taken_as_it_is_written(find, running, qtbot):

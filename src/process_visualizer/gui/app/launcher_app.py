@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Callable, Optional, Sequence
 
 from PyQt5.QtCore import QObject
-from PyQt5.QtGui import QCloseEvent
+from PyQt5.QtGui import QCloseEvent, QGuiApplication
 from PyQt5.QtWidgets import (
     QActionGroup,
     QApplication,
@@ -186,9 +186,9 @@ class ThemeChoice(QObject):
 
 
 _MARGIN = 10
-_DEVICES_SHARE, _PANELS_SHARE = 1, 2
-"""Of the height; what is in them does not count, so that the buttons between them do not move."""
-_MIN_DEVICES_PX = 160
+_MIN_DEVICES_PX, _DEVICES_SHARE_OF_SCREEN = 160, 0.17
+"""The devices keep their height whatever the window's is, which is lower while the timeline is
+below it: the buttons below them do not move with the mode, or with the timeline's edge."""
 
 
 class LauncherApp(QMainWindow):
@@ -262,9 +262,9 @@ class LauncherApp(QMainWindow):
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
         layout.addWidget(self.alarms)
-        layout.addWidget(self._devices_group(), _DEVICES_SHARE)
+        layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
-        layout.addWidget(self.panels, _PANELS_SHARE)
+        layout.addWidget(self.panels, 1)
         for notice in (self.tool, self.mixture):
             self.launch.show_above_status(notice)
         self.setCentralWidget(ColumnScroll(body))
@@ -272,8 +272,8 @@ class LauncherApp(QMainWindow):
 
     def _devices_group(self) -> QWidget:
         group = QWidget()
-        group.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
-        group.setMinimumHeight(_MIN_DEVICES_PX)
+        room_px = QGuiApplication.primaryScreen().availableGeometry().height()
+        group.setFixedHeight(max(_MIN_DEVICES_PX, round(_DEVICES_SHARE_OF_SCREEN * room_px)))
         layout = QVBoxLayout(group)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)

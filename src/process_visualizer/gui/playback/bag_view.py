@@ -173,6 +173,8 @@ class BagView(QWidget):
             self.details.setChecked(False)
         else:
             self.topics.show_topics(found)
+            self.details.setText(_contents(found, found.topic_names))
+            self.details.setMinimumWidth(self.details.sizeHint().width())  # nothing moves by a tick
             self.details.setText(_contents(found, self._bag.played.left_out))
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
@@ -289,10 +291,12 @@ def facts_of(found: Catalog) -> str:
 
 
 def _contents(found: Catalog, left_out: Sequence[str]) -> str:
-    """Return how much is in a recording, and how many topics of it the operator does not want."""
-    texts = [count_text(len(found.topics), 'topic'), count_text(found.message_count, 'message')]
+    """Return how much is in a recording, and how many topics of it the operator wants."""
     number = len(set(left_out) & set(found.topic_names))
-    return ', '.join([*texts, f'{number} not ticked'] if number else texts)
+    topics = count_text(len(found.topics), 'topic')
+    if number:
+        topics = f'{len(found.topics) - number} of {topics}'
+    return f'{topics}, {count_text(found.message_count, "message")}'
 
 
 def _origin(found: Catalog) -> str:

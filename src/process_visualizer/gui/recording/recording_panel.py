@@ -32,7 +32,7 @@ from process_visualizer.gui.recording.recording_state import NOT_RESPONDING, REC
 from process_visualizer.gui.recording.recording_types import FinishedBag, RecordingPhase
 from process_visualizer.gui.recording.topic_list import TopicList
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.scrolling import StillScroll
+from process_visualizer.gui.toolkit.scrolling import StillScroll, TextPlace
 from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
@@ -336,6 +336,9 @@ _NAME_TEXTS = {NameChoice.DATE: 'Date and time',
           NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
 
 
+_PROBLEM_LINES = 2  # always there, so that the buttons below do not move
+
+
 class NameOptions(QWidget):
     """Three radio buttons, their texts, the folder, and their problems."""
 
@@ -355,9 +358,6 @@ class NameOptions(QWidget):
                                    self._choose_folder)
         self._problem = small(QLabel())
         self._problem.setObjectName('record_problem')
-        policy = self._problem.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)  # the button below does not move while one types
-        self._problem.setSizePolicy(policy)
         self._lay_out()
         self._connect()
 
@@ -381,7 +381,6 @@ class NameOptions(QWidget):
                     f'<a href="free">Use {free_name}</a>')
         if text != self._problem.text():
             self._problem.setText(text)
-        self._problem.setVisible(bool(text) and self.isEnabled())
 
     def _use_free_name(self) -> None:
         name = self._choices.free_name
@@ -421,7 +420,8 @@ class NameOptions(QWidget):
         in_column(self, 4, self._buttons[NameChoice.DATE],
                   _row(self._buttons[NameChoice.PREFIX], self._prefix, _hint('+ date and time')),
                   _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
-                  _row(QLabel('Folder:'), self._folder, self._browse), self._problem)
+                  _row(QLabel('Folder:'), self._folder, self._browse),
+                  TextPlace(_PROBLEM_LINES, self._problem))
         self._problem.setWordWrap(True)
         color(self._problem, 'warning')
 

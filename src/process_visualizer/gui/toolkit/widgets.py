@@ -9,6 +9,7 @@ from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QResizeEvent, QWheelEvent
 from PyQt5.QtWidgets import (
     QAbstractItemView,
+    QApplication,
     QDoubleSpinBox,
     QFrame,
     QGridLayout,
@@ -380,7 +381,8 @@ class RowDelegate(QStyledItemDelegate):
     """Texts of a selected row stay red, amber or grey; its background is pale.
 
     Ticks have the same color in all rows, whatever that of the text; a box that stands for some
-    of several has a bar.
+    of several has a bar. All rows are as high as those with an icon, so that they stay where
+    they are when one comes.
     """
 
     def __init__(self, view: QAbstractItemView) -> None:
@@ -403,6 +405,15 @@ class RowDelegate(QStyledItemDelegate):
         style.drawPrimitive(QStyle.PE_IndicatorItemViewItemCheck, row, painter, row.widget)
         if is_partial:
             painter.fillRect(_bar(row.rect), row.palette.brush(QPalette.Text))
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
+        """Return the size of a cell with the height that it has with an icon."""
+        row = QStyleOptionViewItem(option)
+        self.initStyleOption(row, index)
+        row.features |= QStyleOptionViewItem.HasDecoration
+        style = QApplication.style() if row.widget is None else row.widget.style()
+        tall = style.sizeFromContents(QStyle.CT_ItemViewItem, row, QSize(), row.widget)
+        return QSize(super().sizeHint(option, index).width(), tall.height())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
         """Give the text of a selected row the color that it has otherwise."""
