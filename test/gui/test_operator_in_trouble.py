@@ -13,6 +13,7 @@ from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
 
 from process_visualizer.gui.cell.devices_panel import DevicesView
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 
 REALTIME = 'In real-time mode.'
 
@@ -27,6 +28,7 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 def test_troubles(operator: Operator, tmp_path: Path) -> None:
     launch(operator, tmp_path / 'cell.xml')
     a_node_is_killed(operator)
+    the_recorder_hangs(operator, tmp_path)
     the_master_hangs(operator)
     the_master_is_killed(operator)
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
@@ -69,6 +71,25 @@ def a_node_is_killed(operator: Operator) -> None:
     operator.click('restart_device')
     operator.wait(lambda: devices(operator).state_text('table') == 'running', 'it runs again')
     assert pids('simulator', 'bag_recorder') == others
+
+
+def the_recorder_hangs(operator: Operator, folder: Path) -> None:
+    """It goes on recording as soon as it can, and nobody is told to end it."""
+    recording, recorder = operator.launcher.recording, pid('bag_recorder')
+    recording.choices.set_folder(str(folder))
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
+    operator.click('record')
+    operator.wait(lambda: recording.elapsed_s > 0.5, 'recording')
+    os.kill(recorder, signal.SIGSTOP)
+    operator.wait(lambda: operator.text('record_notice').startswith(
+        'The recorder is not responding. It may still be recording.'), 'it says nothing')
+    assert recording.phase is RecordingPhase.RECORDING and operator.messages() == ''
+    assert operator.text('record') == 'Stop' and operator.widget('record').isEnabled()
+    os.kill(recorder, signal.SIGCONT)
+    operator.wait(lambda: operator.text('record_notice').startswith('Into '), 'it responds')
+    operator.click('record')
+    operator.wait(lambda: recording.phase is RecordingPhase.IDLE, 'recorded')
+    assert operator.messages() == '' and len(list(folder.glob('*.bag'))) == 1
 
 
 def the_master_hangs(operator: Operator) -> None:
