@@ -184,6 +184,17 @@ def test_what_was_dragged_together_counts_again(qtbot: Any, bag: str) -> None:
     assert later.verdicts() == before.verdicts()
 
 
+def test_what_an_earlier_version_kept_of_alignments_counts(qtbot: Any, bag: str) -> None:
+    later = Comparing(Path(bag).parent)
+    later.model.restore({'last': [bag], 'comparisons': [{
+        'recording': [bag], 'added': [], 'good': [[bag, 'a.bag#1'], [bag, 'a.bag#2']],
+        'anchors': [[bag, 'a.bag#4', [[4.0, 4.5]]]], 'compared': True}]})
+    open_cell(later.session, later.cell)
+    play(later.session, bag)
+    later.tasks.end_all()
+    assert later.model.anchors(3) == ((4.0, 4.5),)
+
+
 def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:
     before = compared(bag)
     Path(bag).unlink()
