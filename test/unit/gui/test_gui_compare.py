@@ -46,6 +46,7 @@ class Stand:
 
     def __init__(self, folder: Path, qtbot: Any) -> None:
         self.tasks, self.session = HeldTasks(), Session()
+        self.session.set_mode(Mode.PLAYBACK)
         self.model = CompareModel(self.tasks, self.session)  # type: ignore[arg-type]
         self.failures: List[str] = []
         self.model.failed.connect(self.failures.append)
@@ -67,6 +68,9 @@ class Stand:
 
     def find(self) -> None:
         play(self.session, self.path)
+        self.find_open()
+
+    def find_open(self) -> None:
         self.panel.find.click()
         self.tasks.end_all()
 
@@ -328,6 +332,43 @@ def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand:
     assert stand.sought == [], 'there is no player to go there'
     stand.panel.set_live(False)
     assert 'Launch' not in stand.panel.state.text()
+
+
+def test_the_running_cell_has_its_comparison_again_after_a_recording_was_played(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.session.set_mode(Mode.REALTIME)
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    stand.tick(0, 1)
+    stand.compare()
+    before = column(stand.panel.runs, 2)
+    other = write_bag(tmp_path, 'b.bag')
+    stand.session.set_mode(Mode.PLAYBACK)
+    play(stand.session, other)
+    stand.tasks.end_all()
+    assert stand.model.runs == () and stand.model.paths == (other,)
+    stand.find_open()
+    stand.tick(1)
+    stand.session.set_mode(Mode.REALTIME)
+    stand.tasks.end_all()
+    assert stand.model.paths == (stand.path,) and stand.model.good == {0, 1}
+    assert column(stand.panel.runs, 2) == before
+    stand.session.set_mode(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert stand.model.paths == (other,) and stand.model.good == {1}
+
+
+def test_the_running_cell_is_first_compared_as_in_playback(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.session.set_mode(Mode.REALTIME)
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1} and stand.model.compared is not None
+    stand.model.set_good(0, False)
+    stand.session.set_mode(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1} and len(stand.model.of_recording) == 4
 
 
 def test_a_reference_whose_file_is_gone_is_told(stand: Stand) -> None:

@@ -9,6 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.model import Mode
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.film import film
 from process_visualizer.gui.session import Session
@@ -142,12 +143,12 @@ class CompareModel(QObject):
         self._last: Tuple[str, ...] = ()  # recording of the last session
         self._waiting: Optional[KeptComparison] = None  # for the configuration
         self._again: Optional[KeptComparison] = None  # is being read
-        session.cell_changed.connect(lambda: self._compare_again(self._waiting))
+        session.cell_changed.connect(self._follow_cell)
         session.recording_changed.connect(self._follow_recording)
 
     @property
     def recording(self) -> Tuple[str, ...]:
-        """The paths of the recording that is open."""
+        """The paths of the recording that is open for playback; in real-time mode, of none."""
         return self._recording
 
     @property
@@ -202,14 +203,25 @@ class CompareModel(QObject):
         """Return what is going on, in words; empty if nothing."""
         return self._activity
 
+    def _follow_cell(self) -> None:
+        self._follow_recording()
+        self._compare_again(self._waiting)
+
     def _follow_recording(self) -> None:
-        """A recording that was compared before is compared again."""
-        if self._session.paths != self._recording:
+        """A recording that was compared before is compared again; so is the running cell.
+
+        The cell's first comparison is the one that was made in playback.
+        """
+        is_live = self._session.mode is Mode.REALTIME
+        paths = () if is_live else self._session.paths
+        if paths != self._recording:
             self._stop()
             self._kept = self._with_present()
-            self._recording, self._added, self._runs = self._session.paths, (), ()
+            left = self._kept.get(self._recording, KeptComparison())
+            self._recording, self._added, self._runs = paths, (), ()
             self._good, self._compared = frozenset(), None
-            self._compare_again(self._kept.get(self._recording))
+            self._compare_again(self._kept.get(paths,
+                                               left.without_recording() if is_live else None))
             self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
@@ -231,7 +243,7 @@ class CompareModel(QObject):
         self._kept = {it.recording: it for it in found}
         self._anchors = _kept_anchors(settings)
         self._last = tuple(settings['last'])
-        last = self._kept.get(self._last)
+        last = self._kept.get((), self._kept.get(self._last))
         if last is not None and not self._recording:
             self._compare_again(last.without_recording())
 
@@ -416,7 +428,7 @@ class CompareModel(QObject):
         if not self._runs:
             return self._kept
         kept = {key: it for key, it in self._kept.items() if key != self._recording}
-        if self._good:
+        if self._good or not self._recording:
             present = self._present()
             kept[self._recording] = present._replace(
                 is_compared=present.is_compared or bool(self._activity))
