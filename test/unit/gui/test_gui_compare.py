@@ -46,6 +46,7 @@ class Stand:
 
     def __init__(self, folder: Path, qtbot: Any) -> None:
         self.tasks, self.session = HeldTasks(), Session()
+        self.session.set_mode(Mode.PLAYBACK)
         self.model = CompareModel(self.tasks, self.session)  # type: ignore[arg-type]
         self.failures: List[str] = []
         self.model.failed.connect(self.failures.append)
@@ -67,6 +68,9 @@ class Stand:
 
     def find(self) -> None:
         play(self.session, self.path)
+        self.find_open()
+
+    def find_open(self) -> None:
         self.panel.find.click()
         self.tasks.end_all()
 
@@ -330,6 +334,43 @@ def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand:
     assert 'Launch' not in stand.panel.state.text()
 
 
+def test_the_running_cell_has_its_comparison_again_after_a_recording_was_played(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.session.set_mode(Mode.REALTIME)
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    stand.tick(0, 1)
+    stand.compare()
+    before = column(stand.panel.runs, 2)
+    other = write_bag(tmp_path, 'b.bag')
+    stand.session.set_mode(Mode.PLAYBACK)
+    play(stand.session, other)
+    stand.tasks.end_all()
+    assert stand.model.runs == () and stand.model.paths == (other,)
+    stand.find_open()
+    stand.tick(1)
+    stand.session.set_mode(Mode.REALTIME)
+    stand.tasks.end_all()
+    assert stand.model.paths == (stand.path,) and stand.model.good == {0, 1}
+    assert column(stand.panel.runs, 2) == before
+    stand.session.set_mode(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert stand.model.paths == (other,) and stand.model.good == {1}
+
+
+def test_the_running_cell_is_first_compared_as_in_playback(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.session.set_mode(Mode.REALTIME)
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1} and stand.model.compared is not None
+    stand.model.set_good(0, False)
+    stand.session.set_mode(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1} and len(stand.model.of_recording) == 4
+
+
 def test_a_reference_whose_file_is_gone_is_told(stand: Stand) -> None:
     stand.panel.set_live(True)
     stand.model.add(stand.path)
@@ -361,6 +402,83 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
     stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(4))
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
     assert stand.sought == []  # it is not the recording that is open
+
+
+def test_what_was_ticked_and_judged_stays_when_a_recording_is_added(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    before = column(stand.panel.runs, 2)
+    was = stand.model.compared
+    stand.model.add(write_bag(tmp_path, 'b.bag', poor=0))
+    assert column(stand.panel.runs, 2) == before, 'while it is read'
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1}
+    verdicts = column(stand.panel.runs, 2)
+    assert verdicts[:4] == before and verdicts[4] != 'in range' and verdicts[5] == 'in range'
+    now = stand.model.compared
+    assert was is not None and now is not None and now.good is was.good, 'the band is the same'
+
+
+def test_ticks_that_change_while_a_recording_is_added_count(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.model.add(write_bag(tmp_path, 'b.bag'))
+    stand.model.set_good(1, False)
+    stand.tasks.end_all()
+    assert stand.model.good == {0} and stand.model.compared is None
+    assert len(stand.model.runs) == 6
+
+
+def test_runs_that_are_found_again_stay_ticked_and_are_compared(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1} and stand.model.compared is None
+    stand.compare()
+    before = column(stand.panel.runs, 2)
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert stand.model.good == {0, 1}
+    assert column(stand.panel.runs, 2) == before != [''] * 4
+
+
+def test_the_live_cell_is_compared_on_while_a_recording_is_added(
+        stand: Stand, monkeypatch: Any, tmp_path: Path) -> None:
+    follow_arm(monkeypatch)
+    run(stand.session, Mode.REALTIME)
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.model.add(write_bag(tmp_path, 'b.bag'))
+    stand.tasks.end_all()
+    assert len(stand.followed) == 1, 'it is told once'
+
+
+def test_what_was_aligned_is_aligned_when_the_reference_is_used_again(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    moment = next(it for it in stand.model.moments if it.run == 3 and it.label == 'stops')
+    stand.model.anchor(moment, moment.position_s + 1.0)
+    stand.tasks.end_all()
+    said = stand.model.anchors(3)
+    verdict = column(stand.panel.runs, 2)[3]
+    assert said and verdict != 'in range'
+    stand.model.set_good(1, False)
+    stand.model.set_good(1, True)
+    stand.compare()
+    assert stand.model.anchors(3) == said and column(stand.panel.runs, 2)[3] == verdict
+    stand.model.set_good(0, False)  # another reference
+    stand.compare()
+    assert stand.model.anchors(3) == () and column(stand.panel.runs, 2)[3] == 'in range'
+    stand.model.set_good(0, True)
+    stand.compare()
+    assert stand.model.anchors(3) == said
 
 
 def test_the_parts_of_a_recording_are_one(stand: Stand, tmp_path: Path) -> None:

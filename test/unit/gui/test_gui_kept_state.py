@@ -13,6 +13,7 @@ from held_tasks import HeldTasks
 from PyQt5.QtCore import QObject
 from session_stand import open_cell, play
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.app.kept_state import KeptState
 from process_visualizer.gui.cell.cell_model import CellModel
@@ -128,10 +129,15 @@ def bag(tmp_path: Path) -> str:
     return str(write_bag(tmp_path, cycles=4, poor=2))
 
 
+def watch(session: Session, bag: str) -> None:
+    session.set_mode(Mode.PLAYBACK)
+    play(session, bag)
+
+
 def compared(bag: str) -> Comparing:
     session = Comparing(Path(bag).parent)
     open_cell(session.session, session.cell)
-    play(session.session, bag)
+    watch(session.session, bag)
     session.model.find_runs()
     session.tasks.end_all()
     for row in (0, 1):
@@ -150,7 +156,7 @@ def restarted(session: Comparing, bag: str) -> Comparing:
 def test_good_runs_and_verdicts_come_back_with_their_recording(qtbot: Any, bag: str) -> None:
     before = compared(bag)
     later = restarted(before, bag)
-    play(later.session, bag)
+    watch(later.session, bag)
     assert later.tasks.held == []  # the configuration is not known yet
     open_cell(later.session, later.cell)
     later.tasks.end_all()
@@ -171,6 +177,22 @@ def test_the_running_cell_is_compared_with_the_same_runs_as_before(qtbot: Any, b
     assert last.model.good == {0, 1}
 
 
+def test_each_mode_has_its_comparison_after_a_restart(qtbot: Any, bag: str) -> None:
+    before = compared(bag)
+    before.session.set_mode(Mode.REALTIME)
+    before.tasks.end_all()
+    before.model.set_good(0, False)
+    before.session.set_mode(Mode.PLAYBACK)
+    before.tasks.end_all()
+    later = restarted(before, bag)
+    open_cell(later.session, later.cell)
+    later.tasks.end_all()
+    assert later.model.good == {1}
+    watch(later.session, bag)
+    later.tasks.end_all()
+    assert later.model.good == {0, 1}
+
+
 def test_what_was_dragged_together_counts_again(qtbot: Any, bag: str) -> None:
     before = compared(bag)
     moment = next(it for it in before.model.moments if it.run == 3)
@@ -178,10 +200,21 @@ def test_what_was_dragged_together_counts_again(qtbot: Any, bag: str) -> None:
     before.tasks.end_all()
     later = restarted(before, bag)
     open_cell(later.session, later.cell)
-    play(later.session, bag)
+    watch(later.session, bag)
     later.tasks.end_all()
     assert later.model.anchors(3) == before.model.anchors(3) != ()
     assert later.verdicts() == before.verdicts()
+
+
+def test_what_an_earlier_version_kept_of_alignments_counts(qtbot: Any, bag: str) -> None:
+    later = Comparing(Path(bag).parent)
+    later.model.restore({'last': [bag], 'comparisons': [{
+        'recording': [bag], 'added': [], 'good': [[bag, 'a.bag#1'], [bag, 'a.bag#2']],
+        'anchors': [[bag, 'a.bag#4', [[4.0, 4.5]]]], 'compared': True}]})
+    open_cell(later.session, later.cell)
+    watch(later.session, bag)
+    later.tasks.end_all()
+    assert later.model.anchors(3) == ((4.0, 4.5),)
 
 
 def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:

@@ -9,6 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.model import Mode
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.film import film
 from process_visualizer.gui.session import Session
@@ -37,13 +38,17 @@ RunKey = Tuple[str, str]
 """A run: the path of its recording, and its name."""
 
 
+AlignedPair = Tuple[RunKey, RunKey]
+"""A reference, and a run that the operator has aligned with it."""
+Anchors = Dict[AlignedPair, Tuple[Anchor, ...]]
+
+
 class KeptComparison(NamedTuple):
-    """A kept comparison: recordings that were read, good runs, and what the operator aligned."""
+    """A kept comparison: the recordings that were read, and the good runs."""
 
     recording: Tuple[str, ...] = ()
     added: Tuple[str, ...] = ()
     good: FrozenSet[RunKey] = frozenset()
-    anchors: Mapping[RunKey, Tuple[Anchor, ...]] = {}
     is_compared: bool = False
 
     def without_recording(self) -> KeptComparison:
@@ -53,10 +58,7 @@ class KeptComparison(NamedTuple):
     def settings(self) -> Dict[str, Any]:
         """Return what ``kept_comparison`` needs, as numbers, texts, lists and dictionaries."""
         return {'recording': list(self.recording), 'added': list(self.added),
-                'good': sorted(map(list, self.good)),
-                'anchors': [[*key, [list(it) for it in anchors]]
-                            for key, anchors in self.anchors.items()],
-                'compared': self.is_compared}
+                'good': sorted(map(list, self.good)), 'compared': self.is_compared}
 
 
 def kept_comparison(settings: Mapping[str, Any]) -> KeptComparison:
@@ -68,9 +70,20 @@ def kept_comparison(settings: Mapping[str, Any]) -> KeptComparison:
     return KeptComparison(
         _texts(settings['recording']), _texts(settings['added']),
         frozenset((str(path), str(name)) for path, name in settings['good']),
-        {(str(path), str(name)): tuple(Anchor(float(a), float(b)) for a, b in anchors)
-         for path, name, anchors in settings['anchors']},
         bool(settings['compared']))
+
+
+def _kept_anchors(settings: Mapping[str, Any]) -> Anchors:
+    """Return what the operator aligned; that of an earlier version is with its comparison."""
+    rows = list(settings.get('anchors', []))
+    for it in settings['comparisons']:
+        place = {path: row for row, path in enumerate([*it['recording'], *it['added']])}
+        good = sorted(it['good'], key=lambda key: (place.get(key[0], len(place)),
+                                                   len(key[1]), key[1]))
+        rows += [[*good[0], *row] for row in it.get('anchors', []) if good]
+    return {((str(path), str(name)), (str(run_path), str(run_name))):
+            tuple(Anchor(float(a), float(b)) for a, b in anchors)
+            for path, name, run_path, run_name, anchors in rows}
 
 
 def _texts(values: Any) -> Tuple[str, ...]:
@@ -82,7 +95,7 @@ def _texts(values: Any) -> Tuple[str, ...]:
 LINE = 'comparison'
 SHARED_ENDINGS = ('.html', *film.ENDINGS, *exported.ENDINGS)
 """Of the names of files as which a run can be shared."""
-_MAX_KEPT = 50
+_MAX_KEPT, _MAX_ALIGNED = 50, 500
 
 
 class ListedRun(NamedTuple):
@@ -97,11 +110,14 @@ class ListedRun(NamedTuple):
         return self.path, self.run.name
 
 
+Comparisons = Tuple[Optional[Comparison], ...]
+
+
 class Compared(NamedTuple):
     """The good runs, and what came of each listed run; None where there is nothing in common."""
 
     good: GoodRuns
-    comparisons: Tuple[Optional[Comparison], ...]
+    comparisons: Comparisons
 
 
 class CompareModel(QObject):
@@ -118,7 +134,7 @@ class CompareModel(QObject):
         self._runs: Tuple[ListedRun, ...] = ()
         self._good: FrozenSet[int] = frozenset()
         self._compared: Optional[Compared] = None
-        self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
+        self._anchors: Anchors = {}  # of all recordings
         self._work: Optional[TaskProgress] = None
         self._activity = ''
         self.shared = ''  # what the last page that was written shows
@@ -127,12 +143,12 @@ class CompareModel(QObject):
         self._last: Tuple[str, ...] = ()  # recording of the last session
         self._waiting: Optional[KeptComparison] = None  # for the configuration
         self._again: Optional[KeptComparison] = None  # is being read
-        session.cell_changed.connect(lambda: self._compare_again(self._waiting))
+        session.cell_changed.connect(self._follow_cell)
         session.recording_changed.connect(self._follow_recording)
 
     @property
     def recording(self) -> Tuple[str, ...]:
-        """The paths of the recording that is open."""
+        """The paths of the recording that is open for playback; in real-time mode, of none."""
         return self._recording
 
     @property
@@ -176,28 +192,46 @@ class CompareModel(QObject):
 
     def anchors(self, number: int) -> Tuple[Anchor, ...]:
         """Return what the operator says of the alignment of a run."""
-        return self._anchors.get(number, ())
+        return self._anchors.get(self._pair(number), ()) if self._good else ()
+
+    def _pair(self, number: int) -> AlignedPair:
+        """Return the reference, the first good run, and a run."""
+        return self._runs[min(self._good)].key, self._runs[number].key
 
     @property
     def activity(self) -> str:
         """Return what is going on, in words; empty if nothing."""
         return self._activity
 
+    def _follow_cell(self) -> None:
+        self._follow_recording()
+        self._compare_again(self._waiting)
+
     def _follow_recording(self) -> None:
-        """A recording that was compared before is compared again."""
-        if self._session.paths != self._recording:
+        """A recording that was compared before is compared again; so is the running cell.
+
+        The cell's first comparison is the one that was made in playback.
+        """
+        is_live = self._session.mode is Mode.REALTIME
+        paths = () if is_live else self._session.paths
+        if paths != self._recording:
             self._stop()
             self._kept = self._with_present()
-            self._recording, self._added, self._runs = self._session.paths, (), ()
-            self._good, self._compared, self._anchors = frozenset(), None, {}
-            self._compare_again(self._kept.get(self._recording))
+            left = self._kept.get(self._recording, KeptComparison())
+            self._recording, self._added, self._runs = paths, (), ()
+            self._good, self._compared = frozenset(), None
+            self._compare_again(self._kept.get(paths,
+                                               left.without_recording() if is_live else None))
             self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
         """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
         newest = list(self._with_present().values())[-_MAX_KEPT:]
         last = self._recording if self._recording or self._runs else self._last
-        return {'comparisons': [it.settings() for it in newest], 'last': list(last)}
+        aligned = list(self._anchors.items())[-_MAX_ALIGNED:]
+        return {'comparisons': [it.settings() for it in newest], 'last': list(last),
+                'anchors': [[*reference, *run, [list(it) for it in anchors]]
+                            for (reference, run), anchors in aligned]}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
         """Take what was compared in an earlier session; the last one is compared again.
@@ -207,50 +241,65 @@ class CompareModel(QObject):
         """
         found = [kept_comparison(it) for it in settings['comparisons']]
         self._kept = {it.recording: it for it in found}
+        self._anchors = _kept_anchors(settings)
         self._last = tuple(settings['last'])
-        last = self._kept.get(self._last)
+        last = self._kept.get((), self._kept.get(self._last))
         if last is not None and not self._recording:
             self._compare_again(last.without_recording())
 
     def add(self, path: str) -> None:
-        """Find the runs of a further recording too."""
+        """Find the runs of a further recording too; those that were found stay as they are."""
+        if any(path in it.run.recording for it in self._runs):
+            return
         if path not in self.paths:
             self._added += (path,)
+        if not self._runs:
             self.find_runs()
+            return
+        cell, before = self._session.cell, self._compared
+        pairs = dict(self._anchors)
+        reference = self._runs[min(self._good)].key if self._good else None
+
+        def found(progress: TaskProgress) -> Tuple[Tuple[ListedRun, ...], Comparisons]:
+            runs = _listed(ChosenRuns(cell, progress.is_cancelled).runs([path]))
+            return runs, () if before is None or reference is None else tuple(_comparison(
+                before.good, it.run, pairs.get((reference, it.key), ()), progress) for it in runs)
+
+        self._begin(f'Reading {os.path.basename(path)}…', found,
+                    lambda more: self._take_more(before, *more))
 
     def find_runs(self) -> None:
-        """Read the recordings, and cut them into their runs."""
+        """Read the recordings, and cut them into their runs; what was ticked stays ticked."""
         cell, recording, added = self._session.cell, self._recording, self._added
 
         def found(progress: TaskProgress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
-            runs = [*(chosen.of_recording(recording) if recording else ()), *chosen.runs(added)]
-            return tuple(ListedRun(run.recording[0], run) for run in runs)
+            return _listed([*(chosen.of_recording(recording) if recording else ()),
+                            *chosen.runs(added)])
 
         if recording or added:
             again, self._again = self._again, None
             self._begin('Reading the recordings…', found,
-                        lambda runs: self._take_runs(runs, again or KeptComparison()),
+                        lambda runs: self._take_runs(runs, again or self._present()),
                         is_asked=again is None)
 
     def set_good(self, number: int, is_good: bool) -> None:
         """Call a run good, or not."""
         good = self._good | {number} if is_good else self._good - {number}
         if good != self._good:
-            self._good, self._compared, self._anchors = good, None, {}
+            self._good, self._compared = good, None
             self.changed.emit()
 
     def compare(self) -> None:
         """Compare all runs with the good ones, the first of which is the reference."""
         runs, good = [it.run for it in self._runs], sorted(self._good)
-        anchors = dict(self._anchors)
+        anchors = [self.anchors(number) for number in range(len(runs))]
 
         def compared(progress: TaskProgress) -> Compared:
             reference, *others = [runs[number] for number in good]
             band = GoodRuns(reference, others)
             return Compared(band, tuple(
-                _comparison(band, run, anchors.get(number, ()), progress)
-                for number, run in enumerate(runs)))
+                _comparison(band, run, said, progress) for run, said in zip(runs, anchors)))
 
         if good:
             self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
@@ -304,14 +353,17 @@ class CompareModel(QObject):
         before = self._compared
         if before is None:
             return
-        self._anchors[number] = anchors
-        wanted = dict(self._anchors)
+        pair = self._pair(number)
+        self._anchors.pop(pair, None)
+        if anchors:
+            self._anchors[pair] = anchors
         runs = [it.run for it in self._runs]
+        wanted = [self.anchors(row) for row in range(len(runs))]
 
         def compared(_progress: TaskProgress) -> Compared:
             return before._replace(comparisons=tuple(
                 before.good.compare(runs[row], wanted[row])
-                if row in wanted and found is not None else found
+                if found is not None and (row == number or wanted[row]) else found
                 for row, found in enumerate(before.comparisons)))
 
         self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
@@ -354,10 +406,15 @@ class CompareModel(QObject):
     def _take_runs(self, runs: Tuple[ListedRun, ...], kept: KeptComparison) -> None:
         self._runs, self._compared = runs, None
         self._good = frozenset(row for row, it in enumerate(runs) if it.key in kept.good)
-        self._anchors = {row: kept.anchors[it.key] for row, it in enumerate(runs)
-                         if it.key in kept.anchors}
         if kept.is_compared:
             self.compare()
+
+    def _take_more(self, before: Optional[Compared], runs: Tuple[ListedRun, ...],
+                   comparisons: Comparisons) -> None:
+        """Take the runs of a further recording, judged as ``before`` unless ticks have changed."""
+        self._runs += runs
+        if before is not None and self._compared is before:
+            self._compared = before._replace(comparisons=(*before.comparisons, *comparisons))
 
     def _compare_again(self, kept: Optional[KeptComparison]) -> None:
         """Do again what was done with these recordings, once the configuration is known."""
@@ -371,12 +428,17 @@ class CompareModel(QObject):
         if not self._runs:
             return self._kept
         kept = {key: it for key, it in self._kept.items() if key != self._recording}
-        if self._good:
-            kept[self._recording] = KeptComparison(
-                self._recording, self._added, frozenset(self._runs[row].key for row in self._good),
-                {self._runs[row].key: it for row, it in self._anchors.items() if it},
-                self._compared is not None or bool(self._activity))
+        if self._good or not self._recording:
+            present = self._present()
+            kept[self._recording] = present._replace(
+                is_compared=present.is_compared or bool(self._activity))
         return kept
+
+    def _present(self) -> KeptComparison:
+        """Return what is shown now."""
+        return KeptComparison(self._recording, self._added,
+                              frozenset(self._runs[row].key for row in self._good),
+                              self._compared is not None)
 
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared
@@ -401,6 +463,10 @@ class CompareModel(QObject):
         if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
             raise error
         self.failed.emit(f'The runs cannot be compared: {error}')
+
+
+def _listed(runs: Sequence[Run]) -> Tuple[ListedRun, ...]:
+    return tuple(ListedRun(run.recording[0], run) for run in runs)
 
 
 def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str:

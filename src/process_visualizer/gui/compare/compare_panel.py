@@ -213,7 +213,8 @@ class ComparePanel(QWidget):
 
     def _show_departures(self) -> None:
         chosen = self._chosen()
-        self.reset.setEnabled(not self._is_live and bool(self._model.anchors(self._row)))
+        self.reset.setEnabled(not self._is_live and chosen is not None
+                              and bool(self._model.anchors(self._row)))
         rows: List[QTreeWidgetItem] = []
         if self._live.text and self._is_live:
             rows = [_live_row(it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))

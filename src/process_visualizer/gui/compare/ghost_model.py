@@ -12,6 +12,7 @@ from process_visualizer.generate.plan import BAG_PART, FRAMES_PART
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.ghost import (
     GhostTrack,
     LiveReference,
@@ -135,4 +136,10 @@ def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compare
         return True
     if mode is Mode.PLAYBACK and not one[1] and not other[1]:
         return True
-    return one[0] is other[0] and one[1] == other[1]
+    is_same = one[0] is other[0] if mode is Mode.PLAYBACK else _good_of(one) is _good_of(other)
+    return is_same and one[1] == other[1]
+
+
+def _good_of(wanted: Tuple[Optional[Compared], bool]) -> Optional[GoodRuns]:
+    """Return what live robots are compared with: runs that are judged do not count."""
+    return None if wanted[0] is None else wanted[0].good

@@ -9,10 +9,11 @@ import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.curves.live_curves import MAX_S, LiveCurve, LiveWindow
-from process_visualizer.gui.compare.compare_model import Compared, CompareModel
+from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
 from process_visualizer.runs.alignment.live_alignment import PhaseHistory
+from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
     FinishedRun,
     LiveComparison,
@@ -47,7 +48,7 @@ class LiveComparisonModel(QObject):
                  parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._compare, self._live = compare, live
-        self._compared: Optional[Compared] = None
+        self._good: Optional[GoodRuns] = None
         self._comparison: Optional[LiveComparison] = None
         self._history = PhaseHistory(MAX_S)
         self._phase: Optional[PhaseSnapshot] = None
@@ -145,12 +146,13 @@ class LiveComparisonModel(QObject):
     def _follow(self) -> None:
         """Follow what is compared, and whether anything runs."""
         compared = self._compare.compared
-        if compared is not self._compared:
+        good = None if compared is None else compared.good
+        if good is not self._good:
             self._finish(None if self._runs is None else self._runs.end())
-            self._compared = compared
-            self._comparison = None if compared is None else LiveComparison(compared.good)
-            self._runs = None if compared is None else LiveRuns(
-                compared.good.reference.name, compared.good.reference.duration_s)
+            self._good = good
+            self._comparison = None if good is None else LiveComparison(good)
+            self._runs = None if good is None else LiveRuns(
+                good.reference.name, good.reference.duration_s)
             self._forget()
         if not self._live.is_running and self._phase is not None:
             self._finish(None if self._runs is None else self._runs.end())
