@@ -333,6 +333,7 @@ class Launcher(QObject):
         for model in (self.recording.take_state, self.states.take_recorder,
                       self.alarms.take_recorder):
             link.recorder_state.connect(model)
+        self.recording.unheard.connect(self.states.forget_topics)
         link.replay.reported.connect(self.replay.take_report)
         link.replay.player_state.connect(self.replay.take_state)
         link.rviz_moved.connect(self.replay.follow_window)
