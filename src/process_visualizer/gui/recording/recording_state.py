@@ -303,8 +303,9 @@ def _ended_by_itself(state: RecordingState, now_s: float) -> RecordingStep:
 
 
 def _with_last_figures(state: RecordingState) -> RecordingState:
-    """The last figures of a recording come with the first state after it."""
+    """The last figures and problems of a recording come with the first state after it."""
     bag, snapshot = state.finished, state.snapshot
     if bag is None or snapshot.phase != 'idle' or snapshot.files != bag.files:
         return state
-    return state._replace(finished=bag._replace(figures=figures_of(snapshot)))
+    problems = snapshot.problems if bag.figures is None else bag.problems
+    return state._replace(finished=bag._replace(figures=figures_of(snapshot), problems=problems))
