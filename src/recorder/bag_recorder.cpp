@@ -90,7 +90,7 @@ class BagRecorder {
   void watch(TopicChoice choice);
   std::vector<std::string> ownPrefixes() const;
 
-  void addProblem(const std::string& problem);
+  void addProblem(const std::string& problem, const std::string& present = "");
   void setPhase(std::uint8_t phase);
   void publishStates();
   void tellSilence();
@@ -349,9 +349,9 @@ void BagRecorder::waitUntilWritten() {
 
 // What it does by itself: it tells its state, and follows the master
 
-void BagRecorder::addProblem(const std::string& problem) {
-  ROS_WARN_STREAM(problem);
-  intake_.addProblem(problem);
+void BagRecorder::addProblem(const std::string& problem, const std::string& present) {
+  ROS_WARN_STREAM(problem << present);
+  intake_.addProblem(problem, present);
 }
 
 void BagRecorder::setPhase(std::uint8_t phase) {
@@ -383,9 +383,8 @@ void BagRecorder::publishStates() {
 void BagRecorder::tellSilence() {
   const std::vector<std::string> topics = intake_.fallenSilent();
   if (!topics.empty())
-    addProblem(listed(topics) +
-               ": silent, though messages came regularly; do the drivers still run? What comes "
-               "again is recorded");
+    addProblem(listed(topics) + ": fell silent, though messages came regularly",
+               "; do the drivers still run? What comes again is recorded");
 }
 
 void BagRecorder::lookAtMaster() {

@@ -188,6 +188,7 @@ void Intake::close() {
 void Intake::end(const ros::Time& now) {
   is_open_ = false;
   board_.freeze();
+  problems_.settle();
   end_ = machine_.steady();
   last_time_ = now;
 }
@@ -231,9 +232,9 @@ void Intake::setPhase(std::uint8_t phase) {
   phase_ = phase;
 }
 
-void Intake::addProblem(const std::string& problem) {
+void Intake::addProblem(const std::string& problem, const std::string& present) {
   const Lock lock(mutex_);
-  problems_.add(problem);
+  problems_.add(problem, is_open_ ? present : "");
 }
 
 void Intake::measureRates() {
@@ -243,7 +244,10 @@ void Intake::measureRates() {
 
 std::vector<std::string> Intake::fallenSilent() {
   const Lock lock(mutex_);
-  return is_open_ ? board_.fallenSilent(machine_.now()) : std::vector<std::string>();
+  if (!is_open_) return {};
+  std::vector<std::string> topics = board_.fallenSilent(machine_.now());
+  if (!board_.hasSilent()) problems_.settle();
+  return topics;
 }
 
 RecorderState Intake::state() const {

@@ -124,6 +124,11 @@ std::vector<std::string> TopicBoard::fallenSilent(const ros::Time& now) {
   return topics;
 }
 
+bool TopicBoard::hasSilent() const {
+  return std::any_of(statistics_.begin(), statistics_.end(),
+                     [](const auto& entry) { return entry.second.isSilent(); });
+}
+
 std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics,
                                              const ros::Time& now) const {
   std::vector<TopicRecord> records;

@@ -373,6 +373,34 @@ TEST_F(SimulatedIntake, TellsThatATopicIsSilentAndTakesWhatComesAgain) {
   EXPECT_EQ(sequencesIn(bag(), "/a"), numbersFrom(0, 12));
 }
 
+TEST_F(SimulatedIntake, SaysNothingOfThePresentWhenASilenceIsOver) {
+  using Texts = std::vector<std::string>;
+  const Texts during = {"/a fell silent; look"}, after = {"/a fell silent"};
+  begin();
+  receiveMany(a_, 0, 10);
+  machine_.goOn(1);
+  ASSERT_EQ(intake_.fallenSilent().size(), 1u);
+  intake_.addProblem("/a fell silent", "; look");
+  EXPECT_EQ(intake_.fallenSilent(), Texts());
+  EXPECT_EQ(intake_.state().problems, during);
+  receiveMany(a_, 10, 12);
+  EXPECT_EQ(intake_.fallenSilent(), Texts());
+  EXPECT_EQ(intake_.state().problems, after);
+}
+
+TEST_F(SimulatedIntake, SaysNothingOfThePresentWhenTheRecordingIsOver) {
+  using Texts = std::vector<std::string>;
+  begin();
+  receiveMany(a_, 0, 10);
+  machine_.goOn(1);
+  ASSERT_EQ(intake_.fallenSilent().size(), 1u);
+  intake_.addProblem("/a fell silent", "; look");
+  end(intake_);
+  EXPECT_EQ(intake_.state().problems, Texts{"/a fell silent"});
+  intake_.addProblem("too late", "; look");
+  EXPECT_EQ(intake_.state().problems.back(), "too late");
+}
+
 std::string accountIn(const std::string& path) {
   for (const Recorded& message : messagesIn(path))
     if (message.topic == kAccount) return message.bytes;

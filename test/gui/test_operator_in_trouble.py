@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Iterator, Set
+from urllib.parse import urlsplit
 
 import pytest
 from operator_at_work import Operator, processes
@@ -30,7 +33,10 @@ def test_troubles(operator: Operator, tmp_path: Path) -> None:
     a_node_is_killed(operator)
     the_recorder_hangs(operator, tmp_path)
     the_master_hangs(operator)
+    record(operator, tmp_path)
     the_master_is_killed(operator)
+    with another_master():
+        the_master_was_started_anew(operator)
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
 
 
@@ -99,7 +105,7 @@ def the_master_hangs(operator: Operator) -> None:
     assert operator.text('status').startswith('The ROS master is not responding')
     status_bar = operator.window.statusBar()
     assert status_bar.currentMessage() == 'The ROS master is not responding'
-    operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
+    cancel(operator)
     for is_chosen in (False, True):
         operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
         chosen = [device.name for device in operator.launcher.session.chosen]
@@ -123,10 +129,50 @@ def wait_for_question(operator: Operator, text: str) -> None:
     assert operator.window.isVisible()
 
 
+def cancel(operator: Operator) -> None:
+    operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
+    operator.wait(lambda: operator.window.findChild(QMessageBox, 'question') is None, 'it is gone')
+
+
+def record(operator: Operator, folder: Path) -> None:
+    operator.launcher.recording.choices.set_folder(str(folder))
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'ready to record')
+    operator.click('record')
+    operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.RECORDING,
+                  'it records')
+
+
 def the_master_is_killed(operator: Operator) -> None:
     os.kill(master(), signal.SIGKILL)
     wait_for_question(operator, 'The ROS master is not responding')
+    cancel(operator)
+
+
+@contextmanager
+def another_master() -> Iterator[None]:
+    """Have one in place of that which was killed."""
+    port = str(urlsplit(os.environ['ROS_MASTER_URI']).port)
+    process = subprocess.Popen(['rosmaster', '--core', '-p', port], stdout=subprocess.DEVNULL)
+    yield
+    process.terminate()
+    process.wait()
+
+
+def the_master_was_started_anew(operator: Operator) -> None:
+    """It knows no node, but the recording can be ended, and the launcher starts again for it."""
+    anew = 'The ROS master was started anew'
+    wait_for_question(operator, anew)
+    cancel(operator)
+    assert operator.text('status').startswith(f'{anew} and does not know the nodes that run')
+    operator.click('record')
+    operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
+    assert operator.messages() == ''
+    operator.click('launch')
+    wait_for_question(operator, f'{anew}. Nothing can be launched until')
+    cancel(operator)
+    operator.click('launch')
+    wait_for_question(operator, f'{anew}. Nothing can be launched until')
     operator.click('yes')
-    operator.wait(lambda: not operator.window.isVisible(), 'the nodes have ended')
+    operator.wait(lambda: not operator.window.isVisible(), 'it closes')
     assert operator.window.restarts
     operator.close()

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Callable, List
 
 import rosbag
+import rosgraph
 import rospy
 import rostest
 from odd_publisher import OddPublisher, header_of
@@ -34,7 +35,12 @@ from std_msgs.msg import String, UInt32
 from surroundings import suspended
 
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.clients.bag_recorder import RecorderError, RecorderMemory, RecordingOptions
+from process_visualizer.clients.bag_recorder import (
+    RecorderError,
+    RecorderMemory,
+    RecorderUnreachable,
+    RecordingOptions,
+)
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import RecentPart
 
@@ -124,6 +130,22 @@ class BagRecorderFaultsTest(unittest.TestCase):
         with RecorderUnderTest() as recorder, \
                 self.assertRaisesRegex(RecorderError, 'no topic is chosen'):
             recorder.start()
+
+    def test_a_recorder_is_commanded_though_the_master_has_forgotten_it(self) -> None:
+        """So it is with one that was started anew."""
+        topic = new_topic()
+        with RecorderUnderTest() as recorder, Stream(topic):
+            path = recorder.start(topic, name='going_on')
+            assert recorder.client.wait_for(lambda state: bool(state.files), TIMEOUT_S)
+            master = rosgraph.Master(recorder.node)
+            for service in ('stop', 'mark'):
+                name = f'{recorder.node}/{service}'
+                master.unregisterService(name, master.lookupService(name))
+            recorder.client.mark('here')
+            self.assertEqual(recorder.client.stop(), [path])
+            recorder.end(signal.SIGKILL)
+            with self.assertRaisesRegex(RecorderUnreachable, 'stop does not answer'):
+                recorder.client.stop()
 
     def test_signals_finish_the_bag(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -72,7 +72,9 @@ class Intake {
   NumberedMessages recent(const MessageWish& wish) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
-  void addProblem(const std::string& problem);
+  /// \param present what is said behind it until no topic of the recording is silent any more, or
+  /// the recording ends
+  void addProblem(const std::string& problem, const std::string& present = "");
   void measureRates();                      ///< to be called about every second
   std::vector<std::string> fallenSilent();  ///< topics of the recording, since the last call
   RecorderState state() const;              ///< all but how many publishers are connected

@@ -36,17 +36,29 @@ class Problems {
  public:
   static constexpr std::size_t kMax = 20;  ///< that are remembered
 
-  void add(const std::string& text) {
-    texts_.push_back(text);
+  /// \param present what is said behind the text until `settle`
+  void add(const std::string& text, const std::string& present = "") {
+    problems_.push_back({text, present});
     ++count_;
-    if (texts_.size() > kMax) texts_.erase(texts_.begin());
+    if (problems_.size() > kMax) problems_.erase(problems_.begin());
   }
-  void clear() { texts_.clear(); }  ///< forgets the texts; the count goes on
-  const std::vector<std::string>& texts() const { return texts_; }  ///< the newest last
+  void settle() {  ///< what was said about the present is over; what happened stays
+    for (Problem& problem : problems_) problem.present.clear();
+  }
+  void clear() { problems_.clear(); }       ///< forgets the texts; the count goes on
+  std::vector<std::string> texts() const {  ///< the newest last
+    std::vector<std::string> texts;
+    texts.reserve(problems_.size());
+    for (const Problem& problem : problems_) texts.push_back(problem.text + problem.present);
+    return texts;
+  }
   std::uint32_t count() const { return count_; }
 
  private:
-  std::vector<std::string> texts_;
+  struct Problem {
+    std::string text, present;
+  };
+  std::vector<Problem> problems_;
   std::uint32_t count_ = 0;
 };
 

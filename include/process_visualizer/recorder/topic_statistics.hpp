@@ -28,6 +28,7 @@ class TopicStatistics {
   /// Returns true once when messages that came regularly have not come for a second and ten times
   /// the usual interval. A log is never silent.
   bool fellSilent(const ros::Time& now);
+  bool isSilent() const { return is_silent_; }  ///< whether nothing has come since it fell silent
 
   std::uint64_t received() const { return received_; }
   std::uint64_t bytes() const { return bytes_; }      ///< of those that arrived
@@ -74,6 +75,7 @@ class TopicBoard {
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
   /// While counting: the topics that came regularly and have fallen silent since the last call.
   std::vector<std::string> fallenSilent(const ros::Time& now);
+  bool hasSilent() const;  ///< whether one of them has not come again
 
   /// The figures of these topics; as `messages` the count of those that arrived.
   std::vector<TopicRecord> records(const std::set<std::string>& topics, const ros::Time& now) const;

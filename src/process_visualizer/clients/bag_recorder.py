@@ -30,7 +30,7 @@ class RecorderError(Exception):
 
 
 class RecorderUnreachable(RecorderError):
-    """The recorder, or the master that knows its address, cannot be reached."""
+    """The recorder cannot be reached."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,12 @@ class BagRecorder:
                  node: str = _NODE, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on."""
         self._node = node
-        self._services: Dict[str, ServiceConnection] = {
-            name: ServiceConnection(f'{node}/{name}', service, _ANSWER_TIMEOUT_S)
-            for name, service in _SERVICES.items()}
         self._follower: StateFollower[RecorderState] = StateFollower(
             f'{node}/state', RecorderState, on_state, follow_now)
+        self._services: Dict[str, ServiceConnection] = {
+            name: ServiceConnection(f'{node}/{name}', service, _ANSWER_TIMEOUT_S,
+                                    address=self._follower.sender_address)
+            for name, service in _SERVICES.items()}
 
     def begin(self) -> None:
         """Begin to follow the state, if the constructor did not; waits for the master."""
@@ -150,7 +151,7 @@ class BagRecorder:
     def stop(self) -> List[str]:
         """Stop; return the paths of the bags when everything is written.
 
-        If the master has died the recorder cannot be reached: SIGINT ends it and finishes the bag.
+        The master is not needed: one that was started anew does not know the recorder.
 
         Raises:
             RecorderError: nothing was being recorded, or something could not be written.

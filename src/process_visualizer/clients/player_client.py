@@ -28,7 +28,7 @@ class PlayerError(Exception):
 
 
 class PlayerUnreachable(PlayerError):
-    """The player, or the master that knows its address, cannot be reached."""
+    """The player cannot be reached."""
 
 
 class PlayerClient:
@@ -50,11 +50,12 @@ class PlayerClient:
         A call to a player that does not answer within the timeout fails.
         """
         self._node = node
-        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s,
-                                                  master_uri)
-                          for name, service in _SERVICES.items()}
         self._follower: StateFollower[PlayerState] = StateFollower(
             f'{node}/state', PlayerState, on_state, follow_now)
+        address = self._follower.sender_address if master_uri is None else None
+        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s,
+                                                  master_uri, address)
+                          for name, service in _SERVICES.items()}
 
     def begin(self) -> None:
         """Begin to follow the state, if the constructor did not; waits for the master."""

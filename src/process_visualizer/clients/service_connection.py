@@ -7,7 +7,7 @@ import socket
 import struct
 import threading
 import time
-from typing import Any, Callable, Generic, Optional, Type, TypeVar
+from typing import Any, Callable, Generic, Optional, Tuple, Type, TypeVar
 from urllib.parse import urlsplit
 
 import genpy
@@ -19,6 +19,7 @@ from process_visualizer.launching.ros_api import (
     PATIENT_TIMEOUT_S,
     AskedMaster,
     connected_by_handshake,
+    connected_publisher,
 )
 
 _RETRY_S = 0.1
@@ -46,14 +47,16 @@ class ServiceConnection:
     """
 
     def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0,
-                 master_uri: Optional[str] = None) -> None:
+                 master_uri: Optional[str] = None,
+                 address: Optional[Callable[[], Tuple[str, int]]] = None) -> None:
         """``name`` is global, ``service`` a generated class; ``timeout_s`` is for each answer.
 
-        ``master_uri`` is of another master than that of this process.
+        ``master_uri`` is of another master than that of this process. ``address`` returns where
+        the node is if the master does not tell; it raises CONNECTION_ERRORS if it is not known.
         """
         self._name, self._master_uri = name, master_uri
         self._service = service
-        self._timeout_s = timeout_s
+        self._timeout_s, self._address = timeout_s, address
         self._lock = threading.Lock()
         self._socket: Optional[socket.socket] = None
 
@@ -115,11 +118,23 @@ class ServiceConnection:
         return _exchange(self._socket, data)
 
     def _connect(self) -> socket.socket:
-        address = urlsplit(self._master().lookupService(self._name))
-        connection, _ = connected_by_handshake((address.hostname, address.port or 0), {
+        connection, _ = connected_by_handshake(self._looked_up(), {
             'service': self._name, 'md5sum': self._service._md5sum,
             'callerid': rospy.get_name(), 'persistent': '1'}, self._timeout_s)
         return connection
+
+    def _looked_up(self) -> Tuple[Optional[str], int]:
+        try:
+            address = urlsplit(self._master().lookupService(self._name))
+        except (rosgraph.MasterException, OSError):
+            if self._address is None:
+                raise
+            try:
+                return self._address()
+            except CONNECTION_ERRORS:
+                pass
+            raise
+        return address.hostname, address.port or 0
 
     def _disconnect(self) -> None:
         if self._socket is not None:
@@ -186,6 +201,17 @@ class StateFollower(Generic[State]):
         """Unsubscribe."""
         if self._subscriber is not None:
             self._subscriber.unregister()
+
+    def sender_address(self) -> Tuple[str, int]:
+        """Return host and port of the node that sends, which may have services there too.
+
+        A master that has died, or was started anew, is not needed for that.
+
+        Raises:
+            CONNECTION_ERRORS: none sends, or it does not answer.
+        """
+        return connected_publisher(rospy.get_node_uri(), rospy.get_name(), self._topic,
+                                   PATIENT_TIMEOUT_S)
 
     def wait_for(self, condition: Callable[[State], bool],
                  timeout_s: Optional[float] = None) -> Optional[State]:

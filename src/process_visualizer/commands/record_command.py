@@ -279,7 +279,7 @@ class RecordRun:
         return 1 if ended else 0
 
     def _stop(self, recorder: BagRecorder) -> List[str]:
-        """Stop by the service or, if the master is gone, by a signal; return the bags."""
+        """Stop by the service or, if it does not answer, by a signal; return the bags."""
         try:
             return recorder.stop()
         except RecorderUnreachable:

@@ -144,8 +144,32 @@ def publisher_address(master: 'AskedMaster', node: str, topic: str,
     Raises:
         CONNECTION_ERRORS: it does not, or does not answer.
     """
-    with ServerProxy(master.lookupNode(node), transport=LimitedTransport(timeout_s)) as api:
-        answer: Any = api.requestTopic(master.caller, topic, [['TCPROS']])
+    return _publisher_at(master.lookupNode(node), master.caller, topic, timeout_s)
+
+
+def connected_publisher(own_uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[str, int]:
+    """Return host and port of a node to whose topic another one is subscribed; asks no master.
+
+    Args:
+        own_uri: of the node that is subscribed.
+        caller: the name of the node that asks.
+        topic: its whole name.
+        timeout_s: for each part of an answer.
+
+    Raises:
+        CONNECTION_ERRORS: none publishes it, or it does not answer.
+    """
+    with ServerProxy(own_uri, transport=LimitedTransport(timeout_s)) as own:
+        answer: Any = own.getBusInfo(caller)
+    for _, uri, direction, _, name, *_ in answer[2]:
+        if (direction, name) == ('i', topic):
+            return _publisher_at(uri, caller, topic, timeout_s)
+    raise ValueError(f'nobody is known who publishes {topic}')
+
+
+def _publisher_at(uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[str, int]:
+    with ServerProxy(uri, transport=LimitedTransport(timeout_s)) as api:
+        answer: Any = api.requestTopic(caller, topic, [['TCPROS']])
     _, reason, protocol = answer
     if not protocol:
         raise ValueError(f'it does not publish it ({reason})')

@@ -10,6 +10,7 @@ import pytest
 import rosbag
 from genpy import Time
 from held_tasks import HeldTasks
+from recording_stand_in import seen
 from std_msgs.msg import Float64, String
 
 from process_visualizer.bagio.catalog import Catalog, read_catalog
@@ -17,7 +18,7 @@ from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.launch_model import LaunchModel
-from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.health.node_warnings import NodeWarnings
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
@@ -93,3 +94,15 @@ def test_what_cannot_be_played_is_told(states: DeviceStatesModel, session: Sessi
     session.take_player(player(recording, [100]))
     assert shown(states)[:2] == ['50 Hz', 'not played']
     assert states.state(OVEN).summary.text == 'running'
+
+
+def test_without_a_recorder_that_counts_rates_are_forgotten_and_silences_stay(
+        states: DeviceStatesModel) -> None:
+    for messages in range(0, 100, 10):  # learns what is usual
+        states.take_recorder(RecorderSnapshot('idle', topics=tuple(
+            seen(name, messages=messages) for name in NAMES[:2])))
+    states.take_recorder(RecorderSnapshot('idle', topics=(
+        seen(NAMES[0], messages=110), seen(NAMES[1], 0.0, 60.0, messages=100))))
+    assert shown(states)[:2] == ['125 Hz', 'no data for 60.0 s']
+    states.forget_topics()
+    assert shown(states)[:2] == ['', 'no data for 60.0 s']

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 import pytest
 from PyQt5.QtCore import QPoint, QRect, QSettings, QSize
@@ -172,8 +172,61 @@ def test_which_devices_are_in_force(window: LauncherApp, qtbot: Any, config: Pat
     assert (note(window), window.devices.isVisible()) == ('', True)
 
 
-def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: Any) -> None:
-    window._launcher.master.lost.emit()
+def lose_master(window: LauncherApp, other: Optional[int] = None) -> None:
+    """Let the master that was connected be silent, or another one be in its place."""
+    master = window._launcher.master
+    if not master.is_lost:
+        master.is_connected, master._process_id = True, 17
+    for _ in range(3):
+        master._count(other)
+
+
+def run_nodes(window: LauncherApp) -> None:
+    launch = window._launcher.launch
+    launch.running, launch.phase = window._launcher.choice(), LaunchPhase.RUNNING
+    launch.changed.emit()
+
+
+def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again(
+        window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    run_nodes(window)
+    lose_master(window)
+    answer(window, qtbot, is_yes=False)
+    assert window.launch.status.text().startswith('The ROS master is not responding\n')
+    lose_master(window, other=18)
+    question = window.findChild(QMessageBox, 'question')
+    assert question.text().startswith(
+        'The ROS master was started anew. It does not know the nodes that run: they continue')
+    answer(window, qtbot, is_yes=False)
+    assert window.launch.status.text().startswith(
+        'The ROS master was started anew and does not know the nodes that run: stop the cell and '
+        'start it again\n')
+    window._launcher.launch._ended(None)
+    assert window.findChild(QMessageBox, 'question').text() == (
+        'The ROS master was started anew. Nothing can be launched until the launcher starts '
+        'again. Start it again?')
+    answer(window, qtbot, is_yes=False)
+    assert 'The launcher must start again' in window.launch.status.text()
+    assert window.launch.launch.isEnabled() and not window.restarts
+    window.launch.launch.click()
+    answer(window, qtbot, is_yes=True)
+    assert window.restarts and not window.isVisible()
+
+
+def test_another_question_about_the_master_replaces_the_first(window: LauncherApp, qtbot: Any
+                                                              ) -> None:
+    lose_master(window)
+    lose_master(window, other=18)
+    qtbot.waitUntil(lambda: len(window.findChildren(QMessageBox, 'question')) == 1)
+    assert 'started anew' in window.findChild(QMessageBox, 'question').text()
+
+
+def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: Any,
+                                                  config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    run_nodes(window)
+    lose_master(window)
     assert 'start the launcher again?' in window.findChild(QMessageBox, 'question').text()
     window._launcher.master.returned.emit()
     qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
@@ -261,7 +314,7 @@ def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
     launcher = window._launcher
     launcher.region.choose('kinect')
     launcher.region.set_value(0, 0.5)
-    launcher.master.lost.emit()
+    lose_master(window)
     assert window.findChild(QMessageBox, 'question').text().endswith(
         'Not saved, but offered again then: the crop box of kinect.')
     window.leave()

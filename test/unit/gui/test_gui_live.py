@@ -36,6 +36,7 @@ from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan
+from process_visualizer.launching.part_report import PartState
 
 MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder')
 
@@ -194,6 +195,29 @@ def test_a_recorder_that_is_silent_is_told_and_asked_again(stand: Stand) -> None
     stand.come(ServiceUnreachable('gone'))
     assert 'is not responding' in stand.panel.state.text()
     stand.come(stand.parts[0])
+    assert stand.panel.state.text() == ''
+
+
+def test_a_silent_recorder_leaves_no_old_values_as_if_they_were_present(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    stand.now_s = stand.panel._end_s() + 4.0
+    stand.come(ServiceUnreachable('gone'))
+    assert stand.timeline.time_text(0.0, 0) == '−4 s'
+    assert stand.timeline.lane_texts(2).at_position == 'no data'
+    stand.now_s += 3.0
+    stand.panel._clock.timeout.emit()
+    assert stand.timeline.time_text(0.0, 0) == '−7 s'
+    stand.come(stand.parts[1])
+    assert stand.timeline.time_text(0.0, 0) == 'now'
+    assert stand.timeline.lane_texts(2).at_position == '0.05 m/s'
+
+
+def test_a_recorder_that_has_ended_is_not_said_to_go_on_by_itself(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    run(stand.session, Mode.REALTIME, PartState.FAILED)
+    assert stand.panel.state.text() == (
+        'The recorder has ended. Restart it from its alarm; the curves go on then')
+    run(stand.session, Mode.REALTIME)
     assert stand.panel.state.text() == ''
 
 

@@ -2,6 +2,7 @@
 """The running cell held against good runs: band behind the curves, words, alarms."""
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from shutil import rmtree
 from typing import List, Optional
@@ -18,6 +19,7 @@ from test_gui_alarms import Stand as AlarmStand
 from test_gui_live import Stand
 
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
@@ -106,6 +108,20 @@ def test_programs_are_told_the_same(compared: Compared) -> None:
     told = verdict_entry(compared.model.told)
     assert (told['state'], told['reference']) == ('poor', 'a.bag#1')
     assert told['departed'] == [list(it) for it in compared.model.departed]
+
+
+def test_old_values_say_nothing_about_ranges(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(int(POOR_FROM_S) + 3, run)
+    assert 'above range' in compared.model.text and compared.model.departed
+    at = time.strftime('%H:%M:%S', time.localtime(compared.model.now_s))
+    compared.stand.come(ServiceUnreachable('gone'))
+    assert compared.model.text == compared.heard[-1] == f'Not compared: no data since {at}'
+    assert not compared.model.departed
+    told = verdict_entry(compared.model.told)
+    assert (told['state'], told['departed']) == ('plain', [])
+    compared.stand.come(compared.parts[int(POOR_FROM_S) + 3])
+    assert 'no data' not in compared.heard[-1]
 
 
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,

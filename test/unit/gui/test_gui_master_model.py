@@ -103,7 +103,27 @@ def test_another_master_knows_no_node(stand: Stand) -> None:
     stand.check()
     stand.master.answers = 18
     stand.check(5)
-    assert stand.told == ['connected', 'lost']
+    assert stand.told == ['connected', 'lost'] and stand.model.is_other
+    assert stand.model.problem == 'The ROS master was started anew'
+
+
+def test_a_master_that_was_killed_and_started_anew_is_not_said_to_be_silent(stand: Stand) -> None:
+    stand.connect()
+    stand.check()
+    stand.master.answers = None
+    stand.check(4)
+    assert not stand.model.is_other
+    stand.master.answers = 18
+    stand.check(3)
+    assert stand.told == ['connected', 'lost', 'lost']
+    assert stand.model.problem == 'The ROS master was started anew'
+    assert stand.model.is_lost and not stand.model.is_connected
+    stand.master.answers = None  # busy
+    stand.check(5)
+    assert stand.told == ['connected', 'lost', 'lost']
+    stand.master.answers = 17
+    stand.check()
+    assert stand.told[-1] == 'returned' and not stand.model.is_other
 
 
 def test_a_master_that_hangs_is_asked_once_and_given_up(stand: Stand) -> None:

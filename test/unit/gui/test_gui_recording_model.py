@@ -94,6 +94,17 @@ def test_a_recording_from_start_to_end(model, client, qtbot):
     assert client.commands == ['start', 'stop'] and messages_of(model) == []
 
 
+def test_a_finished_bag_has_the_problems_that_are_told_at_its_end(recording, client, qtbot):
+    """What a problem says of the present is no longer said then."""
+    files = (client.path,)
+    recording.take_state(told('recording', files=files, problems=('/a fell silent; look',)))
+    with qtbot.waitSignal(recording.finished):
+        recording.stop()
+    for problems in (('/a fell silent',), ('/a fell silent', 'of another time')):
+        recording.take_state(told('idle', files=files, problems=problems))
+        assert recording.state.finished.problems == ('/a fell silent',)
+
+
 def test_the_finished_bag_is_told_once(recording, client, qtbot):
     paths: List[str] = []
     recording.finished.connect(paths.append)

@@ -28,6 +28,7 @@ from process_visualizer.gui.recording.recording_panel import Notice, RecordingPa
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartState
 
 Find = Callable[[Type[QWidget], str], Any]
 
@@ -194,6 +195,20 @@ def test_a_recorder_that_says_nothing_is_told_until_it_speaks(find, running, cli
     assert find(QPushButton, 'record').text() == 'Stop'
     running.take_state(told('recording', files=(client.path,)))
     assert text(find, 'record_notice') == 'Into seam.bag'
+
+
+@pytest.mark.parametrize('is_ended', [False, True])
+def test_rates_are_not_shown_without_a_recorder_that_counts(find, running, session, is_ended):
+    running.take_state(told())
+    assert text(find, 'record_figures').endswith('/s incoming')
+    assert item(find, 0, 0).text(1)
+    if is_ended:
+        run(session, Mode.REALTIME, PartState.FAILED)
+    else:
+        running._silence.silent.emit()
+    assert text(find, 'record_figures').strip() == ''
+    assert item(find, 0, 0).text(1) == ''
+    assert running.room.time_left_s is None
 
 
 def test_low_disk_warns(find, running, client, qtbot):

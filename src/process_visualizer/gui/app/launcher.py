@@ -217,12 +217,22 @@ class Launcher(QObject):
     def blocked_reason(self) -> str:
         """Return why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
-            return self.master.problem
+            return self.lost_master() or self.master.problem
         if self.session.cell is None:
             return 'The configuration has problems' if self.cell.problems else 'Loading'
         if not self.session.chosen:
             return 'Tick a device first'
         return self.bag.foreign_text if self.session.mode is Mode.PLAYBACK else ''
+
+    def lost_master(self) -> str:
+        """Return that the master is lost, and what helps; empty while it is not."""
+        master = self.master
+        if not master.is_lost:
+            return ''
+        if self.launch.is_idle:
+            return f'{master.problem}. The launcher must start again: "Launch nodes" offers it'
+        return f'{master.problem} and does not know the nodes that run: stop the cell and ' \
+               'start it again' if master.is_other else master.problem
 
     def pending(self) -> str:
         """Return what would change if the present choice were applied to the running nodes."""
@@ -272,8 +282,7 @@ class Launcher(QObject):
                     else player_activity(self.session.player))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
-        problem = self.master.problem if self.master.is_lost else ''
-        return '\n'.join(filter(None, (problem, text)))
+        return '\n'.join(filter(None, (self.lost_master(), text)))
 
     def _waits_for(self) -> str:
         """Return what must be done before anything can be launched; empty if nothing."""
@@ -333,6 +342,7 @@ class Launcher(QObject):
         for model in (self.recording.take_state, self.states.take_recorder,
                       self.alarms.take_recorder):
             link.recorder_state.connect(model)
+        self.recording.unheard.connect(self.states.forget_topics)
         link.replay.reported.connect(self.replay.take_report)
         link.replay.player_state.connect(self.replay.take_state)
         link.rviz_moved.connect(self.replay.follow_window)

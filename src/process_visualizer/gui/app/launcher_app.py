@@ -71,6 +71,7 @@ class WindowQuestions(QObject):
         self._launcher = launcher
         self._message: Optional[QMessageBox] = None
         self._mixture: Optional[QMessageBox] = None
+        self._lost: Optional[QMessageBox] = None
 
     def show_message(self, message: str) -> None:
         """Show a message; further ones are added to it while it is open."""
@@ -91,16 +92,28 @@ class WindowQuestions(QObject):
         bar.showMessage(sentence(message), _BRIEF_MS)
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
-        """Offer to start the program again; the question closes when the master returns."""
-        self.show_briefly('The ROS master is not responding')
-        unsaved = self._launcher.unsaved.unsaved
+        """Offer to start the program again; the question closes when the master returns.
+
+        It replaces the one that was asked before, of which another thing may be true by now.
+        """
+        if self._lost is not None:
+            self._lost.close()
+        launcher, problem = self._launcher, self._launcher.master.problem
+        self.show_briefly(problem)
+        unsaved = launcher.unsaved.unsaved
         stays = f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
-        question = ask(
-            self._window,
-            'The ROS master is not responding. Running nodes continue, but nothing can be '
-            'launched or commanded. Quit all nodes (this finishes a recording) and start '
-            f'the launcher again?{stays}', 'Quit and start again', start_again)
-        self._launcher.master.returned.connect(question.close)
+        if launcher.launch.is_idle:
+            text, yes = 'Nothing can be launched until the launcher starts again. Start it ' \
+                'again?', 'Start again'
+        else:
+            nodes = 'It does not know the nodes that run: they' if launcher.master.is_other \
+                else 'Running nodes'
+            text, yes = f'{nodes} continue, but nothing can be launched or commanded. Quit all ' \
+                'nodes (this finishes a recording) and start the launcher again?', \
+                'Quit and start again'
+        self._lost = ask(self._window, f'{problem}. {text}{stays}', yes, start_again)
+        self._lost.finished.connect(self._forget_lost)
+        launcher.master.returned.connect(self._lost.close)
 
     def ask_about_mixture(self, who: str, mode: Mode) -> None:
         """Ask about nodes that prevent a launch; the question closes when they are gone."""
@@ -121,6 +134,9 @@ class WindowQuestions(QObject):
 
     def _forget_message(self) -> None:
         self._message = None
+
+    def _forget_lost(self) -> None:
+        self._lost = None
 
     def _forget_mixture(self) -> None:
         self._mixture = None
@@ -327,8 +343,8 @@ class LauncherApp(QMainWindow):
         launcher, master = self._launcher, self._launcher.master
         for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
-        master.lost.connect(
-            lambda: self._questions.ask_about_lost_master(self._restart_program))
+        for signal in (master.lost, launcher.launch.stopped):
+            signal.connect(self._ask_about_lost_master)
         master.returned.connect(
             lambda: self._questions.show_briefly('The ROS master responds again'))
         launcher.guard.asked.connect(self._questions.ask_about_mixture)
@@ -351,7 +367,7 @@ class LauncherApp(QMainWindow):
         launcher.status_changed.connect(self._show_status)
         launcher.view.changed.connect(self._show_views)
         self.launch.mode_chosen.connect(launcher.choose_mode)
-        self.launch.launch_wanted.connect(launcher.start)
+        self.launch.launch_wanted.connect(self._start)
         self.launch.quit_wanted.connect(self._after_quit.quit)
         self._after_quit.grace.changed.connect(self._show_launch)
         self.launch.apply_wanted.connect(launcher.apply)
@@ -406,7 +422,8 @@ class LauncherApp(QMainWindow):
     def _show_launch(self) -> None:
         launcher = self._launcher
         reason = launcher.blocked_reason()
-        self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        can_launch = reason == '' or launcher.master.is_lost  # then it offers what helps
+        self.launch.show_phase(launcher.launch.phase, can_launch, reason)
         self.launch.show_grace(self._after_quit.grace.left_s)
         self._show_mode_choice()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
@@ -441,6 +458,15 @@ class LauncherApp(QMainWindow):
             LogView.show_node(self, report, node)
 
     # What is done
+
+    def _start(self) -> None:
+        """Launch, or offer what must be done before."""
+        self._ask_about_lost_master()
+        self._launcher.start()
+
+    def _ask_about_lost_master(self) -> None:
+        if self._launcher.master.is_lost and not self._is_closed:
+            self._questions.ask_about_lost_master(self._restart_program)
 
     def _open(self) -> None:
         is_own = self.new.isHidden()  # else the example is open

@@ -83,6 +83,12 @@ class DeviceStatesModel(QObject):
             for topic in recorder.topics}
         self.changed.emit()
 
+    def forget_topics(self) -> None:
+        """Nobody counts any more what arrives: rates are not known; nobody saw silences end."""
+        self._lines = {topic: line for topic, line in self._lines.items()
+                       if line.level is Level.WARNING}
+        self.changed.emit()
+
     def _follow_player(self) -> None:
         """A topic has the state of the recording, whatever the rate."""
         recorded, player = self._session.recording, self._session.player

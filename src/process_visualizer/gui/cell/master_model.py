@@ -21,18 +21,22 @@ _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MAX_FAILURES = 3
 """Most failed checks in a row; a busy master may miss one."""
+_SILENT = 'The ROS master is not responding'
+_OTHER = 'The ROS master was started anew'
 
 
 class MasterModel(QObject):
     """Connects the launcher to the master, and reports when it is gone or hangs.
 
-    ``problem`` says why it is not connected, while ``is_connected`` is False. A restarted master
-    counts as gone: it does not know the running nodes.
+    ``problem`` says why it is not connected, while ``is_connected`` is False. ``is_other`` if
+    another master answers in place of the one that is lost: that knows no node that runs, not even
+    the launcher's own, which can only start again.
     """
 
     connected = pyqtSignal()
     failed = pyqtSignal(str)
     lost = pyqtSignal()
+    """It does not answer, or (which may come later) another one does; see ``problem``."""
     returned = pyqtSignal()
     """The master that was lost answers again."""
 
@@ -47,7 +51,7 @@ class MasterModel(QObject):
         self._timer = QTimer(self)
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
-        self.is_connected = self.is_connecting = self.is_lost = False
+        self.is_connected = self.is_connecting = self.is_lost = self.is_other = False
         self.problem = 'The ROS master is not running yet'
 
     def connect_to_master(self) -> None:
@@ -72,7 +76,7 @@ class MasterModel(QObject):
 
     def _check(self) -> None:
         if self._is_checking:  # a master that hangs does not answer at all
-            self._count(False)
+            self._count(None)
             return
         self._is_checking = True
         self._tasks.run(_LINE, self._master.process_id, self._take_check)
@@ -80,20 +84,20 @@ class MasterModel(QObject):
     def _take_check(self, process_id: Optional[int]) -> None:
         self._is_checking = False
         self._process_id = self._process_id or process_id
-        self._count(process_id is not None and process_id == self._process_id)
+        self._count(process_id)
 
-    def _count(self, online: bool) -> None:
-        self._failures = 0 if online else self._failures + 1
-        if self.is_connected and self._failures >= _MAX_FAILURES:
-            self.problem = 'The ROS master is not responding'
-            self._set_lost(True)
-            self.lost.emit()
-        elif self.is_lost and online:
-            self._set_lost(False)
+    def _count(self, answered: Optional[int]) -> None:
+        """Take the process id of the master that has answered, if one has."""
+        is_known = answered is not None and answered == self._process_id
+        self._failures = 0 if is_known else self._failures + 1
+        if is_known and self.is_lost:
+            self.is_connected, self.is_lost, self.is_other = True, False, False
             self.returned.emit()
-
-    def _set_lost(self, is_lost: bool) -> None:
-        self.is_lost, self.is_connected = is_lost, not is_lost
+        elif self._failures >= _MAX_FAILURES and not self.is_other and (
+                self.is_connected or answered is not None):
+            self.is_connected, self.is_lost, self.is_other = False, True, answered is not None
+            self.problem = _OTHER if self.is_other else _SILENT
+            self.lost.emit()
 
     def _report_failure(self, error: Exception) -> None:
         self.is_connecting = False

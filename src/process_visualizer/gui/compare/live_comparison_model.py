@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -34,6 +35,7 @@ _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Rest
              'this stays.')
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
+_NO_DATA = 'Not compared: no data since {}'
 _NO_RUN = 'Waiting for a run to start (reference {})'
 
 
@@ -53,7 +55,7 @@ class LiveComparisonModel(QObject):
         self._history = PhaseHistory(MAX_S)
         self._phase: Optional[PhaseSnapshot] = None
         self._departures: Tuple[LiveDeparture, ...] = ()
-        self._now_s = 0.0
+        self._now_s, self._is_silent = 0.0, False
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -106,6 +108,9 @@ class LiveComparisonModel(QObject):
         comparison, phase = self._comparison, self._phase
         if comparison is None or not self._live.is_running:
             return ''
+        if self._live.problem:
+            return _NO_DATA.format(time.strftime('%H:%M:%S', time.localtime(self._now_s))) \
+                if self._now_s else 'Not compared: no data'
         if not self._has_common:
             return _NOTHING.format(comparison.name)
         if phase is None or self._now_s - phase.stamp_s > _SILENT_S:
@@ -123,7 +128,8 @@ class LiveComparisonModel(QObject):
     def told(self) -> str:
         """Return this for programs: JSON; see `verdict_entry` in serving/live_cell.py."""
         phase, text = self._phase, self.text
-        is_in = bool(text) and phase is not None and phase.reference_s is not None
+        is_in = (bool(text) and not self._live.problem
+                 and phase is not None and phase.reference_s is not None)
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
         return json.dumps({'text': text, 'state': state, 'reference': self.reference,
                            'departed': self.departed if text else []})
@@ -158,6 +164,9 @@ class LiveComparisonModel(QObject):
             self._finish(None if self._runs is None else self._runs.end())
             self._forget()
         self._live.set_judged(self._comparison is not None)
+        if bool(self._live.problem) != self._is_silent:  # old values say nothing of what is now
+            self._is_silent, self._departures = bool(self._live.problem), ()
+            self.changed.emit()
 
     def _finish(self, run: Optional[FinishedRun]) -> None:
         if run is not None:

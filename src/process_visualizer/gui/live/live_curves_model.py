@@ -10,6 +10,7 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import LiveCurves, LiveWindow, RecentPart
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -43,6 +44,8 @@ class LookPace:
 
 
 LINE = 'live curves'
+_SILENT = f'{NOT_RESPONDING}; the curves go on when it does'
+_ENDED = 'The recorder has ended. Restart it from its alarm; the curves go on then'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
 """Lengths that can be shown; the recorder's own memory is as long as the first."""
 _JUDGED_S = 30.0
@@ -71,21 +74,21 @@ class LiveCurvesModel(QObject):
     def __init__(self, tasks: Tasks, memory: Memory, session: Session,
                  parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks, self._memory = tasks, memory
+        self._tasks, self._memory, self._session = tasks, memory, session
         self._devices: Tuple[Device, ...] = ()
         self._curves = LiveCurves(())  # of the line of tasks
         self._is_running = self._is_shown = self._is_held = self._is_reading = False
         self._is_judged = False
         self._duration_s = DURATIONS_S[0]
         self._window: Optional[LiveWindow] = None
-        self._problem = ''
+        self._is_silent = False
         self._pace, self._read_s = LookPace(), 0.0
         self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._read)
         session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
-        session.run_changed.connect(
-            lambda: self._follow_run(session.running_mode is Mode.REALTIME))
+        self._has_ended = False
+        session.run_changed.connect(self._follow_run)
 
     @property
     def window(self) -> Optional[LiveWindow]:
@@ -109,21 +112,28 @@ class LiveCurvesModel(QObject):
 
     @property
     def problem(self) -> str:
-        """Return why nothing new comes; empty if all is well."""
-        return self._problem
+        """Return why nothing new comes while the cell runs; empty if all is well."""
+        if not self._is_running:
+            return ''
+        return _ENDED if self._has_ended else _SILENT if self._is_silent else ''
 
     def _follow_cell(self, devices: Tuple[Device, ...]) -> None:
         if devices != self._devices:
             self._devices = devices
             self._begin_anew()
 
-    def _follow_run(self, is_running: bool) -> None:
+    def _follow_run(self) -> None:
         """A recorder was launched, or has ended: its last curves stay to be looked at."""
+        is_running = self._session.running_mode is Mode.REALTIME
+        before = self.problem
+        self._has_ended = self._session.has_ended(BAG_PART)
         if is_running != self._is_running:
-            self._is_running = is_running
+            self._is_running, self._is_silent = is_running, False
             if is_running:
                 self._begin_anew()
             self._follow()
+            self.changed.emit()
+        elif self.problem != before:
             self.changed.emit()
 
     def set_shown(self, is_shown: bool) -> None:
@@ -180,12 +190,13 @@ class LiveCurvesModel(QObject):
         return windows
 
     def _take(self, windows: List[LiveWindow]) -> None:
-        self._is_reading, self._problem = False, ''
+        was_silent, self._is_silent, self._is_reading = self._is_silent, False, False
         window, *judged = windows
         for it in judged:
             self.judged.emit(it)
         if not self._is_held:
             self._window = window
+        if not self._is_held or was_silent:
             self.changed.emit()
         wanted_ms = _PERIOD_MS if judged else next(
             (it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s), _PERIOD_MS)
@@ -203,9 +214,8 @@ class LiveCurvesModel(QObject):
         self._is_reading = False
         if not isinstance(error, ServiceUnreachable):
             raise error
-        if self._is_running:
-            self._problem = f'{NOT_RESPONDING}; the curves go on when it does'
-            self.changed.emit()
+        self._is_silent = True
+        self.changed.emit()
         self._wait(_RETRY_MS)
 
     def _wait(self, period_ms: int) -> None:

@@ -2,6 +2,7 @@
 """The panel below RViz in real-time mode: the curves of the last seconds."""
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from typing import Callable, Dict, Optional, Sequence
@@ -215,7 +216,7 @@ class LivePanel(QWidget):
     def _show_age(self) -> None:
         """While the curves stand still, the present moves away from their right end."""
         stands = self._curves.window is not None and (
-            self._curves.is_held or not self._curves.is_running)
+            self._curves.is_held or not self._curves.is_running or bool(self._curves.problem))
         if stands != self._clock.isActive():
             self._clock.start() if stands else self._clock.stop()
         self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
@@ -234,10 +235,15 @@ class LivePanel(QWidget):
             for curve in window.curves)}
         self.timeline.show_lanes(
             window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
-            {_key(curve): curve.value for curve in window.curves}, window.marks,
+            {_key(curve): self._present(curve) for curve in window.curves}, window.marks,
             window.begin_s + window.duration_s)
         self._show_near()
         self._show_moment()
+
+    def _present(self, curve: LiveCurve) -> float:
+        """Return a curve's value; NaN where it would be taken for what is there now."""
+        is_old = bool(self._curves.problem) and not self._curves.is_held
+        return math.nan if is_old else curve.value
 
     def _want_replay(self, time_s: float) -> None:
         if self._curves.is_running:

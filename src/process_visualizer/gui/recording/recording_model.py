@@ -107,6 +107,8 @@ class RecordingModel(QObject):
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
+    unheard = pyqtSignal()
+    """The recorder says nothing any more: it hangs, or has ended."""
     finished = pyqtSignal(str)
     """A bag is complete; its path (of a recording in parts, that of the first)."""
 
@@ -123,8 +125,7 @@ class RecordingModel(QObject):
         self._state = RecordingState()
         self._sender = SenderClock()
         self._silence = SilenceWatch(self)
-        self._silence.silent.connect(
-            lambda: self._enter(self._state._replace(is_silent=True)))
+        self._silence.silent.connect(self._take_silence)
         session.run_changed.connect(lambda: self._follow_run(session))
 
     @property
@@ -165,8 +166,18 @@ class RecordingModel(QObject):
             self._enter(self._state.run(is_running))
         if is_running and session.has_ended(BAG_PART) and self.phase is not RecordingPhase.GONE:
             self._silence.stop()
+            self._lose_rates()
             self._take(gone(self._state))
             self.take_end_of_run()
+
+    def _take_silence(self) -> None:
+        self._lose_rates()
+        self._enter(self._state.unheard())
+
+    def _lose_rates(self) -> None:
+        """What the recorder counted last says nothing of what comes now."""
+        self.choices.take_topics(())
+        self.unheard.emit()
 
     def take_end_of_run(self) -> None:
         """Tell that the recorder has ended: it has finished its bag, or never will."""

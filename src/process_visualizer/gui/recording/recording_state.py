@@ -36,7 +36,8 @@ class RecordingState(NamedTuple):
     to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
     run. ``finished`` and ``error`` are shown until the next command. ``label`` is that of the next
     mark, or ''.
-    ``snapshot`` is what the recorder said last, ``answered_s`` when a command was answered last.
+    ``snapshot`` is what the recorder said last, without rates once it says nothing any more;
+    ``answered_s`` is when a command was answered last.
     """
 
     phase: RecordingPhase = RecordingPhase.OFF
@@ -165,6 +166,11 @@ class RecordingState(NamedTuple):
         """Return the state after the recorder did not take this mark."""
         return self._replace(marks=tuple(it for it in self.marks if it is not mark))
 
+    def unheard(self) -> 'RecordingState':
+        """Return the state after the recorder has said nothing for long: rates are not known."""
+        return self._replace(is_silent=True, snapshot=self.snapshot._replace(
+            rate=0.0, time_left_s=None, topics=()))
+
     def dismissed(self) -> 'RecordingState':
         """Return the state after the operator has seen the finished bag or the error."""
         return self._replace(error='', finished=None)
@@ -259,7 +265,8 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Recordin
 def gone(state: RecordingState) -> RecordingStep:
     """Return the step after the recorder's process has ended; ``left`` is to be looked at."""
     return RecordingStep(
-        state._replace(phase=RecordingPhase.GONE, path='', left=state.path, is_silent=False)
+        state.unheard()._replace(phase=RecordingPhase.GONE, path='', left=state.path,
+                                 is_silent=False)
     )
 
 
@@ -296,8 +303,9 @@ def _ended_by_itself(state: RecordingState, now_s: float) -> RecordingStep:
 
 
 def _with_last_figures(state: RecordingState) -> RecordingState:
-    """The last figures of a recording come with the first state after it."""
+    """The last figures and problems of a recording come with the first state after it."""
     bag, snapshot = state.finished, state.snapshot
     if bag is None or snapshot.phase != 'idle' or snapshot.files != bag.files:
         return state
-    return state._replace(finished=bag._replace(figures=figures_of(snapshot)))
+    problems = snapshot.problems if bag.figures is None else bag.problems
+    return state._replace(finished=bag._replace(figures=figures_of(snapshot), problems=problems))
