@@ -108,3 +108,34 @@ def test_it_is_kept() -> None:
     run = FinishedRun(NOON_S, NOON_S + 8.0, 'a.bag#1', ('arm tool force +7.9 N',), True, 4.0)
     for it in (run, run._replace(broken_off_s=None, seen_from_s=9.8)):
         assert finished_run(json.loads(json.dumps(it.settings()))) == it
+
+
+def test_a_run_is_in_range_only_from_where_its_values_are_known_again() -> None:
+    cell = Following()
+    cell.pass_(4.0, 0.0)
+    cell.runs.lose()
+    cell.pass_(1.0, 4.0, is_judged=False)
+    cell.pass_(3.0, 5.0)
+    cell.pass_(2.0, None)
+    assert cell.finished[-1].verdict == 'in range from 0:05.00 on'
+
+
+def test_a_run_whose_values_do_not_come_again_is_not_said_to_be_in_range() -> None:
+    cell = Following()
+    cell.pass_(4.0, 0.0)
+    cell.runs.lose()
+    cell.pass_(4.0, 4.0, is_judged=False)
+    cell.pass_(2.0, None, is_judged=False)
+    assert cell.finished[-1].verdict == 'no data'
+    cell.pass_(8.0, 0.0)
+    cell.pass_(2.0, None)
+    assert cell.finished[-1].verdict == 'in range'
+
+
+def test_what_was_out_of_range_before_the_values_were_lost_is_still_said() -> None:
+    cell = Following()
+    cell.pass_(4.0, 0.0, beyond=2.0)
+    cell.runs.lose()
+    cell.pass_(4.0, 4.0, is_judged=False)
+    cell.pass_(2.0, None, is_judged=False)
+    assert cell.finished[-1].verdict.startswith('out of range: arm tool force +')

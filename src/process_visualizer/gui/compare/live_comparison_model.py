@@ -164,8 +164,12 @@ class LiveComparisonModel(QObject):
             self._finish(None if self._runs is None else self._runs.end())
             self._forget()
         self._live.set_judged(self._comparison is not None)
-        if bool(self._live.problem) != self._is_silent:  # old values say nothing of what is now
-            self._is_silent, self._departures = bool(self._live.problem), ()
+        if bool(self._live.problem) != self._is_silent:
+            self._is_silent = not self._is_silent
+            if self._is_silent:  # old values say nothing of what is now
+                self._departures = ()
+                if self._runs is not None:
+                    self._runs.lose()
             self.changed.emit()
 
     def _finish(self, run: Optional[FinishedRun]) -> None:

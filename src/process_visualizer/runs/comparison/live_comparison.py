@@ -201,7 +201,7 @@ class LiveRuns:
         self._reference, self._duration_s = reference, duration_s
         self._run: Optional[_Run] = None
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
-        self._is_judged = False
+        self._is_judged = self._is_lost = False
 
     @property
     def has_departed(self) -> bool:
@@ -226,15 +226,25 @@ class LiveRuns:
 
     def judge(self, departures: Iterable[LiveDeparture]) -> None:
         """Take what is out of range now; the farthest of each channel counts."""
+        was_lost, self._is_lost = self._is_lost, False
         run = self._run
         if run is None:
             return
+        if was_lost:
+            run = self._run = run._replace(seen_from_s=run.reference_s)
         self._is_judged = True
         for it in departures:
             before = self._departed.get(it.signal.name)
             from_s = run.reference_s if before is None else before[1]
             if before is None or abs(it.beyond) > abs(before[0].beyond):
                 self._departed[it.signal.name] = it, from_s
+
+    def lose(self) -> None:
+        """Take that nothing is known of the values until ``judge`` is called again.
+
+        A run in which nothing was out of range before was compared only from then on.
+        """
+        self._is_lost, self._is_judged = True, bool(self._departed)
 
     def end(self) -> Optional[FinishedRun]:
         """Return the run that was going on, which is over; None without one."""
