@@ -8,15 +8,18 @@ from typing import Any, Iterator, List
 import pytest
 import rosbag
 from genpy import Time
+from PyQt5.QtWidgets import QWidget
 from session_stand import play
 from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import RvizStart
 from process_visualizer.generate.plan import BAG_PART
+from process_visualizer.gui.app.after_quit import AfterQuit
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.main import words_to_go_on
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
@@ -251,6 +254,26 @@ def test_a_recording_is_played_by_what_runs_once_it_is_read(
     assert loaded.session.mode is Mode.PLAYBACK and applied == []
     qtbot.waitUntil(lambda: bool(applied))
     assert [(it.mode, it.bag) for it in applied] == [(Mode.PLAYBACK, path)]
+
+
+def test_a_recording_that_is_gone_changes_nothing(
+        loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    applied: List[Any] = []
+    told: List[str] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    loaded.failed.connect(told.append)
+    loaded.master.is_connected = True
+    run(loaded)
+    path = str(tmp_path / 'seam.bag')
+    monkeypatch.setattr(loaded.recording, '_state', loaded.recording.state._replace(
+        finished=FinishedBag((path,))))
+    window = QWidget()
+    qtbot.addWidget(window)
+    AfterQuit(window, loaded).play((path,))
+    qtbot.waitUntil(lambda: bool(told))
+    assert loaded.session.mode is Mode.REALTIME and applied == []
+    assert told == [f'{path} is not there any more: it was moved or deleted. Nothing was changed.']
+    assert loaded.recording.state.finished is None, 'it is not offered again'
 
 
 def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,

@@ -38,7 +38,10 @@ class AfterQuit(QObject):
         launcher.launch.stopped.connect(self._go_on)
 
     def play(self, paths: Tuple[str, ...]) -> None:
-        """Switch from real-time mode to playback of a recording."""
+        """Switch from real-time mode to playback of a recording, if that is still there."""
+        self._launcher.if_there(paths, lambda: self._play(paths))
+
+    def _play(self, paths: Tuple[str, ...]) -> None:
         if self._launcher.launch.is_idle or self._launcher.launch.is_running:
             self._launcher.play(paths)
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import replace
-from typing import Any, Dict, Mapping, Optional, Sequence, Set
+from typing import Any, Callable, Dict, Mapping, Optional, Sequence, Set
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -37,7 +37,7 @@ from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.replay_model import ReplayModel
-from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
+from process_visualizer.gui.playback.bag_model import BagModel, missing_of, placed_marks
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.recording.recording_choices import is_for_anybody
@@ -247,6 +247,16 @@ class Launcher(QObject):
             self.session.set_mode(mode)
             if self.launch.is_running:
                 self.launch.apply(self.choice())
+
+    def if_there(self, paths: Sequence[str], act: Callable[[], None]) -> None:
+        """Do something with a recording whose files still exist; otherwise say that they do not."""
+        self.tasks.run('files', lambda: missing_of(paths),
+                       lambda gone: self._forget_recording(gone) if gone else act())
+
+    def _forget_recording(self, gone: Sequence[str]) -> None:
+        self.recording.forget(gone)
+        self.failed.emit(f'{gone[0]} is not there any more: it was moved or deleted. '
+                         'Nothing was changed.')
 
     def play(self, paths: Sequence[str]) -> None:
         """Open a recording and play it, once it is read; nodes that run change the mode."""

@@ -251,6 +251,12 @@ class RecordingModel(QObject):
         """The operator has seen the finished bag or the error."""
         self._enter(self._state.dismissed())
 
+    def forget(self, gone: Sequence[str]) -> None:
+        """Offer the finished bag no longer, if files of it are gone."""
+        bag = self._state.finished
+        if bag is not None and not set(gone).isdisjoint(bag.files):
+            self.dismiss()
+
     # How commands end
 
     def _write(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
