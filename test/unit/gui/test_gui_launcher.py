@@ -272,7 +272,7 @@ def test_a_recording_that_is_gone_changes_nothing(
     AfterQuit(window, loaded).play((path,))
     qtbot.waitUntil(lambda: bool(told))
     assert loaded.session.mode is Mode.REALTIME and applied == []
-    assert told == [f'{path} is not there any more: it was moved or deleted. Nothing was changed.']
+    assert told == [f'{path} no longer exists: it was moved or deleted. Nothing was changed.']
     assert loaded.recording.state.finished is None, 'it is not offered again'
 
 
