@@ -255,7 +255,7 @@ class Launcher(QObject):
 
     def _forget_recording(self, gone: Sequence[str]) -> None:
         self.recording.forget(gone)
-        self.failed.emit(f'{gone[0]} is not there any more: it was moved or deleted. '
+        self.failed.emit(f'{gone[0]} no longer exists: it was moved or deleted. '
                          'Nothing was changed.')
 
     def play(self, paths: Sequence[str]) -> None:
