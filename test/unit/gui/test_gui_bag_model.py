@@ -17,9 +17,10 @@ from held_tasks import wait_for_line
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
-from session_stand import choose
+from session_stand import choose, run
 from std_msgs.msg import Float32, String
 
+from process_visualizer.bagio.marks import marks_path
 from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Mode, Topic
@@ -101,6 +102,25 @@ class TestOpening:
         bench.open(second, path)
         assert bench.session.paths == (path, second)
         assert bench.session.recording.duration_s == pytest.approx(19.98)
+
+    def test_a_recording_of_another_cell_does_not_replace_the_one_that_is_played(
+            self, bench: Bench, tmp_path: Path, path: str) -> None:
+        choose(bench.session, [machine('/feed_rate')])
+        bench.open(path)
+        run(bench.session, Mode.PLAYBACK)
+        other = str(tmp_path / 'other.bag')
+        with rosbag.Bag(other, 'w') as bag:
+            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        bench.open(other)
+        assert bench.session.paths == (path,) and bench.model.foreign_paths == (other,)
+        assert bench.model.foreign_note == (
+            'other.bag has no topic of the ticked devices. It is of another cell. '
+            'a.bag stays open and is played.')
+        bench.model.add_mark(5.0, 'here')
+        bench.qtbot.waitUntil(lambda: PlacedMark(5.0, 'here') in bench.marks)
+        assert not Path(marks_path(other)).exists()
+        choose(bench.session, [machine('/strange')])  # its configuration is used
+        assert bench.session.paths == (other,) and bench.model.foreign_note == ''
 
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(

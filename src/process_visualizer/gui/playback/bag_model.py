@@ -353,6 +353,7 @@ class BagModel(QObject):
         self._reindexing: Optional[TaskProgress] = None
         self._gone: Paths = ()
         self._holds_configuration = False
+        self._aside: Optional[Catalog] = None  # of another cell, opened while one is played
         self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
@@ -374,7 +375,9 @@ class BagModel(QObject):
     @property
     def is_foreign(self) -> bool:
         """Return whether the recording has no topic of the ticked devices, which have some."""
-        found = self.session.recording
+        return self._is_of_another_cell(self.session.recording)
+
+    def _is_of_another_cell(self, found: Optional[Catalog]) -> bool:
         wanted = {topic.name for it in self.session.chosen for topic in it.topics if topic.record}
         return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
 
@@ -384,6 +387,23 @@ class BagModel(QObject):
         if not self.is_foreign:
             return ''
         return f'{os.path.basename(self.session.paths[0])} has no topic of the ticked devices'
+
+    @property
+    def foreign_paths(self) -> Paths:
+        """The files of a recording of another cell: of the one that is open, or was to be."""
+        if self._aside is not None:
+            return self._aside.paths
+        return self.session.paths if self.is_foreign else ()
+
+    @property
+    def foreign_note(self) -> str:
+        """Return that a recording is of another cell, and what is played instead; or ''."""
+        if not self.foreign_paths:
+            return ''
+        played = '' if self._aside is None else (
+            f' {os.path.basename(self.session.paths[0])} stays open and is played.')
+        return (f'{os.path.basename(self.foreign_paths[0])} has no topic of the ticked devices. '
+                f'It is of another cell.{played}')
 
     @property
     def holds_configuration(self) -> bool:
@@ -401,6 +421,8 @@ class BagModel(QObject):
 
     def _follow_cell(self) -> None:
         """For playback, open what was open when the window was closed, if nothing was since."""
+        if self._aside is not None and not self._is_of_another_cell(self._aside):
+            self._put_in_force(self._aside)  # its configuration is in use now
         self.changed.emit()
         if self.session.mode is Mode.PLAYBACK and self._last:
             self._read(self._last, catalog_if_there)
@@ -483,21 +505,35 @@ class BagModel(QObject):
     def _take(self, wanted: Paths, found: Catalog) -> None:
         if wanted != self._wanted:
             return  # another one has been chosen meanwhile
-        self._wanted, self._gone = (), ()
+        self._wanted = ()
+        is_played = self.session.running_mode is Mode.PLAYBACK and bool(self.session.paths)
+        if is_played and found.paths != self.session.paths and self._is_of_another_cell(found):
+            self._aside = found
+            self._look_for_configuration(found.paths)
+            self.changed.emit()
+        else:
+            self._put_in_force(found)
+
+    def _put_in_force(self, found: Catalog) -> None:
+        self._aside, self._gone = None, ()
         self.session.set_recording(found)
         self.recent.add(found.paths)
         if self._watcher.files():
             self._watcher.removePaths(self._watcher.files())
         self._watcher.addPaths(list(found.paths))
         self.curves.read()
-        self._holds_configuration = False
-        self._tasks.run(_FILES, lambda: holds_configuration(found.paths),
-                        lambda holds: self._take_configuration(found.paths, holds), self._report)
+        self._look_for_configuration(found.paths)
         self.changed.emit()
         self.chosen.emit()
 
+    def _look_for_configuration(self, paths: Paths) -> None:
+        self._holds_configuration = False
+        self._tasks.run(_FILES, lambda: holds_configuration(paths),
+                        lambda holds: self._take_configuration(paths, holds), self._report)
+
     def _take_configuration(self, paths: Paths, holds: bool) -> None:
-        if paths == self.session.paths and holds != self._holds_configuration:
+        shown = self.session.paths if self._aside is None else self._aside.paths
+        if paths == shown and holds != self._holds_configuration:
             self._holds_configuration = holds
             self.changed.emit()
 

@@ -118,7 +118,7 @@ class BagView(QWidget):
         self.unindexed = UnindexedRow(bag)
         self.foreign = ForeignRow(bag)
         self.foreign.make.clicked.connect(
-            lambda: self.configuration_wanted.emit(bag.session.paths))
+            lambda: self.configuration_wanted.emit(bag.foreign_paths))
         self._prepare()
         self._lay_out()
         bag.changed.connect(self._show)
@@ -217,13 +217,13 @@ class ForeignRow(QWidget):
 
     def _show(self) -> None:
         bag = self._bag
-        self.text.setText(f'{bag.foreign_text}. It is of another cell.')
+        self.text.setText(bag.foreign_note)
         self.make.setText('Use the configuration in it…' if bag.holds_configuration
                           else 'Make a configuration from it…')
         self.make.setToolTip('Writes it into a file that you name, and opens that. What it would '
                              'start on this computer is left out' if bag.holds_configuration else
                              'Writes one for its topics into a file that you name, and opens that')
-        self.setVisible(bag.is_foreign)
+        self.setVisible(bool(bag.foreign_paths))
 
 
 class UnindexedRow(QWidget):
