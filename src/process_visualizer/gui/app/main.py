@@ -64,6 +64,8 @@ def main() -> int:
                     launcher.live_comparison.run_finished):
         changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
+    for changed in (launcher.cell.changed, launcher.bag.chosen):  # also for after a crash
+        changed.connect(lambda: _store(launcher, settings))
     if not options.config and not _last_configuration(settings):
         window.new.offer()
     code = app.exec_()
@@ -198,6 +200,10 @@ def _last_configuration(settings: Settings) -> Dict[str, Any]:
 
 def _remember(keeper: WindowKeeper, launcher: Launcher, settings: Settings) -> None:
     keeper.remember()
+    _store(launcher, settings)
+
+
+def _store(launcher: Launcher, settings: Settings) -> None:
     settings.store('mode', launcher.session.mode.value)
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
