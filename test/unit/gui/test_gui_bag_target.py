@@ -54,3 +54,11 @@ def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(bag_target, 'MIN_FREE_BYTES', 1 << 60)
     assert 'is full' in look_at(str(tmp_path)).problem
+
+
+def test_a_disk_that_is_mounted_read_only_is_no_question_of_permission(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = os.statvfs(tmp_path)
+    monkeypatch.setattr(os, 'statvfs', lambda _path: os.statvfs_result(
+        (*real[:8], real.f_flag | os.ST_RDONLY, real.f_namemax)))
+    assert 'mounted read-only' in look_at(str(tmp_path / 'new')).problem

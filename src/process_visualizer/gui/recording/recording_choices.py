@@ -103,6 +103,8 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
         return f'Enter a full path (starting with /) instead of "{folder}"'
     if not existing.is_dir():
         return f'{existing} is no folder; choose another'
+    if os.statvfs(existing).f_flag & os.ST_RDONLY:
+        return f'the disk of {existing} is mounted read-only; choose a folder on another one'
     if not os.access(existing, os.W_OK | os.X_OK):
         return (f'you may not write into {existing}; choose another folder, or let its owner '
                 'give you the permission')
