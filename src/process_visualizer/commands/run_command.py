@@ -33,6 +33,7 @@ from process_visualizer.launching.run_record import (
     clean_up_crashed_runs,
     new_run_folder,
 )
+from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -55,6 +56,9 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     ended = clean_up_crashed_runs()
     if ended:
         say(f'ended {len(ended)} processes that a crashed run had left')
+    wrong_address = not_this_computer(os.environ)
+    if wrong_address is not None:
+        say(wrong_address)
     refuse_other_cell()
     give_real_time_advice(print)
     if folder is not None:

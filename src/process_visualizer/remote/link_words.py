@@ -86,6 +86,29 @@ def is_loopback(host: str) -> bool:
                                for it in found)
 
 
+def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
+    """Say that ROS_IP or ROS_HOSTNAME names another computer; None if neither does."""
+    for name in ('ROS_HOSTNAME', 'ROS_IP'):
+        value = environment.get(name, '').strip()
+        if value and not _is_here(value):
+            return (f'{name} is {value}, which is no address of this computer: nodes cannot reach '
+                    'each other there, and the start does not end. Set it to one that '
+                    '"hostname -I" prints, or unset it')
+    return None
+
+
+def _is_here(host: str) -> bool:
+    """Return whether something can listen at a name or address."""
+    try:
+        found = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)
+        for family, kind, protocol, _, address in found:
+            with socket.socket(family, kind, protocol) as probe:
+                probe.bind(address)
+    except (OSError, UnicodeError):
+        return False
+    return True
+
+
 CLOCKS_APART_S = 0.5
 _DROPPED = (errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH, errno.EHOSTDOWN)
 

@@ -115,7 +115,8 @@ def test_nothing_is_opened_during_a_recording(window: LauncherApp, tmp_path: Pat
 
 
 def test_a_cell_that_runs_is_left_only_if_that_is_wanted(window: LauncherApp, bags: List[str],
-                                                         monkeypatch: pytest.MonkeyPatch) -> None:
+                                                         monkeypatch: pytest.MonkeyPatch,
+                                                         qtbot: Any) -> None:
     launch, quit_calls = window._launcher.launch, []
     monkeypatch.setattr(launch, 'phase', LaunchPhase.RUNNING)
     monkeypatch.setattr(launch, 'quit', lambda: quit_calls.append(True))
@@ -124,6 +125,7 @@ def test_a_cell_that_runs_is_left_only_if_that_is_wanted(window: LauncherApp, ba
     assert question.text() == 'Leave real-time mode, and play seam_0.bag?'
     assert (quit_calls, window._launcher.bag.is_loading) == ([], False)
     question.findChild(QPushButton, 'yes').click()
-    assert (quit_calls, window._launcher.bag.is_loading) == ([], True)
-    assert window._launcher.session.mode is Mode.PLAYBACK
+    qtbot.waitUntil(lambda: window._launcher.session.mode is Mode.PLAYBACK)
+    qtbot.waitUntil(lambda: window._launcher.session.paths == tuple(bags))
+    assert quit_calls == []
     monkeypatch.undo()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import socket
-from typing import Dict, Tuple
+from typing import Dict, Optional, Tuple
 
 import pytest
 
@@ -14,6 +14,7 @@ from process_visualizer.remote.link_words import (
     clocks_apart,
     listening_address,
     no_connection,
+    not_this_computer,
     nothing_there,
     ports_of,
     relay_silent,
@@ -47,6 +48,16 @@ def test_ports() -> None:
     for text in ('', 'a', '5-4', '0-3', '1-65536', '-5'):
         with pytest.raises(ValueError, match='are no ports; write'):
             ports_of(text)
+
+
+@pytest.mark.parametrize('environment, begin', [
+    ({}, None), ({'ROS_IP': '127.0.0.1'}, None), ({'ROS_HOSTNAME': 'localhost'}, None),
+    ({'ROS_IP': '192.0.2.7'}, 'ROS_IP is 192.0.2.7, which is no address of this computer'),
+    ({'ROS_HOSTNAME': 'no.such.name.invalid'}, 'ROS_HOSTNAME is no.such.name.invalid, which is')])
+def test_an_address_of_another_computer_is_told(environment: Dict[str, str],
+                                                begin: Optional[str]) -> None:
+    found = not_this_computer(environment)
+    assert found == begin if begin is None else str(found).startswith(begin)
 
 
 @pytest.mark.parametrize('environment, is_remote, address', [

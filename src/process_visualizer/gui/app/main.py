@@ -28,6 +28,7 @@ from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
+from process_visualizer.remote.link_words import not_this_computer
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 
@@ -42,6 +43,9 @@ def main() -> int:
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
     give_real_time_advice(print)
+    wrong_address = not_this_computer(os.environ)
+    if wrong_address is not None:
+        print(wrong_address, file=sys.stderr, flush=True)
     app = make_application()
     owner = cell_owner(NODE)
     if owner is not None:
