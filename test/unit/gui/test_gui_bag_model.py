@@ -122,6 +122,19 @@ class TestOpening:
         choose(bench.session, [machine('/strange')])  # its configuration is used
         assert bench.session.paths == (other,) and bench.model.foreign_note == ''
 
+    def test_what_had_to_wait_is_open_when_nothing_is_played(
+            self, bench: Bench, tmp_path: Path, path: str) -> None:
+        choose(bench.session, [machine('/feed_rate')])
+        bench.open(path)
+        run(bench.session, Mode.PLAYBACK)
+        other = str(tmp_path / 'other.bag')
+        with rosbag.Bag(other, 'w') as bag:
+            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        bench.open(other)
+        run(bench.session, None)
+        assert bench.session.paths == (other,)
+        assert bench.model.foreign_note.endswith('It is of another cell.')
+
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(
             self, bench: Bench, path: str, tmp_path: Path, content: bytes) -> None:

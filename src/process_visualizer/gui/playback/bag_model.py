@@ -357,6 +357,7 @@ class BagModel(QObject):
         self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
+        session.run_changed.connect(self._follow_run)
         session.cell_changed.connect(self._follow_cell)
 
     # What is open.
@@ -421,8 +422,7 @@ class BagModel(QObject):
 
     def _follow_cell(self) -> None:
         """For playback, open what was open when the window was closed, if nothing was since."""
-        if self._aside is not None and not self._is_of_another_cell(self._aside):
-            self._put_in_force(self._aside)  # its configuration is in use now
+        self._follow_run()
         self.changed.emit()
         if self.session.mode is Mode.PLAYBACK and self._last:
             self._read(self._last, catalog_if_there)
@@ -506,13 +506,22 @@ class BagModel(QObject):
         if wanted != self._wanted:
             return  # another one has been chosen meanwhile
         self._wanted = ()
-        is_played = self.session.running_mode is Mode.PLAYBACK and bool(self.session.paths)
-        if is_played and found.paths != self.session.paths and self._is_of_another_cell(found):
+        if found.paths != self.session.paths and self._must_wait(found):
             self._aside = found
             self._look_for_configuration(found.paths)
             self.changed.emit()
         else:
             self._put_in_force(found)
+
+    def _must_wait(self, found: Catalog) -> bool:
+        """Return whether a recording is of another cell, while one of this cell is played."""
+        is_played = self.session.running_mode is Mode.PLAYBACK and bool(self.session.paths)
+        return is_played and self._is_of_another_cell(found)
+
+    def _follow_run(self) -> None:
+        """Open what had to wait, once its configuration is in use, or nothing is played."""
+        if self._aside is not None and not self._must_wait(self._aside):
+            self._put_in_force(self._aside)
 
     def _put_in_force(self, found: Catalog) -> None:
         self._aside, self._gone = None, ()
