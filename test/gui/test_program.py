@@ -171,3 +171,15 @@ def test_port_of_the_master_is_taken(around: Surroundings, start: Start) -> None
         assert program.process.poll() is None
         assert program.end(signal.SIGTERM) == 0, program.lines
     assert around.processes() == set()
+
+
+def test_mode_and_recording_outlive_a_kill(around: Surroundings, start: Start,
+                                           tmp_path: Path) -> None:
+    path = str(tmp_path / 'seam.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        bag.write('/feed_rate_est', Float64(0.1), Time(1000))
+    program = start(gui(str(around.config), '--bag', path))
+    wait_until(lambda: remembered(around, 'bag') == {'recent': [[path]], 'open': [path]},
+               'it is stored', instead=lambda: (remembered(around, 'bag'), program.lines))
+    program.end(signal.SIGKILL)
+    assert remembered(around, 'mode') == 'playback'
