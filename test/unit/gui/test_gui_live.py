@@ -212,6 +212,25 @@ def test_a_silent_recorder_leaves_no_old_values_as_if_they_were_present(stand: S
     assert stand.timeline.lane_texts(2).at_position == '0.05 m/s'
 
 
+def test_curves_end_at_their_data_before_it_is_known_that_the_recorder_hangs(
+        stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    stand.model._timer.timeout.emit()  # asks a recorder that does not answer
+    assert stand.timeline.time_text(0.0, 0) == 'now'
+    stand.now_s = stand.panel._end_s() + 1.0
+    stand.model._late.timeout.emit()
+    assert stand.timeline.time_text(0.0, 0) == '−1 s'
+    assert stand.timeline.lane_texts(2).at_position == 'no data'
+    assert stand.panel.state.text() == ''
+    stand.now_s += 1.0
+    stand.panel._clock.timeout.emit()
+    assert stand.timeline.time_text(0.0, 0) == '−2 s'
+    stand.memory.parts.append((stand.parts[1], False))
+    stand.tasks.end_all()
+    assert stand.timeline.time_text(0.0, 0) == 'now'
+    assert stand.timeline.lane_texts(2).at_position == '0.05 m/s'
+
+
 def test_a_recorder_that_has_ended_is_not_said_to_go_on_by_itself(stand: Stand) -> None:
     stand.come(stand.parts[0])
     run(stand.session, Mode.REALTIME, PartState.FAILED)

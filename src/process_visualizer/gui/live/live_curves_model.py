@@ -52,6 +52,8 @@ _JUDGED_S = 30.0
 _PERIOD_MS = 200  # from one look to the next: five pictures a second
 _LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
 _RETRY_MS = 1000
+_LATE_MS = 1000
+"""Longer than a look takes, and shorter than a recorder that hangs is waited for."""
 
 
 class Memory(Protocol):
@@ -86,6 +88,9 @@ class LiveCurvesModel(QObject):
         self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._read)
+        self._is_late = False
+        self._late = QTimer(self, singleShot=True, interval=_LATE_MS)
+        self._late.timeout.connect(lambda: self._set_late(True))
         session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
         self._has_ended = False
         session.run_changed.connect(self._follow_run)
@@ -109,6 +114,11 @@ class LiveCurvesModel(QObject):
     def is_held(self) -> bool:
         """Return whether the picture stands still; what comes is still taken."""
         return self._is_held
+
+    @property
+    def is_old(self) -> bool:
+        """Return whether the newest data is not of now, though the picture does not stand still."""
+        return bool(self.problem) or self._is_late
 
     @property
     def problem(self) -> str:
@@ -176,6 +186,7 @@ class LiveCurvesModel(QObject):
 
     def _read(self) -> None:
         self._is_reading = True
+        self._late.start()
         durations_s = self._duration_s, *((_JUDGED_S,) if self._is_judged else ())
         self._tasks.run(LINE, lambda: self._looked(durations_s), self._take, self._fail)
 
@@ -189,8 +200,16 @@ class LiveCurvesModel(QObject):
         self._read_s = time.thread_time() - begin_s
         return windows
 
+    def _set_late(self, is_late: bool) -> None:
+        """Note whether the recorder's answer is missing for long."""
+        if is_late != self._is_late:
+            self._is_late = is_late
+            self.changed.emit()
+
     def _take(self, windows: List[LiveWindow]) -> None:
-        was_silent, self._is_silent, self._is_reading = self._is_silent, False, False
+        self._late.stop()
+        was_silent = self._is_silent or self._is_late
+        self._is_silent = self._is_reading = self._is_late = False
         window, *judged = windows
         for it in judged:
             self.judged.emit(it)
@@ -211,7 +230,8 @@ class LiveCurvesModel(QObject):
         return period_ms
 
     def _fail(self, error: Exception) -> None:
-        self._is_reading = False
+        self._late.stop()
+        self._is_reading = self._is_late = False
         if not isinstance(error, ServiceUnreachable):
             raise error
         self._is_silent = True

@@ -216,7 +216,7 @@ class LivePanel(QWidget):
     def _show_age(self) -> None:
         """While the curves stand still, the present moves away from their right end."""
         stands = self._curves.window is not None and (
-            self._curves.is_held or not self._curves.is_running or bool(self._curves.problem))
+            self._curves.is_held or not self._curves.is_running or self._curves.is_old)
         if stands != self._clock.isActive():
             self._clock.start() if stands else self._clock.stop()
         self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
@@ -242,7 +242,7 @@ class LivePanel(QWidget):
 
     def _present(self, curve: LiveCurve) -> float:
         """Return a curve's value; NaN where it would be taken for what is there now."""
-        is_old = bool(self._curves.problem) and not self._curves.is_held
+        is_old = self._curves.is_old and not self._curves.is_held
         return math.nan if is_old else curve.value
 
     def _want_replay(self, time_s: float) -> None:
