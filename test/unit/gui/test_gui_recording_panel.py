@@ -22,7 +22,7 @@ from session_stand import choose, run
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError
-from process_visualizer.gui.recording.recording_choices import NameChoice
+from process_visualizer.gui.recording.recording_choices import BagTarget, NameChoice
 from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
 from process_visualizer.gui.recording.recording_panel import Notice, RecordingPanel, notice_of
 from process_visualizer.gui.recording.recording_types import RecordingPhase
@@ -211,12 +211,43 @@ def test_rates_are_not_shown_without_a_recorder_that_counts(find, running, sessi
     assert running.room.time_left_s is None
 
 
-def test_low_disk_warns(find, running, client, qtbot):
+@pytest.mark.parametrize('free_bytes, left_s, expected', [
+    (5 * 10 ** 9, 200.0, '<b>Stops at 1.00 GB free, in about 3 min</b>'),
+    (1_100_000_000, 1.3, '<b>Stops at 1.07 GB free, in about 1 s</b>'),
+    (1_100_000_000, 0.4, '<b>Stops at 1.09 GB free, in about 1 s</b>'),
+    (1_050_000_000, 0.0, '<b>Stops now at 1.07 GB free</b>'),
+    (4 * 10 ** 9, 200.0, '<b>Stops when the disk is full, in about 3 min</b>')])
+def test_low_disk_warns_of_where_the_recorder_stops(find, running, client, qtbot, free_bytes,
+                                                    left_s, expected):
+    """The limit is the recorder's own, which follows from what it says; its rate is 20 MB/s."""
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
-    running.take_state(told('recording', files=(client.path,), time_left_s=200.0,
-                            free_bytes=5 * 10 ** 9))
-    assert 'The disk is full in 3 min' in text(find, 'disk_time_left')
+    running.take_state(told('recording', files=(client.path,), time_left_s=left_s,
+                            free_bytes=free_bytes))
+    assert text(find, 'disk_time_left').replace('\u2009', ' ') == expected
+    assert text(find, 'disk_room').replace('\u2009', ' ') == f'{free_bytes / 1e9:.2f} GB free'
+
+
+@pytest.mark.parametrize('free_bytes, expected', [
+    (4 * 10 ** 9, '<b>Would stop at 1.07 GB free, in about 2 min</b>'),
+    (10 ** 9, '<b>A recording needs 1.07 GB free</b>')])
+def test_low_disk_warns_before_the_start(find, running, free_bytes, expected):
+    running.choices._take_target(BagTarget('', free_bytes, 10 ** 11))
+    running.take_state(told())
+    assert text(find, 'disk_time_left').replace('\u2009', ' ') == expected
+
+
+def test_nothing_is_saved_while_the_recorder_hangs(find, running, client):
+    running.take_state(told(recent_s=30.0))
+    save = find(QPushButton, 'save_recent')
+    assert save.isEnabled()
+    running._silence.silent.emit()
+    assert not save.isEnabled()
+    assert save.toolTip() == 'The recorder is not responding. Save when it responds'
+    running.save_recent()
+    assert client.commands == []
+    running.take_state(told(recent_s=30.0))
+    assert save.isEnabled() and save.toolTip() == 'Write what just happened into a separate bag'
 
 
 def test_a_failure_is_shown_until_it_is_seen(find, running, client, qtbot):

@@ -377,7 +377,8 @@ def test_the_clock_stops_with_the_recorder() -> None:
 
 def test_the_room_is_the_recorders_while_it_records() -> None:
     snapshot = RecorderSnapshot('recording', rate=1e6, free_bytes=5 << 30, time_left_s=200.0)
-    assert disk_room(RecordingPhase.RECORDING, snapshot, 9 << 30) == DiskRoom(5 << 30, 200.0)
+    assert disk_room(RecordingPhase.RECORDING, snapshot, 9 << 30) == DiskRoom(
+        5 << 30, 200.0, (5 << 30) - 200_000_000, True)
     assert disk_room(RecordingPhase.RECORDING, snapshot, None).is_low
     assert disk_room(RecordingPhase.IDLE, snapshot, 2 << 30) == DiskRoom(2 << 30, (1 << 30) / 1e6)
     assert disk_room(RecordingPhase.IDLE, snapshot, None) == DiskRoom(None, None)

@@ -17,6 +17,7 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 from process_visualizer.health.device_state import TopicWatch
+from process_visualizer.health.figures import long_time_text, size_text
 
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
 """Folders that the recorder takes from anybody, besides the home folder."""
@@ -109,8 +110,9 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
         return (f'you may not write into {existing}; choose another folder, or let its owner '
                 'give you the permission')
     if free_bytes is not None and free_bytes < MIN_FREE_BYTES:
-        return (f'the disk of {folder} is full: {free_bytes >> 20} MB are left, a recording needs '
-                f'{MIN_FREE_BYTES >> 20} MB; delete old recordings or choose another disk')
+        return (f'the disk of {folder} is full: {_exact_size(free_bytes)} are left, a recording '
+                f'needs {_exact_size(MIN_FREE_BYTES)}; delete old recordings or choose another '
+                'disk')
     return ''
 
 
@@ -373,15 +375,52 @@ _LOW_S = 300.0
 
 
 class DiskRoom(NamedTuple):
-    """The room on the disk, and how long can be recorded there; None where it is not known."""
+    """The room on the disk, and how long can be recorded there; None where it is not known.
+
+    ``limit_bytes`` are those that the recorder leaves free; it stops before.
+    """
 
     free_bytes: Optional[int]
     time_left_s: Optional[float]
+    limit_bytes: int = MIN_FREE_BYTES
+    is_recording: bool = False
 
     @property
     def is_low(self) -> bool:
-        """Return whether the disk is full in less than five minutes."""
+        """Return whether a recording would stop in less than five minutes."""
         return self.time_left_s is not None and self.time_left_s < _LOW_S
+
+    @property
+    def free_text(self) -> str:
+        """Return how much is free, in words."""
+        return '' if self.free_bytes is None else f'{_exact_size(self.free_bytes)} free'
+
+    @property
+    def limit_text(self) -> str:
+        """Return where a recording stops, in words."""
+        return f'A recording stops when only {_exact_size(self.limit_bytes)} are free' \
+            if self.limit_bytes else 'A recording stops when the disk is full'
+
+    @property
+    def time_text(self) -> str:
+        """Return how long can be recorded, in words."""
+        if self.time_left_s is None:
+            return ''
+        if not self.is_low:
+            return f'{long_time_text(self.time_left_s)} left at this rate'
+        limit = f'at {_exact_size(self.limit_bytes)} free' if self.limit_bytes else \
+            'when the disk is full'
+        if self.time_left_s > 0.0:
+            when = f'in about {long_time_text(max(self.time_left_s, 1.0))}'
+            return f'{"Stops" if self.is_recording else "Would stop"} {limit}, {when}'
+        return f'Stops now {limit}' if self.is_recording else \
+            f'A recording needs {_exact_size(self.limit_bytes)} free'
+
+
+def _exact_size(size_bytes: int) -> str:
+    """Return a size by which the limit and what is a little more differ."""
+    return f'{size_bytes / 1e9:.2f}\u2009GB' if 999.5e6 <= size_bytes < 10e9 else \
+        size_text(size_bytes)
 
 
 def disk_room(
@@ -392,7 +431,15 @@ def disk_room(
     ``seen_bytes`` is the room that the window has seen itself, if it has.
     """
     if phase is RecordingPhase.RECORDING:
-        return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s)
+        return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s,
+                        _limit_bytes(snapshot), True)
     if seen_bytes is None or snapshot.rate <= 0:
         return DiskRoom(seen_bytes, None)
     return DiskRoom(seen_bytes, max(0, seen_bytes - MIN_FREE_BYTES) / snapshot.rate)
+
+
+def _limit_bytes(snapshot: RecorderSnapshot) -> int:
+    """Return what the recorder leaves free, which follows from the time that it has left."""
+    if not snapshot.time_left_s or snapshot.rate <= 0.0:
+        return MIN_FREE_BYTES
+    return max(snapshot.free_bytes - round(snapshot.time_left_s * snapshot.rate), 0)

@@ -23,6 +23,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.recording.recording_choices import (
+    DiskRoom,
     NameChoice,
     RecordingChoices,
     TopicHealth,
@@ -48,7 +49,7 @@ from process_visualizer.gui.toolkit.widgets import (
     small,
     tool_button,
 )
-from process_visualizer.health.figures import clock_text, count_text, long_time_text, size_text
+from process_visualizer.health.figures import clock_text, count_text, size_text
 
 _CLOCK_PERIOD_MS = 100
 _BUTTON_ICON_PX = 20
@@ -184,18 +185,16 @@ class DiskBar(QWidget):
         color(self._room, 'quiet')
         self._paint(False)
 
-    def show_room(self, free_bytes: Optional[int], total_bytes: Optional[int],
-                  time_left_s: Optional[float], is_low: bool) -> None:
-        """Show the free space; ``is_low`` warns."""
-        is_known = free_bytes is not None and bool(total_bytes)
-        used = 1.0 - (free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
+    def show_room(self, room: DiskRoom, total_bytes: Optional[int]) -> None:
+        """Show the free space, and how long it lasts; warn if that is not long."""
+        is_known = room.free_bytes is not None and bool(total_bytes)
+        used = 1.0 - (room.free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
         self._bar.setValue(round(used * _STEPS))
-        self._room.setText('' if free_bytes is None else f'{size_text(free_bytes)} free')
-        left = '' if time_left_s is None else long_time_text(time_left_s)
-        self._time.setText(f'<b>The disk is full in {left}</b>' if is_low
-                           else f'{left} left at this rate' if left else '')
-        color(self._time, 'bad' if is_low else 'quiet')
-        self._paint(is_low)
+        self._room.setText(room.free_text)
+        self._time.setText(f'<b>{room.time_text}</b>' if room.is_low else room.time_text)
+        self._time.setToolTip(room.limit_text)
+        color(self._time, 'bad' if room.is_low else 'quiet')
+        self._paint(room.is_low)
 
     def _paint(self, is_low: bool) -> None:
         filled = '<bad>' if is_low else '<used>'
@@ -492,9 +491,7 @@ class RecordingPanel(StillScroll):
         self.names.refresh()
         self.topics.lock(state.is_busy)
         self.topics.refresh()
-        room = model.room
-        self.disk.show_room(room.free_bytes, model.choices.total_bytes, room.time_left_s,
-                            room.is_low)
+        self.disk.show_room(model.room, model.choices.total_bytes)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)
         self._label.setPlaceholderText(state.next_label if is_recording else 'Mark label')
@@ -503,8 +500,9 @@ class RecordingPanel(StillScroll):
         self._show_save()
 
     def _show_save(self) -> None:
-        recent_s = self._model.state.recent_s
-        self._save.setEnabled(recent_s >= 1.0)
+        recent_s, obstacle = self._model.state.recent_s, self._model.state.save_obstacle
+        self._save.setEnabled(not obstacle)
+        self._save.setToolTip(obstacle or 'Write what just happened into a separate bag')
         seconds = recent_s if 1.0 <= recent_s < RECENT_S else RECENT_S
         self._save.setText(f'Save last {int(seconds)} s')
 
@@ -527,7 +525,6 @@ class RecordingPanel(StillScroll):
         self._mark.setToolTip('Write a labeled moment into the recording (M)')
         self._mark.clicked.connect(self._on_mark)
         self._save.setObjectName('save_recent')
-        self._save.setToolTip('Write what just happened into a separate bag')
         self._save.clicked.connect(self._model.save_recent)
         self.topics.chosen.connect(self._choose_topics)
         self.notice.play_wanted.connect(self.play_wanted)

@@ -22,7 +22,10 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
 RECENT_S = 30.0
 """Length of the recorder's memory (its parameter ~recent_duration)."""
+NOT_RESPONDING = 'The recorder is not responding'
+"""It runs, but says nothing at present; no reason to end it."""
 NOTHING_TOLD = RecorderSnapshot('idle')
+_LEAST_RECENT_S = 1.0
 _LATE_S = 0.1
 """Largest error in the time at which a state seems to have been sent."""
 
@@ -93,7 +96,21 @@ class RecordingState(NamedTuple):
     @property
     def recent_s(self) -> float:
         """Return how much of the past can be saved now, at most the last 30 s."""
-        return min(self.snapshot.recent_s, RECENT_S) if self.phase is RecordingPhase.IDLE else 0.0
+        can_save = self.phase is RecordingPhase.IDLE and not self.is_silent
+        return min(self.snapshot.recent_s, RECENT_S) if can_save else 0.0
+
+    @property
+    def save_obstacle(self) -> str:
+        """Return why the last seconds cannot be saved now; empty if they can."""
+        if self.recent_s >= _LEAST_RECENT_S:
+            return ''
+        if self.is_silent:
+            return f'{NOT_RESPONDING}. Save when it responds'
+        if self.is_busy:
+            return 'Possible when nothing is being recorded'
+        if self.phase is RecordingPhase.IDLE:
+            return 'The recorder has received nothing yet'
+        return 'Possible while the devices run in real-time mode'
 
     def elapsed_s(self, now_s: float) -> float:
         """Return the time since the recording began, or how long the last one was."""
@@ -188,10 +205,6 @@ def checked(command: Callable[[RecordingOptions], str], options: RecordingOption
     if problem:
         raise RecorderError(problem)
     return command(options)
-
-
-NOT_RESPONDING = 'The recorder is not responding'
-"""It runs, but says nothing at present; no reason to end it."""
 
 
 def obstacle(
