@@ -130,14 +130,40 @@ def test_the_age_of_the_last_cloud_grows_but_not_while_playback_is_paused() -> N
     node = depth_proc()
     node.advance(1.05)
     assert node.sent('points_age') == []
+    play(node, 0.1, is_paused=False)
     node.send('/kinect/roi_points', stamped(node.now()))
-    node.advance(2.05)
-    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(1.95)
+    play(node, 2.0, is_paused=False)
+    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(2.0, abs=0.25)
     assert len(node.sent('points_age')) == 10
-    for _ in range(20):
-        node.send(PLAYER_STATE_TOPIC, PlayerState(stamp=node.now(), rate=1.0, paused=True))
+    play(node, 4.0)
+    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(2.0, abs=0.25)
+
+
+def play(node: SimulatedNode, duration_s: float, is_paused: bool = True) -> None:
+    """Let a player say for some time that it plays, or is paused, since now."""
+    since = node.now()
+    for _ in range(round(10 * duration_s)):
+        node.send(PLAYER_STATE_TOPIC, PlayerState(stamp=node.now(), rate=1.0, paused=is_paused,
+                                                  since=since))
         node.advance(0.1)
-    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(2.05)
+
+
+def test_a_cloud_that_is_left_from_the_live_cell_grows_old_in_paused_playback() -> None:
+    node = depth_proc()
+    node.send('/kinect/roi_points', stamped(node.now()))
+    node.advance(1.0)
+    play(node, 4.0)
+    assert node.sent('points_age')[-1].data == pytest.approx(5.0, abs=0.25)
+    node.send('/kinect/roi_points', stamped(node.now()))  # of the recording
+    play(node, 4.0)
+    assert node.sent('points_age')[-1].data == pytest.approx(0.0, abs=0.25)
+    node.advance(10.0)  # live again: nothing comes, then it does
+    assert node.sent('points_age')[-1].data == pytest.approx(9.0, abs=0.25)
+    node.send('/kinect/roi_points', stamped(node.now()))
+    node.advance(2.0)
+    assert node.sent('points_age')[-1].data == pytest.approx(2.0, abs=0.25)
+    play(node, 3.0)
+    assert node.sent('points_age')[-1].data == pytest.approx(5.0, abs=0.25)
 
 
 def test_a_wrong_type_is_named_with_its_publisher_and_the_node_lives() -> None:

@@ -95,6 +95,32 @@ def test_data_ages_again_when_the_player_is_lost():
     assert clock.data_time_s(105.0) - clock.data_time_s(100.0) == pytest.approx(4.0)
 
 
+def test_what_came_before_the_player_grows_old_while_it_is_paused():
+    """What is left of a live cell is not of the recording; what is played is."""
+    clock = PlaybackClock()
+    live, played = clock.data_time_s(99.0), clock.data_time_s(100.2)
+    clock.add(ClockState(100.5, 5.0, 1.0, True, 0, since_s=100.0))
+    for second in range(101, 111):
+        clock.add(ClockState(float(second), 5.0, 1.0, True, 0, since_s=100.0))
+    assert clock.age_s(live, 110.0) == pytest.approx(11.0)
+    assert clock.age_s(played, 110.0) == pytest.approx(0.3)
+    live = clock.data_time_s(115.0)  # after the player has ended
+    assert clock.age_s(live, 117.0) == pytest.approx(2.0)
+    for second in range(120, 131):
+        clock.add(ClockState(float(second), 5.0, 1.0, True, 0, since_s=120.0))
+    assert clock.age_s(live, 130.0) == pytest.approx(15.0)
+    assert clock.age_s(played, 130.0) > 10.0
+
+
+def test_a_player_that_hung_is_the_same_one():
+    clock = clock_of((100.0, 5.0, 1.0, True, 0))
+    played = clock.data_time_s(100.2)
+    clock.add(ClockState(105.0, 5.0, 1.0, True, 0, since_s=100.0))
+    age_s = clock.age_s(played, 105.0)
+    clock.add(ClockState(106.0, 5.0, 1.0, True, 0, since_s=100.0))
+    assert clock.age_s(played, 106.5) == age_s
+
+
 def test_memory_is_bounded():
     clock = PlaybackClock()
     for step in range(10_000):

@@ -14,6 +14,7 @@ from simulated_node import any_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
+from process_visualizer.msg import PlayerState
 from process_visualizer.robot.kinematics import Kinematics, Placement
 
 PARAMETERS = {'force_frame': 'r/force',
@@ -142,6 +143,21 @@ def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
                            f'joints {Marker.TEXT_VIEW_FACING}'}
     assert min(grey_s.values()) >= 0.7 - 0.01  # the last pose came a period before
     assert max(grey_s.values()) <= 0.7 + 2 * TICK_S  # a tick, and the pace of the numbers
+
+
+def test_what_is_left_from_the_live_robot_grows_old_in_paused_playback(robot: RobotStage) -> None:
+    wrench = WrenchStamped()
+    wrench.header.frame_id, wrench.wrench.force.z = 'r/link0', 9.0
+    robot.send('/ft/ft', wrench)
+    joints(robot, 0.1, 0.2)
+    robot.run(0.5)
+    paused = PlayerState(since=robot.node.now(), rate=1.0, paused=True)
+    for _ in range(20):
+        paused.stamp = robot.node.now()
+        robot.send('/bag_player/state', paused)
+        robot.run(0.1)
+    assert robot.text('force').startswith('F no data for 2.')
+    assert robot.text('joints').startswith('joints no data for 2.')
 
 
 def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:

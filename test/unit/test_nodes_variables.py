@@ -312,6 +312,24 @@ def test_while_playback_is_paused_data_do_not_age() -> None:
     assert display.text() == 'v 0.50 m/s'
 
 
+def test_a_value_that_is_left_from_the_live_cell_grows_old_in_paused_playback() -> None:
+    display = Display({})
+    send_regularly(display, 0.1)
+    paused = played(display.node, True)
+    for _ in range(30):
+        paused.stamp = display.node.now()
+        display.send(paused, '/bag_player/state')
+        display.wait(0.1)
+    assert display.text() in ('v no data for 3.0 s', 'v no data for 3.1 s')
+    assert is_grey(display.arrow())
+    display.shown(Float64(0.5))  # the recording has it
+    for _ in range(30):
+        paused.stamp = display.node.now()
+        display.send(paused, '/bag_player/state')
+        display.wait(0.1)
+    assert display.text() == 'v 0.50 m/s' and not is_grey(display.arrow())
+
+
 @pytest.mark.parametrize('is_paused', [True, False])
 def test_jumps_of_playback_do_not_make_a_value_that_is_sent_on_change_old(is_paused: bool) -> None:
     display = Display({'unit': '', 'label': 'state'})

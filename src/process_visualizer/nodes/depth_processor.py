@@ -107,7 +107,8 @@ class SerializedPointCloud2(rospy.AnyMsg):
 class DepthProcessor:
     """Republishes the clouds on ``~input`` on ``points``, with their stamps (see `KeptStamps`).
 
-    ``points_age`` is the age of the last one [s]; while playback is paused it does not grow.
+    ``points_age`` is the age of the last one [s]; while playback is paused, that of a played one
+    does not grow.
 
     The private parameter ``~topic`` names another input topic.
     """
@@ -151,7 +152,7 @@ class DepthProcessor:
 
     def _publish_age(self) -> None:
         if self._last_s is not None:
-            self._age.publish(max(self._playback.data_time_s() - self._last_s, 0.0))
+            self._age.publish(self._playback.age_s(self._last_s))
 
     def _report_silence(self) -> None:
         self._silence.shutdown()  # once

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import threading
+from dataclasses import replace
 from typing import Mapping, Optional, Tuple
 
 import rospy
@@ -163,11 +164,11 @@ class RobotProcessor:
         if not self._shows_position():
             self._publish_velocity()
 
-    def _joints_age_s(self, data_s: float) -> Optional[float]:
+    def _joints_age_s(self, now_s: float) -> Optional[float]:
         """Return how long no joint states have come; None if there are none."""
         if self._joints_time_s is None or not self._parameters.joint_states.name:
             return None
-        return max(data_s - self._joints_time_s, 0.0)
+        return self._playback.clock.age_s(self._joints_time_s, now_s)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
         now_s = self._node.ros_s()
@@ -276,24 +277,28 @@ class RobotProcessor:
         if self._twist.is_recorded and not self._twist.is_known:
             self._display.hurry()  # an old number must not stay
         if self._drawing.is_due(now_s, early_s) and self._markers.get_num_connections() > 0:
-            data_s = self._playback.clock.data_time_s(now_s)
-            markers = self._display.markers(self._motion(data_s), self._force, data_s, now_s,
-                                            self._joints_age_s(data_s))
+            clock = self._playback.clock
+            data_s = clock.data_time_s(now_s)
+            force = self._force and replace(
+                self._force, time_s=data_s - clock.age_s(self._force.time_s, now_s))
+            markers = self._display.markers(self._motion(data_s, now_s), force, data_s, now_s,
+                                            self._joints_age_s(now_s))
             self._markers.publish(MarkerArray(markers))
 
-    def _motion(self, data_s: float) -> Optional[ShownMotion]:
+    def _motion(self, data_s: float, now_s: float) -> Optional[ShownMotion]:
         if self._pose is None:
             return None
         twist, shown = self._twist.twist(), self._twist.shown()
         if twist is not None:
             self._tool.note_motion(math.hypot(*twist.linear), math.hypot(*twist.angular))
-        oldest_s = data_s - self._parameters.stale_after_s
-        is_fresh = self._pose_time_s > oldest_s and (self._joints_time_s or 0.0) > oldest_s
+        pose_age_s = self._playback.clock.age_s(self._pose_time_s, now_s)
+        joints_age_s = self._playback.clock.age_s(self._joints_time_s or 0.0, now_s)
+        is_fresh = max(pose_age_s, joints_age_s) < self._parameters.stale_after_s
         place = self._tool.place(self._pose, is_fresh)
         self._frames.want(place.frame, self._parameters.tool_center_frame.name
                           or self._parameters.joint_states.name)
-        time_s = data_s - shown.age_s if self._twist.is_recorded else self._pose_time_s
-        return ShownMotion(place, shown.velocity, time_s)
+        age_s = shown.age_s if self._twist.is_recorded else pose_age_s
+        return ShownMotion(place, shown.velocity, data_s - age_s)
 
 
 def robot_model(node: NodeHandle, complaints: Complaints) -> Kinematics:

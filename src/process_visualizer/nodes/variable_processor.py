@@ -169,15 +169,15 @@ class VariableProcessor:
     def _show(self) -> None:
         if self._variables and self._publisher.get_num_connections() > 0:
             self._publisher.publish(MarkerArray(self._board.markers(
-                self._shown(self._playback.data_time_s()), self._node.ros_s())))
+                self._shown(), self._node.ros_s())))
 
-    def _shown(self, data_s: float) -> List[ShownValue]:
+    def _shown(self) -> List[ShownValue]:
         samples = [variable.sample() for variable in self._variables]
         places = text_places(self._parameters, [sample.vector for sample in samples])
         shown = []
         for namespace, variable, sample, place in zip(
                 self._namespaces, self._variables, samples, places):
-            length_m, age_s = math.hypot(*sample.vector), sample.age_s(data_s)
+            length_m, age_s = math.hypot(*sample.vector), self._playback.age_s(sample.time_s)
             is_stale = variable.is_stale(age_s, self._parameters.stale_after_s)
             shown.append(ShownValue(
                 namespace, sample, length_m if length_m > MIN_ARROW_M else 0.0,

@@ -54,10 +54,16 @@ class PlaybackClock:
     def __init__(self) -> None:
         self._states: Tuple[ClockState, ...] = ()
         self._age_basis = (0.0, 0.0, 1.0)  # wall time, data time, data seconds per second
+        self._begin = (0.0, 0.0)  # of the present player: wall time, data time
 
     def add(self, state: ClockState) -> None:
         """Take the player's next state; when its clock was set back, start anew."""
-        if self._states and state.stamp_s < self._states[-1].stamp_s:
+        last = self.state
+        is_other = last is None or state.begin_s() > last.stamp_s and \
+            state.stamp_s - last.stamp_s >= LOST_AFTER_S
+        if is_other:
+            self._begin = state.begin_s(), self.data_time_s(state.begin_s())
+        if last is not None and state.stamp_s < last.stamp_s:
             self._states = ()
         self._states = (*self._states[-(_MEMORY - 1):], state)
         # Data that the player sends slowly is not old for that.
@@ -95,8 +101,19 @@ class PlaybackClock:
         state = self.state
         return None if state is None else _extrapolated(state, max(wall_s, state.begin_s()), None)
 
+    def age_s(self, arrival_s: float, wall_s: float) -> float:
+        """Return the age [s] at a wall time of what came at a time of the data clock.
+
+        What was there before the player began is not of its recording: it grows old while playback
+        is paused, too.
+        """
+        begin_s, data_s = self._begin
+        if arrival_s < data_s:
+            return max(wall_s - begin_s, 0.0) + data_s - arrival_s
+        return max(self.data_time_s(wall_s) - arrival_s, 0.0)
+
     def data_time_s(self, wall_s: float) -> float:
-        """Return a clock [s] for the age of data.
+        """Return a clock [s] for the arrival of data; see ``age_s``.
 
         It stands while playback is paused, and is slow where playback is. Without a player, or
         when it is lost, it runs as the wall clock does.

@@ -280,8 +280,12 @@ class PlaybackFollower:
         node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._receive)
 
     def data_time_s(self) -> float:
-        """Return the present time [s] of the clock for the age of data (see PlaybackClock)."""
+        """Return the present time [s] of the clock for the arrival of data (see PlaybackClock)."""
         return self.clock.data_time_s(self._node.ros_s())
+
+    def age_s(self, arrival_s: float) -> float:
+        """Return the present age [s] of what came at a time of that clock."""
+        return self.clock.age_s(arrival_s, self._node.ros_s())
 
     def _receive(self, state: PlayerState) -> None:
         self.clock.add(ClockState(state.stamp.to_sec(), state.position, state.rate,
