@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from enum import Enum
-from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.health.device_state import Level
 
@@ -30,8 +30,9 @@ class Condition(NamedTuple):
     while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
     begins there. ``is_clause`` if the source is the subject of the text; ``end`` is said of it when
-    it has ended. A latched one stays an
-    alarm when it is over, until it is acknowledged.
+    it has ended. A latched one stays an alarm when it is over, until it is acknowledged.
+    ``told_by`` names the values without which nobody knows whether it goes on; empty if it is not
+    about values.
     """
 
     source: str
@@ -46,6 +47,7 @@ class Condition(NamedTuple):
     is_clause: bool = False
     end: str = 'over'
     is_latched: bool = False
+    told_by: Tuple[str, ...] = ()
 
     @property
     def said(self) -> str:
@@ -84,11 +86,12 @@ class AlarmBoard(NamedTuple):
     alarms: Tuple[Alarm, ...] = ()
     events: Tuple[Event, ...] = ()
 
-    def seen(self, conditions: Iterable[Condition], now_s: float) -> AlarmBoard:
+    def seen(self, conditions: Iterable[Condition], now_s: float,
+             end: Callable[[Condition], str] = lambda it: it.end) -> AlarmBoard:
         """Return the board when this is all that is wrong now; what changed becomes events.
 
         So does an alarm that becomes worse. Alarms of a recording are no events: they come and go
-        with the position.
+        with the position. ``end`` returns what is to be said of a condition that has ended.
         """
         before = {_key(alarm.condition): alarm for alarm in self.alarms}
         present: Dict[Tuple[object, ...], Alarm] = {}
@@ -112,7 +115,7 @@ class AlarmBoard(NamedTuple):
         for key, alarm in before.items():
             if key not in present:
                 if alarm.ended_s is None:
-                    events.append(Event(now_s, _ended(alarm, now_s)))
+                    events.append(Event(now_s, _ended(alarm, end(alarm.condition), now_s)))
                 if alarm.condition.is_latched and not alarm.is_acknowledged:
                     present[key] = alarm if alarm.ended_s is not None else \
                         alarm._replace(ended_s=now_s)
@@ -154,10 +157,10 @@ def _begun(condition: Condition) -> str:
     return '' if condition.position_s is not None else condition.said
 
 
-def _ended(alarm: Alarm, now_s: float) -> str:
+def _ended(alarm: Alarm, end: str, now_s: float) -> str:
     begun = _begun(alarm.condition)
     length_s = max(now_s - alarm.since_s, 0.0)
-    return begun and f'{begun}: {alarm.condition.end} after {length_s:.1f} s'
+    return begun and f'{begun}: {end} after {length_s:.1f} s'
 
 
 def events_text(events: Sequence[Event]) -> str:

@@ -2,7 +2,7 @@
 """Alarms of a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Collection, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
@@ -115,7 +115,7 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
     """
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
-                      is_latched=True)
+                      is_latched=True, told_by=(it.node, it.text))
             for it in warnings if LIMIT_KEY in it.values]
 
 
@@ -199,7 +199,8 @@ def object_conditions(device: str, near: Iterable[NearObject],
     for it in near:
         number = it.seen.number
         condition = Condition(device, f'object {number}', f'object {number} is {it.seen.place()}',
-                              it.level, (Action.REPLAY,), since_s=it.since_s)
+                              it.level, (Action.REPLAY,), since_s=it.since_s,
+                              told_by=(device,))
         if played is not None:
             begun_s = played.begun_s(device, number)
             if begun_s is None:
@@ -222,7 +223,19 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
         departed: device, label, how far out, and since when [s since the epoch], of each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
-                      since_s=since_s) for device, label, text, since_s in departed]
+                      since_s=since_s, told_by=(device, label))
+            for device, label, text, since_s in departed]
+
+
+DATA_ENDED, QUIT = 'the data ended', 'the nodes were quit'
+
+
+def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
+    """Return what is to be said of a condition that has ended while the cell runs.
+
+    ``lost`` are values that come no longer: it is not known whether what they told of is over.
+    """
+    return DATA_ENDED if condition.told_by and condition.told_by in lost else condition.end
 
 
 def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:

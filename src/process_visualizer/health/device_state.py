@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Dict, Mapping, NamedTuple, Optional, Tuple
+from typing import Collection, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.bagio.catalog import CatalogTopic
 from process_visualizer.cell.model import Device
@@ -98,6 +98,7 @@ class Line(NamedTuple):
 
 
 _OFF, _IDLE = Line(Level.OFF, ''), Line(Level.OFF, 'no nodes in this mode')
+_NOT_RESPONDING = Line(Level.BAD, 'not responding')
 
 
 class DeviceState(NamedTuple):
@@ -113,22 +114,24 @@ class DeviceState(NamedTuple):
 
 
 def device_state(device: Device, report: Optional[PartReport],
-                 lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = ()
-                 ) -> DeviceState:
+                 lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = (),
+                 silent: Collection[str] = ()) -> DeviceState:
     """Return the state of a device; ``report`` is None while it is not running.
 
     ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may
-    include those of other devices.
+    include those of other devices. ``silent`` are the nodes that concern it and do not answer.
     """
     if report is None or report.state is PartState.STOPPED:
         return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
-    nodes = {node.name: _warned(node_line(node), by_node(warnings, {node.name}))
+    nodes = {node.name: _warned(_NOT_RESPONDING if node.name in silent
+                                and node.state is NodeState.RUNNING else node_line(node),
+                                by_node(warnings, {node.name}))
              for node in report.nodes}
     topics = {topic.name: lines.get(topic.name, _OFF) for topic in device.topics}
     own = by_node(warnings, set(nodes))
     if report.state is PartState.RUNNING and not nodes and (device.nodes or device.launch_files):
         return DeviceState(_IDLE, nodes, topics, own)
-    return DeviceState(_summary(report, topics, own), nodes, topics, own)
+    return DeviceState(_summary(report, topics, own, sorted(silent)), nodes, topics, own)
 
 
 def node_line(node: NodeReport) -> Line:
@@ -199,8 +202,10 @@ def part_line(report: PartReport) -> Line:
 
 
 def _summary(report: PartReport, topics: Mapping[str, Line],
-             warnings: Tuple[NodeWarning, ...]) -> Line:
+             warnings: Tuple[NodeWarning, ...], silent: Sequence[str]) -> Line:
     line = part_line(report)
+    if line.level is Level.GOOD and silent:
+        return _silent(report.part, silent, warnings)
     if line.level is Level.GOOD and warnings:
         count = counted(warnings)
         return Line(_level(warnings), f'{count}: {warnings[0].text}', f'{count}: click to read')
@@ -209,6 +214,16 @@ def _summary(report: PartReport, topics: Mapping[str, Line],
         what = silent[0] if len(silent) == 1 else f'{len(silent)} topics'
         return Line(Level.WARNING, f'No data from {what}')
     return line
+
+
+def _silent(part: str, silent: Sequence[str], warnings: Tuple[NodeWarning, ...]) -> Line:
+    """Say who does not answer before what other nodes complain of, which mostly follows from it."""
+    short = _short(silent[0])
+    text = ('' if short == part else f'{short} is ') + 'not responding' + _more(len(silent) - 1)
+    if not warnings:
+        return Line(Level.BAD, text)
+    count = counted(warnings)
+    return Line(Level.BAD, f'{text}, {count}: {warnings[0].text}', f'not responding, {count}')
 
 
 def _dead(nodes: 'list[NodeReport]') -> Line:

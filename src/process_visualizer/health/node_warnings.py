@@ -8,7 +8,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Collection, Deque, Dict, Mapping, Set, Tuple
+from typing import Collection, Deque, Dict, FrozenSet, Mapping, Set, Tuple
 
 LOG_S = 20.0
 """A log line counts for this time unless it is repeated: most are throttled."""
@@ -56,6 +56,7 @@ class NodeWarnings:
         self._lock = threading.Lock()
         self._found: Dict[_About, NodeWarning] = {}
         self._stated: Dict[str, Deque[str]] = {}  # by node, texts that are also in its log
+        self._lapsed: Dict[_About, NodeWarning] = {}
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
         """Add a line of a node's log; lines that differ only in numbers are one warning."""
@@ -76,6 +77,7 @@ class NodeWarnings:
         """Set the state of something (its name) as a node reports it; None: no problem."""
         about = node, 'state', name
         with self._lock:
+            self._lapsed.pop(about, None)
             if severity is None:
                 self._found.pop(about, None)
                 return
@@ -89,14 +91,21 @@ class NodeWarnings:
     def present(self, now_s: float) -> Tuple[NodeWarning, ...]:
         """Return the present warnings, the worst first, then the oldest."""
         with self._lock:
-            self._found = {about: it for about, it in self._found.items()
-                           if now_s - it.last_s <= (LOG_S if about[1] == 'log' else STATE_S)}
+            old = {about: it for about, it in self._found.items()
+                   if now_s - it.last_s > (LOG_S if about[1] == 'log' else STATE_S)}
+            self._lapsed.update((about, it) for about, it in old.items() if about[1] == 'state')
+            self._found = {about: it for about, it in self._found.items() if about not in old}
             return tuple(sorted(self._found.values(), key=lambda it: (-it.severity, it.since_s)))
+
+    def lapsed(self) -> FrozenSet[Tuple[str, str]]:
+        """Return node and text of the states that nobody repeats, or has said to be over."""
+        with self._lock:
+            return frozenset((it.node, it.text) for it in self._lapsed.values())
 
     def forget(self) -> None:
         """Forget everything, as other nodes will run."""
         with self._lock:
-            self._found, self._stated = {}, {}
+            self._found, self._stated, self._lapsed = {}, {}, {}
 
     def _remember(self, node: str, text: str) -> None:
         """A state of a node is also in its log: both are one warning."""

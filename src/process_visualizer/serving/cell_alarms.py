@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.live_curves import LiveMark
@@ -11,6 +11,7 @@ from process_visualizer.health.alarm_board import Alarm, AlarmBoard, Condition
 from process_visualizer.health.alarm_conditions import (
     conflict_conditions,
     departure_conditions,
+    end_words,
     limit_conditions,
     loss_conditions,
     message_conditions,
@@ -70,6 +71,8 @@ class CellAlarms:
         self._board = AlarmBoard()
         self.departed: Sequence[Tuple[str, str, str, float]] = ()
         """What is out of the band of good runs: see departure_conditions."""
+        self.lost: FrozenSet[Tuple[str, str]] = frozenset()
+        """The channels (device, label) that cannot be judged now."""
 
     def take_recorder(self, recorder: SeenRecorder) -> None:
         """Take the recorder's state."""
@@ -91,8 +94,11 @@ class CellAlarms:
             clock_s: the time of the clock of warnings.
             said: the lines with which scene_watch marks devices, ``DEVICE: what; what it means``.
         """
-        self._board = self._board.seen([*self._conditions(wall_s, clock_s),
-                                        *_watch_conditions(said)], wall_s)
+        conditions = self._conditions(wall_s, clock_s)
+        lost = {*self.warnings.lapsed(), *self.lost}
+        self._board = self._board.seen([*conditions,
+                                        *_watch_conditions(said)], wall_s,
+                                       lambda it: end_words(it, lost))
 
     def _conditions(self, wall_s: float, clock_s: float) -> List[Condition]:
         present = self.warnings.present(clock_s)

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import threading
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.bagio.json_text import parsed_json
 from process_visualizer.cell.model import Cell, DeviceType
@@ -127,6 +127,7 @@ class LiveCell:
         found = verdict_entry(text)
         with self._lock:
             self._verdict = found, clock_s
+            self.alarms.lost = frozenset(found.pop('lost', _channels(self.alarms.departed)))
             self.alarms.departed = [tuple(it) for it in found.get('departed', ())]
 
     def take_problem(self, text: str, wall_s: float) -> None:
@@ -179,6 +180,7 @@ class LiveCell:
     def _state(self, clock_s: float, viewers: int) -> Dict[str, Any]:
         verdict, said_s = self._verdict
         if clock_s - said_s > _VERDICT_S:
+            self.alarms.lost |= _channels(self.alarms.departed)
             verdict, self.alarms.departed = {}, ()
         player, played_s = self._player
         is_played = player is not None and clock_s - played_s < _PLAYER_S
@@ -201,11 +203,16 @@ class LiveCell:
                 after_s, before_s)
 
 
+def _channels(departed: Iterable[Tuple[str, str, str, float]]) -> FrozenSet[Tuple[str, str]]:
+    return frozenset((device, label) for device, label, _, _ in departed)
+
+
 def verdict_entry(text: str) -> Dict[str, Any]:
     """Return what the launcher says of the running cell beside good runs; {} if that is nothing.
 
-    ``text`` is JSON: text, state (good, poor, plain), reference, and departed: device, label, how
-    far out, since when [s since the epoch].
+    ``text`` is JSON: text, state (good, poor, plain), reference, departed: device, label, how far
+    out, since when [s since the epoch], and lost, if there are any: device and label of the
+    channels that cannot be judged now.
     """
     try:
         found = parsed_json(text) if len(text) <= _MAX_VERDICT else None
@@ -216,9 +223,10 @@ def verdict_entry(text: str) -> Dict[str, Any]:
             for device, label, amount, since_s in found['departed']]
         if not all(math.isfinite(it[3]) for it in departed):
             return {}
+        lost = [(str(device), str(label)) for device, label in found.get('lost', ())]
         state = found['state'] if found['state'] in ('good', 'poor') else 'plain'
         return {'text': str(found['text']), 'state': state, 'reference': str(found['reference']),
-                'departed': departed}
+                'departed': departed, 'lost': lost}
     except (ValueError, KeyError, TypeError, RecursionError):
         return {}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, Iterator, List, Tuple
@@ -15,12 +16,21 @@ from held_tasks import HeldTasks
 from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QHoverEvent
 from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QPushButton
+from recording_stand_in import seen
 from session_stand import choose, play
 from std_msgs.msg import Float64
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Variable, WarningLimits
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    Mode,
+    Topic,
+    Variable,
+    WarningLimits,
+)
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import RVIZ_PART
 from process_visualizer.gui.app.event_notes import EventNotes, events_path, write_events
@@ -34,6 +44,9 @@ from process_visualizer.gui.recording.recording_types import RecordedMark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.health.alarm_board import Action, Condition
+from process_visualizer.health.alarm_conditions import object_conditions
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import NearObject, SeenObject
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import CONCERNED_KEY, CONFLICT_KEY, LIMIT_KEY, SILENT_NODE_KEY
@@ -162,6 +175,51 @@ def test_a_variable_that_was_beyond_its_limit_is_acknowledged(stand: Stand, qtbo
         'arm: edge is above 335, up to 424',
         'arm: edge is above 335, up to 424: over after 3.0 s',
         'arm: edge is above 335, up to 424: acknowledged by anna']
+
+
+def test_a_limit_of_which_nobody_says_anything_any_more_is_not_over(stand: Stand) -> None:
+    stand.beyond(True)
+    stand.now_s += 6.0  # its node hangs: the state is not repeated
+    stand.warnings.look()
+    assert stand.model.events[-1].text == (
+        'arm: edge is above 335, up to 424: the data ended after 8.0 s')
+    stand.beyond(True)
+    stand.beyond(False)
+    assert stand.model.events[-1].text.endswith(': over after 2.0 s')
+
+
+@pytest.mark.parametrize('lost, end', [([], 'over'), (['kinect'], 'the data ended')])
+def test_an_object_that_the_sensor_cannot_see_any_more_is_not_gone(
+        stand: Stand, lost: List[str], end: str) -> None:
+    seen_object = SeenObject(1, 'arm/hand', 0.3, (0.2, 0.2, 0.2), Level.BAD)
+    stand.model.set_objects(object_conditions('kinect', [
+        NearObject(seen_object, Level.BAD, NOON_S + 98.0)]), [])
+    stand.model.set_objects([], [], lost)
+    assert stand.model.events[-1].text.endswith(f': {end} after 2.0 s')
+
+
+def test_what_was_wrong_in_the_live_cell_is_not_over_in_playback(stand: Stand) -> None:
+    stand.beyond(True)
+    stand.launch.running = replace(stand.launch.running, mode=Mode.PLAYBACK)
+    stand.launch.changed.emit()
+    assert stand.model.events[-1].text.endswith(': the data ended after 2.0 s')
+
+
+def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> None:
+    for messages in range(0, 100, 10):  # learns what is usual
+        stand.states.take_recorder(RecorderSnapshot('idle', topics=(
+            seen('/arm/q', messages=messages),)))
+    topic = Topic('/arm/q', None, None, True, Location('cell.xml', 1))
+    stand.launch.running = replace(stand.launch.running, devices=(replace(ARM, topics=(topic,)),))
+    stand.states.take_recorder(RecorderSnapshot('idle', topics=(
+        seen('/arm/q', 0.0, 60.0, messages=100),)))
+    assert stand.model.events[-1].text == 'arm: No data from /arm/q'
+    stand.beyond(True)
+    stand.launch.phase = LaunchPhase.QUITTING
+    stand.launch.changed.emit()
+    assert {it.text for it in stand.model.events[-2:]} == {
+        'arm: No data from /arm/q: the nodes were quit after 0.0 s',
+        'arm: edge is above 335, up to 424: the nodes were quit after 2.0 s'}
 
 
 def test_nothing_is_replayed_while_no_cell_runs(stand: Stand) -> None:

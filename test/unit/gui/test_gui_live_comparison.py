@@ -117,10 +117,12 @@ def test_old_values_say_nothing_about_ranges(compared: Compared) -> None:
     at = time.strftime('%H:%M:%S', time.localtime(compared.model.now_s))
     compared.stand.come(ServiceUnreachable('gone'))
     assert compared.model.text == compared.heard[-1] == f'Not compared: no data since {at}'
-    assert not compared.model.departed
+    assert not compared.model.departed and ('arm', 'tool force') in compared.model.lost
     told = verdict_entry(compared.model.told)
     assert (told['state'], told['departed']) == ('plain', [])
+    assert ('arm', 'tool force') in told['lost']
     compared.stand.come(compared.parts[int(POOR_FROM_S) + 3])
+    assert ('arm', 'tool force') not in compared.model.lost
     assert 'above range' in compared.heard[-1]
 
 
@@ -209,6 +211,10 @@ def test_it_is_an_alarm() -> None:
     stand.model.set_departed([])
     assert stand.model.alarms == ()
     assert stand.model.events[-1].text == 'arm: tool force +4.3 N above range: over after 5.0 s'
+    stand.model.set_departed([('arm', 'tool force', '+4.3 N above range', since_s)])
+    stand.model.set_departed([], {('arm', 'tool force')})
+    assert stand.model.events[-1].text == (
+        'arm: tool force +4.3 N above range: the data ended after 5.0 s')
     rmtree(stand.launch.folder)
 
 

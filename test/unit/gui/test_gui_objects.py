@@ -127,7 +127,9 @@ def test_a_sensor_that_is_silent_does_not_know(stand: Stand) -> None:
     stand.see(NEAR)
     stand.let_the_timer_end(SILENT_S)
     stand.let_the_timer_end(HOLD_S) if stand.model.conditions else None
-    assert stand.model.conditions == ()
+    assert stand.model.conditions == () and stand.model.silent == ('kinect',)
+    stand.see()
+    assert stand.model.silent == ()
 
 
 def test_quitting_ends_it(stand: Stand) -> None:

@@ -20,7 +20,9 @@ from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.session import Session
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
+from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
+from process_visualizer.ros_names import CONCERNED_KEY, SILENT_NODE_KEY
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
 ZERO = 'a message on /arm/tcf is left out: it holds NaN or infinity'
@@ -89,6 +91,34 @@ def test_what_a_node_logs_is_counted_and_an_error_is_worse(stand: Stand) -> None
     state = stand.states.state(ARM)
     assert (state.summary.level, state.summary.text) == (
         Level.BAD, '1 error, 1 warning: no connection')
+
+
+@pytest.mark.parametrize('is_told', [False, True])
+def test_a_driver_that_hangs_is_told_before_what_follows_from_it(stand: Stand, is_told: bool
+                                                                 ) -> None:
+    """Found by the launcher's own watch, or told by scene_watch of a node of anybody."""
+    if is_told:
+        stand.said.take_state('/scene_watch', '/arm_driver', Severity.WARNING,
+                              'arm_driver is not responding: old', stand.now_s,
+                              {SILENT_NODE_KEY: '/arm_driver', CONCERNED_KEY: 'arm'})
+        stand.warnings.look()
+    else:
+        stand.states.take_look(CellLook(frozenset({'/arm/driver', '/other/driver'})))
+    name = 'arm_driver' if is_told else 'driver'
+    row = stand.view.topLevelItem(0)
+    assert row.text(1) == f'{name} is not responding'
+    stand.complain()
+    assert row.text(1) == 'not responding, 1 warning'
+    assert row.toolTip(1) == f'{name} is not responding, 1 warning: {ZERO}'
+    assert stand.states.state(ARM).summary.level is Level.BAD
+    assert [row.child(index).text(1) for index in range(2)] == [
+        'running' if is_told else 'not responding', 'running, 1 warning']
+    if is_told:
+        stand.said.take_state('/scene_watch', '/arm_driver', None, '', stand.now_s, {})
+        stand.warnings.look()
+    else:
+        stand.states.take_look(CellLook())
+    assert row.text(1) == SHORT
 
 
 def test_what_others_say_is_not_of_this_device(stand: Stand) -> None:

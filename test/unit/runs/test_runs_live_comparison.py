@@ -62,6 +62,18 @@ def test_a_good_run_stays_within_even_if_its_moment_is_found_a_little_late(
     assert alarms <= 3
 
 
+def test_a_departure_whose_values_stop_is_lost_and_not_over(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(9.0, 3.0, from_s=6.0)
+    for stopped_s, is_lost in ((8.5, False), (7.0, True)):
+        known = np.where(reference_s < stopped_s, values, np.nan)
+        assert bool(learned.departures(times_s, {KEY: known}, reference_s)) is not is_lost
+        assert (KEY in learned.lost(times_s, {KEY: known})) is is_lost
+    assert KEY in learned.lost(times_s, {})
+    over = np.where(reference_s < 7.0, values, values - 3.0)
+    assert not learned.departures(times_s, {KEY: over}, reference_s)
+    assert KEY not in learned.lost(times_s, {KEY: over})
+
+
 @pytest.mark.parametrize('extra_n', [3.0, -3.0])
 def test_what_is_out_is_told_with_how_far_and_since_when(learned: LiveComparison,
                                                          extra_n: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Dict
+from typing import Any, Dict, List
 
 import numpy as np
 import pytest
@@ -90,7 +90,7 @@ def test_a_value_beyond_its_limits_is_an_alarm_with_begin_and_end(stage: Stage) 
     state = stage.state
     assert state['alarms'][0]['end'] == pytest.approx(BEGIN_S + 10.0, abs=1.6)
     assert [it['text'] for it in state['events']] == [
-        'oven: heat above 400 K, up to 402 K: over after 5.1 s',
+        'oven: heat above 400 K, up to 402 K: the data ended after 5.1 s',
         'oven: heat above 400 K, up to 402 K']
 
 
@@ -143,6 +143,17 @@ def test_the_verdict_of_the_launcher_is_shown_while_it_is_new(stage: Stage) -> N
     stage.pass_time(3.0)
     state = stage.state
     assert (state['verdict'], state['departures'], state['alarms']) == (None, [], [])
+    assert ': the data ended after ' in state['events'][0]['text']
+
+
+@pytest.mark.parametrize('lost, expected', [([], 'over'), ([['oven', 'heat']], 'the data ended')])
+def test_how_a_departure_has_ended(stage: Stage, lost: List[List[str]], expected: str) -> None:
+    stage.live.take_verdict(json.dumps(VERDICT), stage.now_s)
+    assert stage.state['alarms']
+    stage.live.take_verdict(json.dumps({**VERDICT, 'departed': [], 'lost': lost}), stage.now_s)
+    state = stage.state
+    assert not state['alarms'] and 'lost' not in state['verdict']
+    assert f': {expected} after ' in state['events'][0]['text']
 
 
 @pytest.mark.parametrize('text', [

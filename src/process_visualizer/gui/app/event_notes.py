@@ -143,4 +143,5 @@ class ObjectAlarms(QObject):
 
     def _tell(self) -> None:
         self._alarms.set_objects(self.model.conditions, [
-            (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played])
+            (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played],
+            self.model.silent)

@@ -374,10 +374,11 @@ class Launcher(QObject):
 
     def _connect_alarms(self) -> None:
         alarms, curves, comparison = self.alarms, self.bag.curves, self.live_comparison
-        comparison.changed.connect(lambda: alarms.set_departed(comparison.departed))
+        comparison.changed.connect(
+            lambda: alarms.set_departed(comparison.departed, comparison.lost))
         comparison.run_finished.connect(lambda: alarms.note(
             'run finished (reference {0.reference}): {0.verdict}'.format(comparison.finished[-1])))
-        self.watch.found.connect(alarms.take_look)
+        self.watch.found.connect(self.states.take_look)
         self.playback.moved.connect(lambda: alarms.take_position(self.playback.position_s))
         curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import getpass
 import os
 import time
-from typing import Callable, List, Sequence, Tuple
+from typing import Callable, Collection, FrozenSet, List, Sequence, Set, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -15,8 +15,11 @@ from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
+    DATA_ENDED,
+    QUIT,
     conflict_conditions,
     departure_conditions,
+    end_words,
     limit_conditions,
     loss_conditions,
     message_conditions,
@@ -27,10 +30,10 @@ from process_visualizer.health.alarm_conditions import (
     topic_conditions,
     watch_conditions,
 )
-from process_visualizer.launching.cell_watch import CellLook
 
 Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
+_UP = LaunchPhase.LAUNCHING, LaunchPhase.RUNNING
 
 
 class AlarmsModel(QObject):
@@ -52,10 +55,11 @@ class AlarmsModel(QObject):
         self._losses: List[Condition] = []
         self._departed: Departed = ()
         self._objects: Tuple[Condition, ...] = ()
+        self._lost_channels: FrozenSet[Tuple[str, ...]] = frozenset()
+        self._lost_sensors: FrozenSet[Tuple[str, ...]] = frozenset()
         self._recorded: RecordedAlarms = ()
         self._played: RecordedAlarms = ()
         self._position_s = 0.0
-        self._look = CellLook()
         states.changed.connect(self.look)
         self._could_replay = False
         launch.changed.connect(self._follow_mode)
@@ -108,19 +112,24 @@ class AlarmsModel(QObject):
                                        recorder.lost)
         self.look()
 
-    def take_look(self, look: CellLook) -> None:
-        """Update from the watch that asks all nodes and the master."""
-        self._look = look
-        self.look()
+    def set_departed(self, departed: Departed,
+                     lost: Collection[Tuple[str, str]] = ()) -> None:
+        """Set what is out of the band of good runs: see departure_conditions.
 
-    def set_departed(self, departed: Departed) -> None:
-        """Set what is out of the band of good runs: see departure_conditions."""
+        ``lost`` are channels (device, label) that cannot be judged now.
+        """
+        self._lost_channels = frozenset(lost)
         if tuple(departed) != self._departed:
             self._departed = tuple(departed)
             self.look()
 
-    def set_objects(self, conditions: Sequence[Condition], played: RecordedAlarms) -> None:
-        """Set which objects are near robots, and where they were as far as it has been played."""
+    def set_objects(self, conditions: Sequence[Condition], played: RecordedAlarms,
+                    lost: Collection[str] = ()) -> None:
+        """Set which objects are near robots, and where they were as far as it has been played.
+
+        ``lost`` are the sensors (their devices) that do not say now what they see.
+        """
+        self._lost_sensors = frozenset((it,) for it in lost)
         is_other = len(played) != len(self._played)
         self._objects, self._played = tuple(conditions), played
         self.look()
@@ -142,7 +151,19 @@ class AlarmsModel(QObject):
 
     def look(self) -> None:
         """Look now."""
-        self._take(self._board.seen(self._conditions(), self._wall_s()))
+        self._take(self._board.seen(self._conditions(), self._wall_s(), self._end_words))
+
+    def _end_words(self, condition: Condition) -> str:
+        """Return what is to be said of a condition that has ended."""
+        running = self._launch.running
+        is_up = running is not None and self._launch.phase in _UP
+        if not is_up or (condition.part and condition.part not in self._launch.reports):
+            return QUIT
+        if condition.told_by and running is not None and running.mode is Mode.PLAYBACK:
+            return DATA_ENDED  # it was of the live cell
+        lost: Set[Tuple[str, ...]] = {*self._states.lapsed_warnings(), *self._lost_channels,
+                                      *self._lost_sensors}
+        return end_words(condition, lost)
 
     def _follow_mode(self) -> None:
         if self._recorded or self.can_replay != self._could_replay:
@@ -158,10 +179,7 @@ class AlarmsModel(QObject):
 
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
-        if running is None or self._launch.phase not in (
-            LaunchPhase.LAUNCHING,
-            LaunchPhase.RUNNING,
-        ):
+        if running is None or self._launch.phase not in _UP:
             return []
         found: List[Condition] = []
         for device in running.devices:
@@ -173,7 +191,8 @@ class AlarmsModel(QObject):
         silent = silence_conditions(self._states.watch_warnings())
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}
-        found += [*silent, *watch_conditions(running.mode, self._look, parts, silent)]
+        found += [*silent, *watch_conditions(running.mode, self._states.cell_look, parts,
+                                             silent)]
         if running.mode is Mode.PLAYBACK:
             return [*found, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]

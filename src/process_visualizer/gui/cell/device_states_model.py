@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Dict, Optional, Tuple
+from typing import Callable, Dict, FrozenSet, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -11,7 +11,11 @@ from process_visualizer.cell.model import Device
 from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
-from process_visualizer.health.alarm_conditions import own_part_conditions, part_titles
+from process_visualizer.health.alarm_conditions import (
+    own_part_conditions,
+    part_titles,
+    silence_conditions,
+)
 from process_visualizer.health.device_state import (
     DeviceState,
     Level,
@@ -24,6 +28,7 @@ from process_visualizer.health.device_state import (
     worst,
 )
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, by_node
+from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 PERIOD_MS = 500
@@ -60,6 +65,11 @@ class WarningsModel(QObject):
             self.present = present
             self.changed.emit()
 
+    @property
+    def lapsed(self) -> FrozenSet[Tuple[str, str]]:
+        """Return node and text of what nobody repeats, or has said to be over."""
+        return self._warnings.lapsed()
+
 
 class DeviceStatesModel(QObject):
     """``changed`` is emitted when a state may have changed; `state` returns that of a device."""
@@ -71,6 +81,8 @@ class DeviceStatesModel(QObject):
         self._launch, self._warnings, self._session = launch, warnings, session
         self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
+        self.cell_look = CellLook()
+        """What the watch has found that asks all nodes and the master."""
         session.player_changed.connect(self._follow_player)
         launch.changed.connect(self.changed)
         warnings.changed.connect(self.changed)
@@ -81,6 +93,11 @@ class DeviceStatesModel(QObject):
         self._lines = {topic.name: live_line(self._watch.update(
             topic.name, topic.rate_hz, topic.silence_s, topic.messages), topic.is_latched)
             for topic in recorder.topics}
+        self.changed.emit()
+
+    def take_look(self, look: CellLook) -> None:
+        """Update from the watch that asks all nodes and the master."""
+        self.cell_look = look
         self.changed.emit()
 
     def forget_topics(self) -> None:
@@ -104,13 +121,21 @@ class DeviceStatesModel(QObject):
     def state(self, device: Device) -> DeviceState:
         """Return the state of a device."""
         report = self._launch.reports.get(device.name)
-        return device_state(device, report, self._lines, self._warnings.present)
+        nodes = set() if report is None else {node.name for node in report.nodes}
+        silent = {it.node for it in silence_conditions(self.watch_warnings())
+                  if it.source == device.name or it.node in nodes}
+        return device_state(device, report, self._lines, self._warnings.present,
+                            silent | (self.cell_look.silent & nodes))
 
     def warnings(self, device: str) -> Tuple[NodeWarning, ...]:
         """Return the present warnings of the nodes of a device (its name)."""
         report = self._launch.reports.get(device)
         nodes = set() if report is None else {node.name for node in report.nodes}
         return by_node(self._warnings.present, nodes)
+
+    def lapsed_warnings(self) -> FrozenSet[Tuple[str, str]]:
+        """Return node and text of the warnings of which nobody says whether they are over."""
+        return self._warnings.lapsed
 
     def watch_warnings(self) -> Tuple[NodeWarning, ...]:
         """Return what the nodes say that ask all others whether they answer."""

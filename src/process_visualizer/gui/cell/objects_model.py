@@ -60,6 +60,12 @@ class ObjectsModel(QObject):
         return self._conditions
 
     @property
+    def silent(self) -> Tuple[str, ...]:
+        """Return the sensors (their devices) that have said nothing for too long."""
+        now_s = self._wall_s()
+        return tuple(name for name in self._watches if now_s >= self._silent_s(name))
+
+    @property
     def live(self) -> Tuple[NearSpan, ...]:
         """Return times [s since the epoch] of the last minutes at which something was near."""
         return self._live.spans

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -29,6 +29,8 @@ from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
+_PLACED_S = 1.0
+"""For so long it is known which moment of the reference it is without being told anew."""
 _MAX_TOLD = 2
 _MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
@@ -55,6 +57,7 @@ class LiveComparisonModel(QObject):
         self._history = PhaseHistory(MAX_S)
         self._phase: Optional[PhaseSnapshot] = None
         self._departures: Tuple[LiveDeparture, ...] = ()
+        self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
@@ -98,6 +101,11 @@ class LiveComparisonModel(QObject):
                 for it in self._departures]
 
     @property
+    def lost(self) -> FrozenSet[Tuple[str, str]]:
+        """Device and label of the channels that cannot be judged now, as there are no values."""
+        return self._lost
+
+    @property
     def reference(self) -> str:
         """The run that the running cell is compared with; empty while it is not."""
         return self._comparison.name if self._comparison and self._live.is_running else ''
@@ -132,7 +140,8 @@ class LiveComparisonModel(QObject):
                  and phase is not None and phase.reference_s is not None)
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
         return json.dumps({'text': text, 'state': state, 'reference': self.reference,
-                           'departed': self.departed if text else []})
+                           'departed': self.departed if text else [],
+                           'lost': sorted(self._lost)})
 
     def band(self, curve: LiveCurve, window: LiveWindow) -> Optional[TimelineBand]:
         """Return the band behind a curve of a window; None without any."""
@@ -168,6 +177,7 @@ class LiveComparisonModel(QObject):
             self._is_silent = not self._is_silent
             if self._is_silent:  # old values say nothing of what is now
                 self._departures = ()
+                self._lost = frozenset(() if self._comparison is None else self._comparison.keys)
                 if self._runs is not None:
                     self._runs.lose()
             self.changed.emit()
@@ -192,6 +202,9 @@ class LiveComparisonModel(QObject):
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._departures = _earliest(self._departures, comparison.departures(
             times_s, values, self._history.at(times_s)))
+        is_placed = self._phase is not None and self._now_s - self._phase.stamp_s <= _PLACED_S
+        lost = comparison.lost(times_s, values) if is_placed else frozenset(comparison.keys)
+        self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
         if self._runs is not None and self._has_common:
             self._runs.judge(self._departures)
         self.changed.emit()

@@ -2,7 +2,7 @@
 """A running cell compared with good runs: what is out of their band now, and since when."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -78,6 +78,15 @@ class LiveComparison:
         found = [self._departure(key, times_s, values[key], reference_s)
                  for key in self._signals if key in values]
         return tuple(sorted((it for it in found if it is not None), key=lambda it: it.since_s))
+
+    def lost(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> FrozenSet[Key]:
+        """Return the channels whose values are too old to tell anything about now.
+
+        Times and values are those of ``departures``.
+        """
+        recent = times_s >= times_s[-1] - _NEWEST_S
+        return frozenset(key for key in self._signals if key not in values or not np.isfinite(
+            moving_mean(values[key], MEAN_ROWS)[recent]).any())
 
     def _departure(self, key: Key, times_s: np.ndarray, values: np.ndarray,
                    reference_s: np.ndarray) -> Optional[LiveDeparture]:
