@@ -22,6 +22,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
+from process_visualizer.launching.ros_master import RosMasterError
 
 DEVICES = '''<visualizer>
   <device type="other" name="oven"><base frame="oven" xyz="1 0 0"/></device>
@@ -172,8 +173,20 @@ def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path)
     assert launcher.status() == 'Reading the configuration…'
     launcher.master.is_connecting = True
     assert launcher.status() == 'Starting the ROS master…'
-    launcher.master.is_connecting = False
+    launcher.master.is_connecting, launcher.master.is_connected = False, True
     qtbot.waitUntil(lambda: launcher.status() == 'Idle')
+
+
+def test_the_status_says_why_the_button_launches_nothing(loaded: Launcher) -> None:
+    loaded.master._report_failure(RosMasterError('the ROS master at http://a:1 does not answer'))
+    assert loaded.status() == 'Cannot launch: the ROS master at http://a:1 does not answer'
+    loaded.master.is_connected = True
+    assert loaded.status() == 'Idle'
+    loaded.cell.tick_only(set())
+    assert loaded.status() == 'Cannot launch: tick a device first'
+    loaded.cell.tick_only({'oven'})
+    run(loaded)
+    assert 'Cannot launch' not in loaded.status()
 
 
 def test_all_files_of_a_split_recording_are_played(loaded: Launcher,

@@ -76,6 +76,19 @@ def test_why_there_is_no_connection(stand: Stand, error: Exception) -> None:
     assert not stand.model.is_connected and not stand.model.is_connecting
 
 
+def test_a_master_that_is_started_later_is_found(stand: Stand) -> None:
+    stand.master.error, stand.master.answers = RosMasterError('start roscore on "a"'), None
+    stand.connect()
+    stand.check(5)
+    assert stand.told == ['start roscore on "a"'] and not stand.model.is_connected
+    stand.master.error, stand.master.answers = None, 17
+    stand.check()
+    stand.tasks.end_all()
+    assert stand.told[1:] == ['connected'] and stand.model.is_connected
+    stand.check(3)
+    assert stand.told[1:] == ['connected']
+
+
 def test_a_busy_master_may_miss_a_check(stand: Stand) -> None:
     stand.connect()
     for _ in range(3):

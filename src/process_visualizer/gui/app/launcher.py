@@ -47,6 +47,7 @@ from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.session import Session
+from process_visualizer.gui.toolkit.sentences import within_sentence
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.launching.ros_master import RosMasterError
@@ -292,6 +293,9 @@ class Launcher(QObject):
                     else player_activity(self.session.player))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
+        reason = self.blocked_reason() if self.launch.is_idle else ''
+        if reason and not self.master.is_lost:
+            return f'Cannot launch: {within_sentence(reason)}'
         return '\n'.join(filter(None, (self.lost_master(), text)))
 
     def _waits_for(self) -> str:

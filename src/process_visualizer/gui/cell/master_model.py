@@ -28,6 +28,7 @@ _OTHER = 'The ROS master was started anew'
 class MasterModel(QObject):
     """Connects the launcher to the master, and reports when it is gone or hangs.
 
+    If there is none at the start, it connects as soon as there is.
     ``problem`` says why it is not connected, while ``is_connected`` is False. ``is_other`` if
     another master answers in place of the one that is lost: that knows no node that runs, not even
     the launcher's own, which can only start again.
@@ -52,11 +53,13 @@ class MasterModel(QObject):
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
         self.is_connected = self.is_connecting = self.is_lost = self.is_other = False
+        self._is_awaited = False
         self.problem = 'The ROS master is not running yet'
 
     def connect_to_master(self) -> None:
         """Use the running master, or start one, and become its node."""
-        self.is_connecting = True
+        self.is_connecting, self._is_awaited = True, False
+
         def begin() -> None:
             self._master.ensure()
             self._link.begin()
@@ -75,14 +78,21 @@ class MasterModel(QObject):
         self.connected.emit()
 
     def _check(self) -> None:
+        if self.is_connecting:
+            return
         if self._is_checking:  # a master that hangs does not answer at all
-            self._count(None)
+            if not self._is_awaited:
+                self._count(None)
             return
         self._is_checking = True
         self._tasks.run(_LINE, self._master.process_id, self._take_check)
 
     def _take_check(self, process_id: Optional[int]) -> None:
         self._is_checking = False
+        if self._is_awaited:
+            if process_id is not None:
+                self.connect_to_master()
+            return
         self._process_id = self._process_id or process_id
         self._count(process_id)
 
@@ -104,6 +114,9 @@ class MasterModel(QObject):
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error
         self.problem = str(error)
+        if isinstance(error, RosMasterError):  # it may be started later
+            self._is_awaited = True
+            self._timer.start()
         self.failed.emit(self.problem)
 
 

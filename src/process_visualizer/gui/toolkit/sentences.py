@@ -11,6 +11,12 @@ def sentence(text: str) -> str:
     return text[:1].upper() + text[1:] if first.isalpha() and first.islower() else text
 
 
+def within_sentence(text: str) -> str:
+    """Return a text as it goes on in a sentence: without the capital letter of its beginning."""
+    first = text.partition(' ')[0]
+    return text[:1].lower() + text[1:] if first.isalpha() and first[1:].islower() else text
+
+
 def listing(words: Sequence[str]) -> str:
     """Return words as a list in a sentence: one, two and three."""
     *first, last = words
