@@ -106,3 +106,21 @@ def test_without_a_recorder_that_counts_rates_are_forgotten_and_silences_stay(
     assert shown(states)[:2] == ['125 Hz', 'no data for 60.0 s']
     states.forget_topics()
     assert shown(states)[:2] == ['', 'no data for 60.0 s']
+
+
+def test_a_recorder_that_hung_sees_silences_that_are_its_own(states: DeviceStatesModel) -> None:
+    """Its first states after that are no reason for an alarm, nor are they usual from then on."""
+    def told(silence_s: float, messages: int) -> None:
+        states.take_recorder(RecorderSnapshot('idle', topics=(
+            seen(NAMES[0], 125.0 if silence_s < 1.0 else 0.0, silence_s, messages=messages),)))
+
+    for messages in range(0, 100, 10):
+        told(0.01, messages)
+    states.forget_topics()
+    told(3.4, 100)
+    assert states.state(OVEN).summary.text == 'running'
+    told(0.01, 500)
+    told(0.01, 550)
+    assert shown(states)[0] == '125 Hz'
+    told(1.5, 560)
+    assert shown(states)[0] == 'no data for 1.5 s'

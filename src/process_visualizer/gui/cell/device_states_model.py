@@ -32,6 +32,8 @@ from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 PERIOD_MS = 500
+_UNSURE_STATES = 2
+"""Of a recorder that hung: until it has taken what came meanwhile, it sees silences of its own."""
 
 
 class WarningsModel(QObject):
@@ -81,6 +83,7 @@ class DeviceStatesModel(QObject):
         self._launch, self._warnings, self._session = launch, warnings, session
         self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
+        self._unsure = 0  # so many states of the recorder still
         self.cell_look = CellLook()
         """What the watch has found that asks all nodes and the master."""
         session.player_changed.connect(self._follow_player)
@@ -90,6 +93,9 @@ class DeviceStatesModel(QObject):
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """Update from the recorder, which counts what arrives in real-time mode."""
+        if self._unsure:
+            self._unsure -= 1
+            return
         self._lines = {topic.name: live_line(self._watch.update(
             topic.name, topic.rate_hz, topic.silence_s, topic.messages), topic.is_latched)
             for topic in recorder.topics}
@@ -102,6 +108,7 @@ class DeviceStatesModel(QObject):
 
     def forget_topics(self) -> None:
         """Nobody counts any more what arrives: rates are not known; nobody saw silences end."""
+        self._unsure = _UNSURE_STATES
         self._lines = {topic: line for topic, line in self._lines.items()
                        if line.level is Level.WARNING}
         self.changed.emit()
@@ -155,5 +162,5 @@ class DeviceStatesModel(QObject):
         return worst(tuple(told))
 
     def _forget(self) -> None:
-        self._lines, self._watch = {}, TopicWatch()
+        self._lines, self._watch, self._unsure = {}, TopicWatch(), 0
         self.changed.emit()
