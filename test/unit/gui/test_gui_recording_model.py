@@ -2,6 +2,7 @@
 """The recording model with a stand-in for the recorder: phases, figures, faults."""
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Iterator, List
 
@@ -12,7 +13,8 @@ from session_stand import choose, run
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
-from process_visualizer.gui.recording.recording_choices import NameChoice
+from process_visualizer.gui.recording import recording_choices
+from process_visualizer.gui.recording.recording_choices import BagTarget, NameChoice
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.session import Session
@@ -184,6 +186,57 @@ def test_a_file_that_appeared_meanwhile_is_not_overwritten(model, client, qtbot)
         model.start()
     assert 'exists already' in signal.args[0] and client.commands == []
     assert model.phase is RecordingPhase.IDLE
+
+
+def test_a_refusal_of_a_folder_goes_with_another_folder(model, tmp_path, qtbot):
+    model.choices.set_folder('bags')
+    qtbot.waitUntil(lambda: 'Enter a full path' in model.choices.problem)
+    model.start()
+    assert 'Enter a full path' in model.state.error
+    model.choices.changed.emit()  # such as by the recorder's figures
+    assert 'Enter a full path' in model.state.error
+    model.choices.set_folder(str(tmp_path))
+    assert model.state.error == ''
+
+
+def test_a_refusal_by_the_recorder_goes_with_another_folder(model, client, tmp_path, qtbot):
+    client.error = RecorderError('/data is none of its folders')
+    for command in (model.start, model.save_recent):
+        with qtbot.waitSignal(model.failed):
+            command()
+        assert model.state.error == '/data is none of its folders'
+        model.choices.set_folder(f'{model.choices.folder}/other')
+        assert model.state.error == ''
+
+
+def test_what_a_folder_has_to_do_with_nothing_stays(recording, client, tmp_path, qtbot):
+    client.error = RecorderUnreachable('no answer')
+    with qtbot.waitSignal(recording.failed):
+        recording.mark()
+    recording.choices.set_folder(str(tmp_path / 'other'))
+    assert 'was not written' in recording.state.error
+
+
+def test_what_was_found_in_the_folder_before_says_nothing_of_the_next(
+        model, monkeypatch, qtbot):
+    gates = {'/before': threading.Event(), '/next': threading.Event()}
+    begun: List[str] = []
+
+    def held(folder: str, *_names: str) -> BagTarget:
+        begun.append(folder)
+        assert gates[folder].wait(60)
+        return BagTarget(f'you may not write into {folder}')
+
+    qtbot.waitUntil(lambda: model.choices.free_bytes is not None)
+    monkeypatch.setattr(recording_choices, 'look_at', held)
+    for folder in gates:
+        model.choices.set_folder(folder)
+    gates['/before'].set()
+    qtbot.waitUntil(lambda: '/next' in begun)  # so what was found before has been taken
+    problem = model.choices.problem
+    gates['/next'].set()
+    qtbot.waitUntil(lambda: '/next' in model.choices.problem)
+    assert problem == ''
 
 
 def test_a_name_has_to_be_given(model):

@@ -9,6 +9,7 @@ import pytest
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import (
     QApplication,
+    QFileDialog,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -132,6 +133,20 @@ def test_the_name(find, running, qtbot, tmp_path):
     find(QLabel, 'record_problem').linkActivated.emit('free')
     qtbot.waitUntil(lambda: not text(find, 'record_problem'))
     assert running.choices.name == find(QLineEdit, 'record_name').text() == 'seam-2'
+
+
+def test_a_folder_that_is_chosen_stays_whatever_was_written_before(find, running, qtbot, tmp_path):
+    panel, line = find(RecordingPanel, ''), find(QLineEdit, 'record_folder')
+    panel.activateWindow()
+    line.setFocus()
+    qtbot.waitUntil(line.hasFocus)
+    line.setText('bags')
+    find(QToolButton, 'choose_record_folder').click()
+    dialog = panel.findChild(QFileDialog)
+    dialog.fileSelected.emit(str(tmp_path))
+    dialog.close()
+    line.clearFocus()
+    assert running.choices.folder == line.text() == str(tmp_path)
 
 
 def test_no_button_moves_with_the_problem_of_a_name_or_folder(find, running, qtbot, tmp_path):

@@ -227,15 +227,14 @@ class RecordingChoices(QObject):
     changed = pyqtSignal()
     topics_changed = pyqtSignal()
     """The list of topics is another one (ticks and rates come with ``changed``)."""
-    _looked = pyqtSignal(object)
+    _looked = pyqtSignal(object, object)
 
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._ticks = TopicTicks()
         self._looked.connect(self._take_target)
         self._looks = NewestCall[RecordingOptions](
-            tasks, 'files', lambda it: self._looked.emit(look_at(it.folder, it.name, it.prefix)),
-            lambda: None, self._cannot_look)
+            tasks, 'files', lambda it: self._looked.emit(it, _target_of(it)), lambda: None, _raise)
         self._target = BagTarget()
         self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
                           'folder': os.path.expanduser('~/bags')}
@@ -360,15 +359,27 @@ class RecordingChoices(QObject):
         self.look()
         self.changed.emit()
 
-    def _take_target(self, target: BagTarget) -> None:
-        if target != self._target:
+    def _take_target(self, looked: RecordingOptions, target: BagTarget) -> None:
+        """Take what was found, unless another folder or name has been chosen meanwhile."""
+        if target != self._target and _place(looked) == _place(self.options()):
             self._target = target
             self.changed.emit()
 
-    def _cannot_look(self, error: Exception) -> None:
-        if not isinstance(error, (OSError, ValueError)):
-            raise error
-        self._take_target(BagTarget(f'{self.folder} cannot be used: {error}; choose another'))
+
+def _place(options: RecordingOptions) -> Tuple[str, str, str]:
+    return options.folder, options.name, options.prefix
+
+
+def _target_of(options: RecordingOptions) -> BagTarget:
+    folder, name, prefix = _place(options)
+    try:
+        return look_at(folder, name, prefix)
+    except (OSError, ValueError) as error:
+        return BagTarget(f'{folder} cannot be used: {error}; choose another')
+
+
+def _raise(error: Exception) -> None:
+    raise error
 
 
 _LOW_S = 300.0

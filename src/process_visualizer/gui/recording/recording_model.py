@@ -119,8 +119,8 @@ class RecordingModel(QObject):
         self._tasks, self._client, self._now_s = tasks, client, now_s
         self.choices = RecordingChoices(tasks, session, self)
         self.verdict = FinishedVerdict(tasks, self, judge)
-        for part in (self.choices, self.verdict):
-            part.changed.connect(self.changed)
+        self.choices.changed.connect(self._follow_choices)
+        self.verdict.changed.connect(self.changed)
         self._looked_s = now_s()
         self._state = RecordingState()
         self._sender = SenderClock()
@@ -152,6 +152,9 @@ class RecordingModel(QObject):
     def room(self) -> DiskRoom:
         """Return how much can still be recorded."""
         return disk_room(self.phase, self._state.snapshot, self.choices.free_bytes)
+
+    def _follow_choices(self) -> None:
+        self._enter(self._state.chosen(self.choices.options()))
 
     # What the run and the recorder say
 
@@ -215,7 +218,7 @@ class RecordingModel(QObject):
         problem = obstacle(self.phase, self._state.is_silent, options,
                            self.choices.problem)
         if problem:
-            self._fail(problem)
+            self._take(failed(self._state, problem, options))
         elif self.phase is RecordingPhase.IDLE:
             self._enter(self._state.asked_to_write(RecordingPhase.STARTING))
             self._write(lambda: checked(self._client.start, options),
@@ -261,9 +264,12 @@ class RecordingModel(QObject):
 
     def _write(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
         """Run a command after whose failure the recorder is idle as before."""
+        chosen = self.choices.options()
+
         def on_error(error: Exception) -> None:
             self._enter(self._state.refused(RecordingPhase.IDLE, self._now_s()))
-            self._fail(advice(error, ''))
+            self._take(failed(self._state, advice(error, ''), chosen))
+            self._follow_choices()
 
         self._tasks.run(_LINE, command, on_result, on_error)
 

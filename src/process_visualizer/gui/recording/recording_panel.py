@@ -397,8 +397,13 @@ class NameOptions(QWidget):
         dialog.setFileMode(QFileDialog.Directory)
         dialog.setOption(QFileDialog.ShowDirsOnly)
         dialog.setAttribute(Qt.WA_DeleteOnClose)
-        dialog.fileSelected.connect(self._choices.set_folder)
+        dialog.fileSelected.connect(self._take_folder)
         dialog.open()
+
+    def _take_folder(self, folder: str) -> None:
+        """Take a folder from elsewhere; a line that has the keyboard would bring its own back."""
+        self._folder.setText(folder)
+        self._choices.set_folder(folder)
 
     def _add_button(self, choice: NameChoice) -> None:
         button = QRadioButton(_NAME_TEXTS[choice])

@@ -37,8 +37,9 @@ class RecordingState(NamedTuple):
     ``is_silent``: a recorder that runs does not report at present; it may still do what it did.
     ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
     to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
-    run. ``finished`` and ``error`` are shown until the next command. ``label`` is that of the next
-    mark, or ''.
+    run. ``finished`` and ``error`` are shown until the next command. ``refused_options`` are those
+    chosen when the command failed that ``error`` is about, None if it is about another thing.
+    ``label`` is that of the next mark, or ''.
     ``snapshot`` is what the recorder said last, without rates once it says nothing any more;
     ``answered_s`` is when a command was answered last.
     """
@@ -51,6 +52,7 @@ class RecordingState(NamedTuple):
     ended: FrozenSet[str] = frozenset()
     finished: Optional[FinishedBag] = None
     error: str = ''
+    refused_options: Optional[RecordingOptions] = None
     marks: Tuple[RecordedMark, ...] = ()
     label: str = ''
     snapshot: RecorderSnapshot = NOTHING_TOLD
@@ -138,6 +140,7 @@ class RecordingState(NamedTuple):
             left='' if is_running else self.path,
             ended=frozenset(),
             error='',
+            refused_options=None,
             snapshot=NOTHING_TOLD,
             clock=RecordingClock(),
         )
@@ -149,7 +152,8 @@ class RecordingState(NamedTuple):
     def asked_to_stop(self, now_s: float) -> 'RecordingState':
         """Return the state after the command to stop."""
         clock = self.clock.updated(self.elapsed_s(now_s), False, now_s)
-        return self._replace(phase=RecordingPhase.STOPPING, is_asked=True, error='', clock=clock)
+        return self._replace(phase=RecordingPhase.STOPPING, is_asked=True, error='',
+                             refused_options=None, clock=clock)
 
     def answered(self, phase: RecordingPhase, now_s: float) -> 'RecordingState':
         """Return the state after a command was answered; where no recorder is launched, OFF."""
@@ -190,7 +194,12 @@ class RecordingState(NamedTuple):
 
     def dismissed(self) -> 'RecordingState':
         """Return the state after the operator has seen the finished bag or the error."""
-        return self._replace(error='', finished=None)
+        return self._replace(error='', refused_options=None, finished=None)
+
+    def chosen(self, options: RecordingOptions) -> 'RecordingState':
+        """Return the state after a choice: what was refused before says nothing of others."""
+        is_other = self.refused_options not in (None, options)
+        return self._replace(error='', refused_options=None) if is_other else self
 
 
 # Advice for an operator whose command to the recorder cannot be carried out.
@@ -248,9 +257,10 @@ class RecordingStep(NamedTuple):
     failure: str = ''
 
 
-def failed(state: RecordingState, message: str) -> RecordingStep:
-    """Return the step to the message for the operator."""
-    return RecordingStep(state._replace(error=message), None, message)
+def failed(state: RecordingState, message: str, refused: Optional[RecordingOptions] = None
+           ) -> RecordingStep:
+    """Return the step to the message for the operator; ``refused`` are the options, if any."""
+    return RecordingStep(state._replace(error=message, refused_options=refused), None, message)
 
 
 def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingStep:
