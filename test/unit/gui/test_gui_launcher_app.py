@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Iterator, List, Optional, Tuple
 
 import pytest
-from PyQt5.QtCore import QPoint, QRect, QSettings, QSize
+from PyQt5.QtCore import QPoint, QRect, QSettings, QSize, Qt
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -254,6 +254,24 @@ def test_what_the_status_bar_says_goes_by_itself(window: LauncherApp, qtbot: Any
     monkeypatch.setattr(launcher_app, '_BRIEF_MS', 1)
     window._launcher.failed.emit('the disk is full')
     qtbot.waitUntil(lambda: window.statusBar().currentMessage() == '')
+
+
+@pytest.mark.parametrize('width', [460, 1366, 1920])
+def test_a_message_that_does_not_fit_says_so_and_can_be_read(window: LauncherApp, qtbot: Any,
+                                                             width: int) -> None:
+    window.resize(width, 800)
+    settle()
+    bar, text = window.statusBar(), 'The disk is full, and so on. ' * 20
+    window.tell('The disk is full')
+    assert (bar.shown_text, bar.toolTip()) == ('The disk is full', '')
+    qtbot.mouseClick(bar, Qt.LeftButton)
+    assert window.findChild(QMessageBox, 'message') is None
+    window.tell(text)
+    assert bar.shown_text.endswith('…') and text.startswith(bar.shown_text[:-1])
+    assert bar.fontMetrics().horizontalAdvance(bar.shown_text) < bar.width()
+    assert bar.toolTip() == text
+    qtbot.mouseClick(bar, Qt.LeftButton)
+    assert window.findChild(QMessageBox, 'message').text() == text
 
 
 def test_the_window_is_not_closed_while_a_recording_goes_on_unless_that_is_wanted(

@@ -57,7 +57,7 @@ from process_visualizer.gui.toolkit.dialogs import ask, message_box
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
 from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, color
-from process_visualizer.gui.toolkit.widgets import PanelTabs, title, tool_button
+from process_visualizer.gui.toolkit.widgets import MessageBar, PanelTabs, title, tool_button
 
 _BRIEF_MS = 15_000
 
@@ -90,6 +90,10 @@ class WindowQuestions(QObject):
         bar = self._window.statusBar()
         assert bar is not None
         bar.showMessage(sentence(message), _BRIEF_MS)
+
+    def show_whole(self, message: str) -> None:
+        """Show a message that is cut in the status bar."""
+        message_box(self._window, message, QMessageBox.Information).open()
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns.
@@ -284,7 +288,9 @@ class LauncherApp(QMainWindow):
         for notice in (self.tool, self.mixture):
             self.launch.show_above_status(notice)
         self.setCentralWidget(ColumnScroll(body))
-        self.statusBar()  # otherwise it takes its place with the first message
+        bar = MessageBar()
+        bar.whole_wanted.connect(self._questions.show_whole)
+        self.setStatusBar(bar)
 
     def _devices_group(self) -> QWidget:
         group = QWidget()

@@ -6,7 +6,15 @@ import math
 from typing import Callable, List, Optional, Union
 
 from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QResizeEvent, QWheelEvent
+from PyQt5.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QWheelEvent,
+)
 from PyQt5.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -18,8 +26,10 @@ from PyQt5.QtWidgets import (
     QLayout,
     QPushButton,
     QSizePolicy,
+    QStatusBar,
     QStyle,
     QStyledItemDelegate,
+    QStyleOption,
     QStyleOptionButton,
     QStyleOptionViewItem,
     QStylePainter,
@@ -155,6 +165,7 @@ def in_row(*widgets: QWidget, wide: Optional[QWidget] = None) -> QHBoxLayout:
 
 
 _MIN_PX, _PADDING_PX = 60, 12
+_BAR_MARGIN_PX = 6
 
 
 class ElidedButton(QPushButton):
@@ -214,6 +225,62 @@ class ElidedLabel(QLabel):
             shown.append(metrics.elidedText(line, self._mode, width_px))
         rest = metrics.elidedText(' '.join(words), self._mode, width_px)
         return '\n'.join([*shown, *filter(None, [rest])])
+
+
+class MessageBar(QStatusBar):
+    """A status bar that says where its message is cut; a click there wants the whole.
+
+    The tooltip has the whole as well.
+    """
+
+    whole_wanted = pyqtSignal(str)
+    """The operator wants to read this message, which is cut."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.messageChanged.connect(self._follow)
+
+    @property
+    def shown_text(self) -> str:
+        """Return what fits of the message."""
+        text = ' '.join(self.currentMessage().split())
+        return self.fontMetrics().elidedText(text, Qt.ElideRight, self._room().width())
+
+    @property
+    def is_cut(self) -> bool:
+        """Return whether there is more of the message than fits."""
+        return self.shown_text != ' '.join(self.currentMessage().split())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Fit the message into the new width."""
+        super().resizeEvent(event)
+        self._follow()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Offer the whole message."""
+        super().mouseReleaseEvent(event)
+        if event.button() == Qt.LeftButton and self.rect().contains(event.pos()) and self.is_cut:
+            self.whole_wanted.emit(self.currentMessage())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw as much of the message as fits."""
+        option = QStyleOption()
+        option.initFrom(self)
+        painter = QStylePainter(self)
+        painter.drawPrimitive(QStyle.PE_PanelStatusBar, option)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        painter.drawText(self._room(), int(Qt.AlignLeft | Qt.AlignVCenter | Qt.TextSingleLine),
+                         self.shown_text)
+
+    def _room(self) -> QRect:
+        """The part for the message, beside the handle that resizes the window."""
+        grip_px = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
+        return self.rect().adjusted(_BAR_MARGIN_PX, 0, -_BAR_MARGIN_PX - grip_px, 0)
+
+    def _follow(self) -> None:
+        is_cut = self.is_cut
+        self.setToolTip(self.currentMessage() if is_cut else '')
+        self.setCursor(Qt.PointingHandCursor if is_cut else Qt.ArrowCursor)
 
 
 class FoldButton(QToolButton):
