@@ -150,8 +150,9 @@ _CHANGES = (QEvent.Move, QEvent.Resize, QEvent.Show, QEvent.Hide, QEvent.WindowS
 class WindowKeeper(QObject):
     """Places the three windows, at first and whenever the operator changes one of them.
 
-    In playback mode the timeline of the recording is below the others; in real-time mode that of
-    the last seconds is below RViz, and the launcher has all of the height.
+    While playback's own tab is shown, the timeline of the recording is below the others. Otherwise
+    the timeline, in real-time mode that of the last seconds, is below RViz only, and the launcher
+    has all of the height.
     """
 
     def __init__(self, window: LauncherApp, launcher: Launcher, settings: Settings) -> None:
@@ -179,6 +180,7 @@ class WindowKeeper(QObject):
         self._arrange()
         window.installEventFilter(self)
         launcher.cell.changed.connect(self._follow_mode)
+        window.panels.currentChanged.connect(self._follow_mode)
         for screen in QGuiApplication.screens():
             screen.availableGeometryChanged.connect(lambda _room: self._timer.start())
 
@@ -206,9 +208,9 @@ class WindowKeeper(QObject):
 
     def _show_timeline(self) -> None:
         """Show the one of the mode."""
-        self._is_wide = self._launcher.session.mode is Mode.PLAYBACK
-        window = self._window
-        self._timelines.setCurrentWidget(window.playback.below if self._is_wide else window.live)
+        window, is_played = self._window, self._launcher.session.mode is Mode.PLAYBACK
+        self._is_wide = is_played and window.panels.currentIndex() == 0
+        self._timelines.setCurrentWidget(window.playback.below if is_played else window.live)
 
     def _show_dock(self) -> None:
         """Show it with the launcher; a window manager hides it while that is minimized."""
