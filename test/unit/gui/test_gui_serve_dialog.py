@@ -54,6 +54,16 @@ def test_the_address_and_who_is_looking_are_shown(
     assert (it.url.text(), it.viewers.text()) == ('', '')
 
 
+def test_a_token_is_spoken_of_only_if_others_are_served(
+        dialog: Callable[[str], ServeDialog]) -> None:
+    it = dialog('')
+    assert 'token' not in it.explanation.text() and 'phone' not in it.explanation.text()
+    it.address.setCurrentIndex(1)
+    assert 'Others need the whole address, with the token' in it.explanation.text()
+    it.address.setCurrentIndex(0)
+    assert 'token' not in it.explanation.text()
+
+
 def test_for_this_computer_only_there_is_no_code(
         qtbot: QtBot, dialog: Callable[[str], ServeDialog]) -> None:
     it = dialog('echo "$@"\necho http://127.0.0.1:11480/\nexec sleep 600')

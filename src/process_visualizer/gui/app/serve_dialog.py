@@ -20,8 +20,10 @@ from PyQt5.QtWidgets import (
 from process_visualizer.ros_names import PACKAGE
 from process_visualizer.shown_text import shown
 
-_EXPLANATION = ('Any browser, also on a phone, shows the running cell at the address below. Nobody '
-                'there can change anything. Others need the whole address, with the token in it.')
+_FOR_HERE = ('A browser on this computer shows the running cell at the address below. It cannot '
+             'change anything.')
+_FOR_OTHERS = ('Any browser, also on a phone, shows the running cell at the address below. Nobody '
+               'there can change anything. Others need the whole address, with the token in it.')
 _HERE = 'this computer only'
 _MAX_LINES = 500
 _QR_PX = 220
@@ -55,6 +57,9 @@ class ServeDialog(QDialog):
         self.address.addItem(_HERE, '')
         for it in addresses:
             self.address.addItem(f'others, too: {it}', it)
+        self.explanation = QLabel()
+        self.explanation.setObjectName('serve_explanation')
+        self.explanation.setWordWrap(True)
         self.button = QPushButton('Show')
         self.button.setObjectName('serve_button')
         self.url = QLabel()
@@ -77,12 +82,12 @@ class ServeDialog(QDialog):
         self._process.stateChanged.connect(self._update)
         self._process.errorOccurred.connect(self._take_error)
         self.button.clicked.connect(self._toggle)
+        self.address.currentIndexChanged.connect(self._explain)
         self._lay_out()
+        self._explain()
         self._update()
 
     def _lay_out(self) -> None:
-        explanation = QLabel(_EXPLANATION)
-        explanation.setWordWrap(True)
         row, below = QHBoxLayout(), QHBoxLayout()
         row.addWidget(self.address, 1)
         row.addWidget(self.button)
@@ -93,10 +98,13 @@ class ServeDialog(QDialog):
         below.addLayout(side, 1)
         below.addWidget(self.code, 0, Qt.AlignTop)
         layout = QVBoxLayout(self)
-        layout.addWidget(explanation)
+        layout.addWidget(self.explanation)
         layout.addLayout(row)
         layout.addLayout(below, 1)
         self.resize(680, 360)
+
+    def _explain(self) -> None:
+        self.explanation.setText(_FOR_OTHERS if self.address.currentData() else _FOR_HERE)
 
     @property
     def is_serving(self) -> bool:
