@@ -78,7 +78,9 @@ def test_the_deviation_points_from_the_ghost_to_the_robot() -> None:
     assert arrow.type == Marker.ARROW
     assert arrow.scale.x == pytest.approx(EXAGGERATION * found.length_m)
     assert text.text == 'Δ 10.0 mm'
-    assert len(ghost([0.0, 0.0], [1e-5, 1e-5]).markers(5.0)) == 4  # too little to be drawn
+    *_, last = ghost([0.0, 0.0], [1e-5, 1e-5]).markers(5.0)  # too little for an arrow
+    assert (last.type, last.text) == (Marker.TEXT_VIEW_FACING, 'Δ 0.0 mm')
+    assert len(ghost([0.0, 0.0], [1e-5, 1e-5]).markers(5.0)) == 5
     assert len(ghost([0.0, 0.0], [0.01, 0.01], tool='').markers(5.0)) == 4
 
 

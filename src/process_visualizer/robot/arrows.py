@@ -209,5 +209,6 @@ DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
 EXAGGERATION = 20.0
 """Length of an arrow per deviation: a millimeter could not be seen in a cell."""
 MIN_DEVIATION_M = 0.0002
+"""The least that has an arrow; its number is there in any case."""
 MAX_DEVIATION_M = 0.4
 DEVIATION_DIAMETER_M = 0.02

@@ -65,7 +65,10 @@ class GhostRobot:
                           if self._kinematics.joint(it) is None), '')
 
     def markers(self, time_s: float) -> List[Marker]:
-        """Return the robot and its deviation; nothing where the other run has no joints."""
+        """Return the robot and its deviation; nothing where the other run has no joints.
+
+        The number is there as long as the deviation is known, the arrow if it can be seen.
+        """
         positions = self._there.at(time_s)
         if positions is None:
             return []
@@ -118,17 +121,19 @@ class GhostRobot:
 
     def _deviation_markers(self, time_s: float) -> List[Marker]:
         found = self.deviation(time_s)
-        if found is None or found.length_m < MIN_DEVIATION_M:
+        if found is None:
             return []
         namespace = f'{self.device}/deviation'
-        arrow = frame_marker(namespace, 0, self.root, DEVIATION_COLOR)
-        shape_as_arrow(arrow, found.foot.position, found.vector,
-                       min(EXAGGERATION * found.length_m, MAX_DEVIATION_M),
-                       DEVIATION_DIAMETER_M)
         x, y, z = found.foot.position
-        return [arrow, text_marker(namespace, self.root, (x, y, z + _ABOVE_M),
-                                   f'Δ {1000.0 * found.length_m:.1f} mm', _TEXT_M,
-                                   DEVIATION_COLOR)]
+        markers = [text_marker(namespace, self.root, (x, y, z + _ABOVE_M),
+                               f'Δ {1000.0 * found.length_m:.1f} mm', _TEXT_M, DEVIATION_COLOR)]
+        if found.length_m >= MIN_DEVIATION_M:
+            arrow = frame_marker(namespace, 0, self.root, DEVIATION_COLOR)
+            shape_as_arrow(arrow, found.foot.position, found.vector,
+                           min(EXAGGERATION * found.length_m, MAX_DEVIATION_M),
+                           DEVIATION_DIAMETER_M)
+            markers.insert(0, arrow)
+        return markers
 
 
 class GhostArrow:
