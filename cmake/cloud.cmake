@@ -50,7 +50,7 @@ if(CATKIN_ENABLE_TESTING)
   process_visualizer_compile(roi_filter_watched)
   target_compile_options(roi_filter_watched PRIVATE ${watched})
 
-  process_visualizer_add_watched_gtest(test_bad_images test/cpp/test_bad_images.cpp
+  process_visualizer_add_watched_gtest(test_bad_images memory test/cpp/test_bad_images.cpp
     $<TARGET_OBJECTS:roi_filter_watched>)
   target_link_libraries(test_bad_images ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 

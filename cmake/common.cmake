@@ -18,25 +18,29 @@ function(process_visualizer_compile target)
 endfunction()
 
 if(CATKIN_ENABLE_TESTING)
-  # Their malloc aligns as glibc's does, which Eigen does not know; PCL's libraries must agree with it.
-  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
-  set(watched -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${sanitizers})
+  # Two kinds of sanitizers, which one program cannot have both: for memory and undefined operations,
+  # and for threads. Their malloc aligns as glibc's does, which Eigen does not know; PCL's libraries
+  # must agree with it.
+  set(memory_sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
+  set(threads_sanitizers -fsanitize=thread)
+  set(watched -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${memory_sanitizers})
 
   # A program with its sources compiled once more, which takes long: not among the tests, but built by
-  # the target `sanitized`, in a folder of its own.
+  # the target `sanitized`, in a folder of its own. KIND: memory or threads.
   add_custom_target(sanitized)
-  function(process_visualizer_watch target)
+  function(process_visualizer_watch target kind)
     process_visualizer_compile(${target})
     set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
       ${CATKIN_DEVEL_PREFIX}/lib/sanitized)
-    target_compile_options(${target} PRIVATE ${watched})
-    target_link_libraries(${target} ${sanitizers})
+    target_compile_options(${target} PRIVATE
+      -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${${kind}_sanitizers})
+    target_link_libraries(${target} ${${kind}_sanitizers})
     add_dependencies(sanitized ${target})
   endfunction()
 
-  function(process_visualizer_add_watched_gtest target)
+  function(process_visualizer_add_watched_gtest target kind)
     catkin_add_executable_with_gtest(${target} ${ARGN} EXCLUDE_FROM_ALL)
-    process_visualizer_watch(${target})
+    process_visualizer_watch(${target} ${kind})
   endfunction()
 endif()
 

@@ -9,7 +9,7 @@ if(CATKIN_ENABLE_TESTING)
     src/recorder/publishers.cpp
     src/recorder/topic_choice.cpp
     src/recorder/topic_statistics.cpp)
-  process_visualizer_watch(fuzz_readers)
+  process_visualizer_watch(fuzz_readers memory)
   add_dependencies(fuzz_readers process_visualizer_generate_messages_cpp)
   set_target_properties(fuzz_readers PROPERTIES UNITY_BUILD OFF)  # its sources are of several targets
   target_compile_options(fuzz_readers PRIVATE -Wno-maybe-uninitialized)  # GCC, of its own <regex>

@@ -44,7 +44,7 @@ if(CATKIN_ENABLE_TESTING)
 
   # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
   # the test. The sources are compiled into it, so that they are watched as well.
-  process_visualizer_add_watched_gtest(test_bad_objects test/cpp/test_bad_objects.cpp
+  process_visualizer_add_watched_gtest(test_bad_objects memory test/cpp/test_bad_objects.cpp
     ${surface_sources} ${objects_sources} $<TARGET_OBJECTS:roi_filter_watched>)
   target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(test_bad_objects PkgConfig::assimp ${objects_libraries})

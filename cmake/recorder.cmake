@@ -3,7 +3,7 @@
 
 find_package(xmlrpcpp REQUIRED)
 
-add_library(process_visualizer_recorder
+set(recorder_sources
   src/recorder/bag_file.cpp
   src/recorder/intake.cpp
   src/recorder/message.cpp
@@ -14,10 +14,12 @@ add_library(process_visualizer_recorder
   src/recorder/topic_choice.cpp
   src/recorder/topic_statistics.cpp
 )
-process_visualizer_compile(process_visualizer_recorder)
-target_link_libraries(process_visualizer_recorder
+set(recorder_libraries
   ${roscpp_LIBRARIES} ${roscpp_serialization_LIBRARIES} ${roslz4_LIBRARIES} ${rostime_LIBRARIES}
   ${xmlrpcpp_LIBRARIES} Threads::Threads)
+add_library(process_visualizer_recorder ${recorder_sources})
+process_visualizer_compile(process_visualizer_recorder)
+target_link_libraries(process_visualizer_recorder ${recorder_libraries})
 add_dependencies(process_visualizer_recorder process_visualizer_generate_messages_cpp)
 
 add_executable(bag_recorder src/recorder/bag_recorder.cpp src/recorder/subscriptions.cpp)
@@ -41,6 +43,12 @@ if(CATKIN_ENABLE_TESTING)
     process_visualizer_compile(${test})
     target_include_directories(${test} SYSTEM PRIVATE ${rosbag_storage_INCLUDE_DIRS})
     target_link_libraries(${test} process_visualizer_recorder ${rosbag_storage_LIBRARIES})
+
+    process_visualizer_add_watched_gtest(${test}_threads threads test/cpp/${test}.cpp
+      ${recorder_sources})
+    target_include_directories(${test}_threads SYSTEM PRIVATE ${rosbag_storage_INCLUDE_DIRS})
+    target_link_libraries(${test}_threads ${recorder_libraries} ${rosbag_storage_LIBRARIES})
+    add_dependencies(${test}_threads process_visualizer_generate_messages_cpp)
   endforeach()
 
   add_executable(append_to_bag EXCLUDE_FROM_ALL test/cpp/append_to_bag.cpp)

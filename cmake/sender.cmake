@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The player's sender: a library without ROS, which Python loads.
 
-add_library(process_visualizer_sender SHARED
+set(sender_sources
   src/sender/subscriber_link.cpp src/sender/timed_sender.cpp src/sender/wakeup.cpp)
+add_library(process_visualizer_sender SHARED ${sender_sources})
 process_visualizer_compile(process_visualizer_sender)
 target_link_libraries(process_visualizer_sender process_visualizer_common Threads::Threads)
 
@@ -13,6 +14,9 @@ if(CATKIN_ENABLE_TESTING)
     catkin_add_gtest(${name} test/cpp/${name}.cpp)
     process_visualizer_compile(${name})
     target_link_libraries(${name} process_visualizer_sender)
+
+    process_visualizer_add_watched_gtest(${name}_threads threads test/cpp/${name}.cpp
+      ${sender_sources} src/common/message_bytes.cpp src/common/time_slice.cpp)
   endforeach()
 endif()
 
