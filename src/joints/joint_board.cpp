@@ -182,7 +182,8 @@ std::string TimeWatch::problem(double ros_s, Clock::time_point now) {
   begun_ = true;
   last_s_ = ros_s;
   if (stepped_back_ && now - *stepped_back_ < kMemory)
-    return "ROS time has gone back: look at what publishes /clock";
+    return "ROS time has gone back: this computer's clock was set back, or what publishes /clock "
+           "was restarted";
   if (now - advanced_ > kMaxStep)
     return "ROS time stands still: look at what publishes /clock, or set /use_sim_time to false";
   return {};

@@ -123,7 +123,8 @@ class TimeWatch:
             self._advanced_s = steady_s
         self._last_s = ros_s
         if steady_s - self._stepped_back_s < MEMORY_S:
-            return 'ROS time has gone back: look at what publishes /clock'
+            return ("ROS time has gone back: this computer's clock was set back, or what publishes "
+                    '/clock was restarted')
         if steady_s - self._advanced_s > MAX_STEP_S:
             return ('ROS time stands still: look at what publishes /clock, or set /use_sim_time '
                     'to false')
