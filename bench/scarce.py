@@ -1,0 +1,382 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a whole cell does when disk, memory or time of day are not what they should be.
+
+usage: bench/run scarce [--only PART …] [--folder FOLDER] [--large-gb 20]
+
+``cell run`` shows a simulated robot with RViz, ``cell record`` records it. Then the disk becomes
+full, shrinks, or is gone; memory is short; the clock is set; hundreds of topics do not answer. The
+table has what the two commands say, and how many transforms still come afterwards. ``large``
+records a bag of that size, and measures what opens it. Needs root, for disks of its own and memory
+groups; nothing outlives it, except that bag if ``--folder`` is given.
+"""
+from __future__ import annotations
+
+import argparse
+import mmap
+import os
+import resource
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List, Optional, Sequence
+
+import rospy
+from faults import CONFIG, NODES, Faults, Program, process_of, stop
+from rosgraph_msgs.msg import Log
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.launching.ros_master import RosMaster
+
+WITHIN_S, QUIET_S = 60.0, 5.0
+JOINTS, HOUR_S = '/ur_rt_upper/q_act', 3600
+MEMORY_GROUPS = Path('/sys/fs/cgroup/memory')
+
+
+class Flow:
+    """Counts transforms as a viewer gets them, and keeps the warnings of nodes."""
+
+    def __init__(self) -> None:
+        self.count, self.warnings = 0, []  # type: int, List[str]
+        self._subscriptions = [
+            rospy.Subscriber('/tf', TFMessage, self._take, queue_size=None),
+            rospy.Subscriber('/rosout', Log, self._take_log, queue_size=None)]
+
+    def rate_hz(self, seconds: float = 2.0) -> float:
+        """Return how many messages of /tf come in a second, from now on."""
+        begin, begin_s = self.count, time.monotonic()
+        threading.Event().wait(seconds)
+        return (self.count - begin) / (time.monotonic() - begin_s)
+
+    def close(self) -> None:
+        """End the subscriptions."""
+        for subscription in self._subscriptions:
+            subscription.unregister()
+
+    def _take(self, _message: TFMessage) -> None:
+        self.count += 1
+
+    def _take_log(self, message: Log) -> None:
+        if message.level >= Log.WARN:
+            self.warnings.append(f'{message.name}: {message.msg[:60]}')
+
+
+class Bench:
+    """A cell that is up, its recording, and what was said of what happened to it."""
+
+    def __init__(self, folder: Path, environment: Dict[str, str]) -> None:
+        self.folder, self.failures = folder, []  # type: Path, List[str]
+        self.group = MemoryGroup(f'scarce{os.getpid()}') if MEMORY_GROUPS.is_dir() else None
+        os.environ.update(environment)
+        command = ['rosrun', 'process_visualizer', 'cell', 'run', str(folder / 'cell.xml')]
+        if self.group is not None:
+            command = self.group.command(command)
+        self.cell = Faults('cell run', command, folder / 'run')
+        self.cell.wait_until_up()
+        self.flow = Flow()
+
+    def record(self, folder: Path, *options: str) -> Program:
+        """Begin a recording of the robot's joints and poses."""
+        program = Program('cell record', [
+            'rosrun', 'process_visualizer', 'cell', 'record', str(self.folder / 'cell.xml'),
+            '--folder', str(folder), *options], self.cell.environment)
+        if program.wait('recording ', within_s=WITHIN_S) is None:
+            self.failures.append(f'no recording: {[it.text for it in program.lines]}')
+        return program
+
+    def tell(self, what: str, programs: Sequence[Program], since: Sequence[int]) -> None:
+        """Print a row: what was said, and how much still moves."""
+        said = [line.text.strip() for program, begin in zip(programs, since)
+                for line in program.lines[begin:] if line.text.strip()]
+        print(f'| {what} | {"; ".join(dict.fromkeys(said)) or "nothing"} | '
+              f'{self.flow.rate_hz():.0f} /tf a second |', flush=True)
+
+    def close(self) -> None:
+        """Stop the cell; processes or files that are left are a failure."""
+        self.flow.close()
+        self.cell.end('the end', lambda: stop(self.cell), None)
+        self.failures += self.cell.failures
+        if self.group is not None:
+            self.group.close()
+
+
+@contextmanager
+def mounted(folder: Path, size_mb: int) -> Iterator[Path]:
+    """Mount a disk of its own."""
+    folder.mkdir(parents=True)
+    subprocess.run(['mount', '-t', 'tmpfs', '-o', f'size={size_mb}m', 'tmpfs', str(folder)],
+                   check=True)
+    try:
+        yield folder
+    finally:
+        subprocess.run(['umount', '-l', str(folder)], check=False, stderr=subprocess.DEVNULL)
+
+
+def disk(bench: Bench) -> None:
+    """The disk becomes full, can no longer be written to, or is taken away."""
+    def fill(folder: Path) -> None:
+        with open(folder / 'others', 'wb') as file:
+            os.posix_fallocate(file.fileno(), 0, (1300 << 20) - (1023 << 20))
+
+    def read_only(folder: Path) -> None:
+        # A disk with open files is made read-only by its driver after an error, not by a command.
+        subprocess.run(['mount', '-o', 'remount,size=1m', str(folder)], check=False)
+
+    def gone(folder: Path) -> None:
+        for path in folder.iterdir():
+            path.unlink()
+        subprocess.run(['umount', '-l', str(folder)], check=True)
+
+    for what, make in (('the disk gets full', fill), ('the disk shrinks to nothing', read_only),
+                       ('the disk is taken away, its files removed', gone)):
+        with mounted(bench.folder / f'disk{len(what)}', 1300) as folder:
+            program = bench.record(folder)
+            threading.Event().wait(3.0)
+            since = [len(bench.cell.program.lines), len(program.lines)]
+            begin_s = time.monotonic()
+            make(folder)
+            ended = _ends(program, 20.0)
+            bench.tell(f'{what}; recording {_end_words(program, ended, begin_s)}',
+                       (bench.cell.program, program), since)
+            _stop_recording(program)
+
+
+def memory(bench: Bench) -> None:
+    """Each process gets no more memory for a while; then all together get no more."""
+    for node in NODES:
+        pid = process_of(node)
+        if pid is None:
+            bench.failures.append(f'{node} does not answer')
+            continue
+        since = [len(bench.cell.program.lines)]
+        size = next(int(line.split()[1]) << 10 for line in
+                    Path(f'/proc/{pid}/status').read_text().splitlines()
+                    if line.startswith('VmSize'))
+        resource.prlimit(pid, resource.RLIMIT_AS, (size, resource.RLIM_INFINITY))
+        threading.Event().wait(QUIET_S)
+        bench.tell(f'no more memory for {node}', (bench.cell.program,), since)
+        since = [len(bench.cell.program.lines)]
+        if Path(f'/proc/{pid}').exists():
+            resource.prlimit(pid, resource.RLIMIT_AS,
+                             (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        threading.Event().wait(QUIET_S)
+        bench.tell('memory again', (bench.cell.program,), since)
+        if process_of(node) is None:
+            print(f'| {node} does not come back by itself | | |')
+    if bench.group is None:
+        print('| all together have no more memory | no memory groups here | |')
+        return
+    since = [len(bench.cell.program.lines)]
+    program = bench.record(bench.folder / 'short')
+    bench.group.limit_to_used()
+    threading.Event().wait(4 * QUIET_S)
+    bench.tell('all together have no more memory', (bench.cell.program, program), [*since, 0])
+    bench.group.limit(None)
+    _stop_recording(program)
+
+
+class MemoryGroup:
+    """A control group (version 1) for the memory of processes that are started in it."""
+
+    def __init__(self, name: str) -> None:
+        self.path = MEMORY_GROUPS / name
+        self.path.mkdir()
+
+    def command(self, words: Sequence[str]) -> List[str]:
+        """Return a command that runs another one in the group."""
+        return ['sh', '-c', 'echo $$ > "$0" && exec "$@"', str(self.path / 'cgroup.procs'), *words]
+
+    def limit_to_used(self) -> None:
+        """Allow no more than what is in use and cannot be written to files."""
+        while True:
+            used = int((self.path / 'memory.usage_in_bytes').read_text())
+            try:
+                self.limit(used - (2 << 20))
+            except OSError:  # the kernel found nothing more to take back
+                print(f'{used >> 20} MB are in use', file=sys.stderr)
+                return
+
+    def limit(self, size: Optional[int]) -> None:
+        """Allow this many bytes; None: as many as there are."""
+        (self.path / 'memory.limit_in_bytes').write_text(str(-1 if size is None else size))
+
+    def close(self) -> None:
+        """Remove the group; its processes have ended."""
+        for pid in (self.path / 'cgroup.procs').read_text().split():
+            (MEMORY_GROUPS / 'cgroup.procs').write_text(pid)
+        self.path.rmdir()
+
+
+def clock(bench: Bench) -> None:
+    """The clock of the computer is set by an hour, forth and back, while the cell is recorded."""
+    program = bench.record(bench.folder / 'bags')
+    for what, offset_s in (('an hour forth', HOUR_S), ('and back', 0), ('an hour back', -HOUR_S),
+                           ('and forth', 0), ('3 s forth', 3), ('and back', 0)):
+        since = [len(bench.cell.program.lines), len(program.lines)]
+        warned = len(bench.flow.warnings)
+        SetClock.shared().set(offset_s)
+        threading.Event().wait(QUIET_S)
+        bench.tell(f'the clock is set {what}', (bench.cell.program, program), since)
+        print(*sorted(set(bench.flow.warnings[warned:])), sep='\n', file=sys.stderr)
+    since = [len(program.lines)]
+    _stop_recording(program)
+    print('\n'.join(line.text for line in program.lines[since[0]:]))
+
+
+def topics(bench: Bench) -> None:
+    """A node with 500 topics hangs; somebody records all."""
+    publisher = subprocess.Popen([sys.executable, '-c', _MANY_TOPICS], stdout=subprocess.PIPE)
+    assert publisher.stdout is not None
+    publisher.stdout.readline()
+    publisher.send_signal(signal.SIGSTOP)
+    try:
+        since = len(bench.cell.program.lines)
+        program = Program('cell record', [
+            'rosrun', 'process_visualizer', 'cell', 'record', '-a', '--folder',
+            str(bench.folder / 'many')], bench.cell.environment)
+        program.wait('not recording', within_s=30.0)
+        bench.tell('500 topics of a node that hangs are to be recorded',
+                   (bench.cell.program, program), [since, 0])
+        _stop_recording(program)
+    finally:
+        publisher.kill()
+        publisher.wait()
+
+
+def large(bench: Bench, folder: Path, gigabytes: float) -> None:
+    """A bag of many gigabytes is recorded, reported, opened, sought and cut."""
+    publisher = subprocess.Popen([sys.executable, '-c', _LARGE_MESSAGES], stdout=subprocess.PIPE)
+    assert publisher.stdout is not None
+    publisher.stdout.readline()
+    try:
+        begin_s = time.monotonic()
+        program = bench.record(folder, '-O', 'large', '/large', '--size', f'{gigabytes * 1000:.0f}')
+        rate_hz = bench.flow.rate_hz(10.0)
+        program.process.wait(3600.0)
+        print(f'recorded in {time.monotonic() - begin_s:.0f} s, {rate_hz:.0f} /tf a second')
+        print('\n'.join(line.text for line in program.lines))
+    finally:
+        publisher.kill()
+        publisher.wait()
+
+
+class SetClock:
+    """The offset of the clock of all programs that are started from here."""
+
+    _only: Optional['SetClock'] = None
+
+    def __init__(self, folder: Path) -> None:
+        path, library = folder / 'clock', folder / 'set_clock.so'
+        path.write_bytes(struct.pack('q', 0))
+        with open(path, 'r+b') as file:
+            self._bytes = mmap.mmap(file.fileno(), 8)
+        subprocess.run(['cc', '-shared', '-fPIC', '-O1', '-o', str(library),
+                        str(Path(__file__).with_name('set_clock.c')), '-ldl'], check=True)
+        self.environment = {'LD_PRELOAD': str(library), 'SET_CLOCK_FILE': str(path)}
+        SetClock._only = self
+
+    @staticmethod
+    def shared() -> 'SetClock':
+        """Return the clock of the running cell."""
+        assert SetClock._only is not None
+        return SetClock._only
+
+    def set(self, offset_s: int) -> None:
+        """Set the clock this much later than it is."""
+        self._bytes[:] = struct.pack('q', offset_s)
+
+
+def _ends(program: Program, within_s: float) -> Optional[int]:
+    try:
+        return program.process.wait(within_s)
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def _end_words(program: Program, code: Optional[int], begin_s: float) -> str:
+    if code is None:
+        return 'goes on'
+    return f'ends with code {code}, {program.lines[-1].time_s - begin_s:.1f} s later'
+
+
+def _stop_recording(program: Program) -> None:
+    if program.process.poll() is None:
+        program.process.send_signal(signal.SIGINT)
+        try:
+            program.process.wait(WITHIN_S)
+        except subprocess.TimeoutExpired:
+            program.process.kill()
+
+
+_MANY_TOPICS = '''
+import rospy, std_msgs.msg
+rospy.init_node('many')
+publishers = [rospy.Publisher(f'/many/topic{i}', std_msgs.msg.String, queue_size=1)
+              for i in range(500)]
+print('up', flush=True)
+rospy.spin()
+'''
+_LARGE_MESSAGES = '''
+import os, rospy, std_msgs.msg
+rospy.init_node('large')
+publisher = rospy.Publisher('/large', std_msgs.msg.ByteMultiArray, queue_size=1)
+class Bytes(std_msgs.msg.ByteMultiArray):
+    def serialize(self, buffer):
+        buffer.write(bytes(8) + len(data).to_bytes(4, 'little') + data)
+data = os.urandom(4 << 20)
+publisher = rospy.Publisher('/large', Bytes, queue_size=1)
+print('up', flush=True)
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    publisher.publish(Bytes())
+    rate.sleep()
+'''
+PARTS: Dict[str, Callable[[Bench], None]] = {
+    'disk': disk, 'memory': memory, 'clock': clock, 'topics': topics}
+
+
+def main() -> int:
+    """Run the parts; return 1 if something failed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--only', nargs='*', choices=(*PARTS, 'large'), default=tuple(PARTS))
+    parser.add_argument('--folder', type=Path)
+    parser.add_argument('--large-gb', type=float, default=20.0)
+    values = parser.parse_args()
+    home = Path(os.environ['ROS_HOME']) / 'scarce'
+    home.mkdir(parents=True)
+    failures: List[str] = []
+    print('| what happens | what is said | what goes on |\n|---|---|---|')
+    for part in values.only:
+        folder = home / part
+        folder.mkdir()
+        (folder / 'cell.xml').write_text(CONFIG)
+        environment = SetClock(folder).environment if part == 'clock' else {}
+        os.environ.update(environment)
+        master = RosMaster()
+        master.ensure()
+        for name in environment:
+            del os.environ[name]
+        if not rospy.core.is_initialized():
+            rospy.init_node('scarce', disable_signals=True)
+        bench = Bench(folder, environment)
+        try:
+            if part == 'large':
+                large(bench, values.folder or folder, values.large_gb)
+            else:
+                PARTS[part](bench)
+        finally:
+            bench.close()
+            for name in environment:
+                del os.environ[name]
+            master.stop()
+        failures += bench.failures
+    print('\n'.join(['', *failures]) if failures else '\nnothing was left')
+    return 1 if failures else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
