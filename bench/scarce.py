@@ -25,12 +25,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Optional, Sequence
 
+import numpy as np
 import rospy
 from faults import CONFIG, NODES, Faults, Program, process_of, stop
+from players import OURS, playing
 from rosgraph_msgs.msg import Log
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.launching.ros_master import RosMaster
+from process_visualizer.msg import PlayerState
+from process_visualizer.srv import Seek
 
 WITHIN_S, QUIET_S = 60.0, 5.0
 JOINTS, HOUR_S = '/ur_rt_upper/q_act', 3600
@@ -248,7 +252,8 @@ def topics(bench: Bench) -> None:
 
 
 def large(bench: Bench, folder: Path, gigabytes: float) -> None:
-    """A bag of many gigabytes is recorded, reported, opened, sought and cut."""
+    """A bag of many gigabytes is recorded, reported, played and cut."""
+    bag = folder / 'large.bag'
     publisher = subprocess.Popen([sys.executable, '-c', _LARGE_MESSAGES], stdout=subprocess.PIPE)
     assert publisher.stdout is not None
     publisher.stdout.readline()
@@ -262,6 +267,56 @@ def large(bench: Bench, folder: Path, gigabytes: float) -> None:
     finally:
         publisher.kill()
         publisher.wait()
+    cell = ['rosrun', 'process_visualizer', 'cell']
+    for command in (['report', str(bag)], ['runs', str(bag)],
+                    ['cut', str(bag), '--from', '1:00', '--to', '1:05', '-o',
+                     str(folder / 'cut.bag')]):
+        _print_effort(command[0], [*cell, *command])
+    _print_seeks(bag)
+
+
+def _print_effort(name: str, command: Sequence[str]) -> None:
+    """Print how long a command takes, and the largest memory of its processes."""
+    begin_s = time.monotonic()
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    text = process.stdout.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    print(f'cell {name}: {time.monotonic() - begin_s:.1f} s, {usage.ru_maxrss >> 10} MB, '
+          f'status {status}, {text.strip().splitlines()[-1:]}', flush=True)
+
+
+def _print_seeks(bag: Path, count: int = 50) -> None:
+    """Print how long seeks of the player take until the joints of the position have come."""
+    arrived = threading.Event()
+    subscription = rospy.Subscriber(JOINTS, rospy.AnyMsg, lambda _: arrived.set())
+    begin_s = time.monotonic()
+    with playing(OURS, bag, ['--pause', '-k']) as process:
+        rospy.wait_for_service('/bag_player/seek', WITHIN_S)
+        seek = rospy.ServiceProxy('/bag_player/seek', Seek)
+        seek(0.0)
+        arrived.wait(WITHIN_S)
+        opened_s = time.monotonic() - begin_s
+        length_s = rospy.wait_for_message('/bag_player/state', PlayerState, WITHIN_S).duration
+        took_ms = []
+        for position_s in np.random.default_rng(1).uniform(0.0, length_s, count):
+            arrived.clear()
+            begin_s = time.monotonic()
+            seek(float(position_s))
+            arrived.wait(WITHIN_S)
+            took_ms.append(1e3 * (time.monotonic() - begin_s))
+        memory = next(line for line in Path(f'/proc/{_player_of(process.pid)}/status')
+                      .read_text().splitlines() if line.startswith('VmHWM'))
+    subscription.unregister()
+    print(f'player: {opened_s:.1f} s to the first joints, {memory}; {count} seeks in '
+          f'{length_s:.0f} s: p50 {np.percentile(took_ms, 50):.0f}, p95 '
+          f'{np.percentile(took_ms, 95):.0f}, at most {max(took_ms):.0f} ms', flush=True)
+
+
+def _player_of(pid: int) -> int:
+    """Return the process that rosrun has become or started."""
+    children = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
+    return _player_of(int(children[0])) if children else pid
 
 
 class SetClock:
@@ -323,14 +378,13 @@ rospy.spin()
 _LARGE_MESSAGES = '''
 import os, rospy, std_msgs.msg
 rospy.init_node('large')
-publisher = rospy.Publisher('/large', std_msgs.msg.ByteMultiArray, queue_size=1)
 class Bytes(std_msgs.msg.ByteMultiArray):
     def serialize(self, buffer):
         buffer.write(bytes(8) + len(data).to_bytes(4, 'little') + data)
 data = os.urandom(4 << 20)
 publisher = rospy.Publisher('/large', Bytes, queue_size=1)
 print('up', flush=True)
-rate = rospy.Rate(20)
+rate = rospy.Rate(12)
 while not rospy.is_shutdown():
     publisher.publish(Bytes())
     rate.sleep()

@@ -59,6 +59,7 @@ def advised(error: BagUnindexed) -> BagError:
 
 
 def _add_bags(command: argparse.ArgumentParser) -> None:
+    command.set_defaults(repeated='bags')
     command.add_argument('bags', metavar='BAG', nargs='+',
                          help='the bag, or all parts of one recording')
 

@@ -25,6 +25,7 @@ from process_visualizer.shown_text import say
 def add_span_options(command: argparse.ArgumentParser, output_help: str,
                      reference_help: str = 'good runs to compare them with') -> None:
     """Add the options that name runs, good runs, a part of them, and the file to write."""
+    command.set_defaults(repeated='runs')
     command.add_argument('runs', metavar='RUN', nargs='+',
                          help='a recording, or one run of it: BAG or BAG#NUMBER')
     if reference_help:

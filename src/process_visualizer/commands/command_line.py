@@ -101,7 +101,7 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; returns its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    options = _parser().parse_args([word for word in words if not _NAMED_VALUE.match(word)])
+    options = _parsed([word for word in words if not _NAMED_VALUE.match(word)])
     named = list(filter(_NAMED_VALUE.match, words))  # argparse takes them in one place only
     try:
         if hasattr(options, 'bag_command'):
@@ -118,6 +118,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             OSError) as error:
         say(f'cell: {error}', file=sys.stderr)
         return 1
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    """Return the options; a command's repeated words, such as bags, may stand between options.
+
+    argparse alone takes them in one place only.
+    """
+    parser = _parser()
+    options, rest = parser.parse_known_args(words)
+    repeated = getattr(options, getattr(options, 'repeated', ''), None)
+    if rest and (repeated is None or any(word.startswith('-') for word in rest)):
+        parser.error(f'unrecognized arguments: {" ".join(rest)}')
+    if rest:
+        repeated.extend(rest)
+    return options
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -25,6 +25,7 @@ from process_visualizer.whole_file import write_text
 
 def add_runs_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell runs``."""
+    command.set_defaults(repeated='bags')
     command.add_argument('bags', metavar='BAG', nargs='+', help='recordings')
     command.add_argument('--json', action='store_true', help='output for programs')
     _add_config(command)
@@ -32,6 +33,7 @@ def add_runs_options(command: argparse.ArgumentParser) -> None:
 
 def add_compare_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell compare``."""
+    command.set_defaults(repeated='runs')
     command.add_argument('runs', metavar='RUN', nargs='+',
                          help='a recording, or runs of it: BAG, BAG#NUMBER or BAG#FIRST-LAST')
     command.add_argument('--reference', metavar='GOOD', nargs='+', required=True,

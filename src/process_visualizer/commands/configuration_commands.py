@@ -147,6 +147,7 @@ DEFAULT_FILE = 'cell.xml'
 
 def add_new_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell new``."""
+    command.set_defaults(repeated='bags')
     command.add_argument('bags', metavar='BAG', nargs='*',
                          help='use this recording instead of what is running')
     command.add_argument('-o', '--output', metavar='FILE', default=DEFAULT_FILE,
@@ -191,6 +192,7 @@ def check_master() -> None:
 
 def add_trust_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell trust``."""
+    command.set_defaults(repeated='packages')
     command.add_argument('packages', metavar='PACKAGE', nargs='*',
                          help='an installed package; default: list those that are trusted')
     command.add_argument('--remove', action='store_true', help='trust them no more')

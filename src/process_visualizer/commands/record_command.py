@@ -70,6 +70,7 @@ class RecordOptions:
 
 def add_record_options(command: argparse.ArgumentParser) -> None:
     """Add the options of the command to its parser."""
+    command.set_defaults(repeated='words')
     command.add_argument('words', metavar='CONFIG|TOPIC', nargs='*',
                          help='the configuration file, topics, or both')
     _add_choice(command.add_argument_group('what is recorded'))

@@ -384,3 +384,14 @@ def test_run_without_a_folder_for_its_record(cell: Cell, write: Write, tmp_path:
     code, _, errors = cell('run', write(TABLE), '--no-rviz', '--output', 'made')
     assert code == 1
     assert errors[-1].startswith('cell: [Errno 20] Not a directory: ')
+
+
+def test_repeated_words_may_stand_between_options(cell: Cell) -> None:
+    code, lines, errors = cell('record', 'a.xml', '-O', 'name', 'b.xml')
+    assert (code, lines) == (1, [])
+    assert errors == ['cell: one configuration is recorded at a time, not a.xml and b.xml']
+
+
+def test_an_unknown_option_is_none_of_them(cell: Cell) -> None:
+    code, _, errors = cell('record', 'a.xml', '--fast', '/topic')
+    assert (code, errors[-1]) == (2, 'cell: error: unrecognized arguments: --fast /topic')
