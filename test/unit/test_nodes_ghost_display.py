@@ -8,7 +8,10 @@ from typing import Dict, Optional, Sequence
 
 import numpy as np
 import pytest
+from rospy import Time
+from sensor_msgs.msg import JointState
 from simulated_node import SimulatedNode
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from process_visualizer.clients.ghost_client import ghost_request
@@ -59,12 +62,17 @@ class Scene:
         assert answer.success == (answer.message == '')
         return str(answer.message)
 
-    def say(self, position_s: float, rate: float = 0.0) -> None:
+    def say(self, position_s: float, rate: float = 0.0, segment: int = 0) -> None:
         """As the player does: paused at a position, or playing from there on."""
         now = self.node.now()
         self.node.send(PLAYER_STATE_TOPIC, PlayerState(
             stamp=now, since=now, position=position_s, rate=rate or 1.0, paused=rate == 0.0,
-            duration=TIMES_S[-1]))
+            segment=segment, duration=TIMES_S[-1]))
+
+    def draw_robot(self, stamp_s: float) -> None:
+        """Let joint states move the robot's picture only now, though they are of this time."""
+        self.node.send('/arm/joint_states', JointState(
+            Header(stamp=Time.from_sec(stamp_s)), ['turn'], [0.0], [], []))
 
     def wait(self, duration_s: float = PICTURE_S) -> int:
         """Let time pass, and draw; return how many messages came."""
@@ -186,3 +194,45 @@ def test_what_cannot_be_shown_is_told(scene: Scene) -> None:
     vectors = np.zeros((9, 3))
     refused = scene.show((), (ReferenceArrow('feed', 'a', 'a', (0.0, 0.0, 0.0), TIMES_S, vectors),))
     assert refused.startswith('feed: ') and 'positions of 3 joints at' in refused
+
+
+@pytest.mark.parametrize('rate', [1.0, -1.0, 4.0])
+def test_it_is_where_the_robot_is_drawn_on_a_computer_that_is_late(scene: Scene, rate: float
+                                                                   ) -> None:
+    """The joints of 0.2 s ago move the robot's picture now; those of another part move nothing."""
+    scene.show((track(),))
+    scene.say(5.0, rate)
+    begin_s = scene.node.now().to_sec()
+    scene.wait(0.4)
+    scene.draw_robot(begin_s + 0.2)
+    scene.wait()
+    error_m = scene.error_m(5.0 + 0.2 * rate)
+    assert error_m is not None and error_m < 1e-3
+    scene.say(14.0, rate, segment=1)
+    scene.wait()
+    error_m = scene.error_m(14.0 + PICTURE_S * rate)
+    assert error_m is not None and error_m < 1e-2
+
+
+def test_a_robot_whose_joints_have_ended_does_not_hold_it(scene: Scene) -> None:
+    scene.show((track(),))
+    scene.say(5.0, 1.0)
+    scene.draw_robot(scene.node.now().to_sec())
+    scene.wait(0.9)
+    error_m = scene.error_m(5.9)
+    assert error_m is not None and error_m < 5e-2
+
+
+def test_at_rest_it_is_at_the_position_whatever_was_drawn_before(scene: Scene) -> None:
+    scene.show((track(),))
+    scene.say(5.0)
+    scene.draw_robot(scene.node.now().to_sec() - 0.1)
+    scene.wait()
+    error_m = scene.error_m(5.0)
+    assert error_m is not None and error_m < 1e-3
+
+
+def test_nobody_listens_to_joints_without_a_ghost(scene: Scene) -> None:
+    for tracks in ((track(),), ()):
+        scene.show(tracks)
+        assert scene.node.listens('/arm/joint_states') is bool(tracks)

@@ -32,6 +32,9 @@ from process_visualizer.srv import (
 
 RATE_HZ = 30.0
 _CALM_S = 0.25  # while nothing moves: before RViz takes the markers for dead
+_BEHIND_S = 0.5
+"""A robot's picture that is further behind has no joints to follow: it moves no longer. Of the
+recording while that is played fast."""
 
 
 class GhostDisplay:
@@ -43,6 +46,7 @@ class GhostDisplay:
         self._lock = threading.Lock()
         self._robots: Tuple[GhostRobot, ...] = ()
         self._arrows: Tuple[GhostArrow, ...] = ()
+        self._joints: Tuple[LiveJoints, ...] = ()  # of the robots beside a recording's ghost
         self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, when
         self._is_drawn = False
         self._publisher = node.publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
@@ -59,7 +63,8 @@ class GhostDisplay:
             arrows = tuple(ghost_arrow(it) for it in request.arrows)
         except ValueError as error:
             return ShowGhostResponse(False, str(error))
-        self._take(robots, arrows, None, True)
+        joints = tuple(LiveJoints(self._node, it.device) for it in robots)
+        self._take(robots, arrows, None, True, joints)
         return ShowGhostResponse(True, '')
 
     def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
@@ -77,13 +82,17 @@ class GhostDisplay:
         return FollowGhostResponse(True, '')
 
     def _take(self, robots: Tuple[GhostRobot, ...], arrows: Tuple[GhostArrow, ...],
-              follower: Optional[LiveFollower], is_visible: bool) -> None:
+              follower: Optional[LiveFollower], is_visible: bool,
+              joints: Tuple[LiveJoints, ...] = ()) -> None:
         with self._lock:
             before, self._follower, self._is_visible = self._follower, follower, is_visible
+            unused, self._joints = self._joints, joints
             self._robots, self._arrows, self._drawn = robots, arrows, (None, -1.0)
             self._publish(nothing())
         if before is not None:
             before.close()
+        for it in unused:
+            it.close()
 
     def _robot(self, message: GhostRobotMessage, here: Optional[Joints]) -> GhostRobot:
         """Return a robot out of a message, with the model that is on the parameter server.
@@ -108,10 +117,21 @@ class GhostDisplay:
                 self._draw_at(time_s if self._is_visible else None, now_s)
 
     def _position_s(self, now_s: float) -> Optional[float]:
-        """The position in the recording; None without a player."""
+        """The position in the recording at which the robots are drawn; None without a player.
+
+        On a busy computer that is some time ago: their picture waits for several programs.
+        """
         clock = self._playback.clock
         present = clock.present(now_s) if clock.follows_player(now_s) else None
-        return None if present is None else present.time_s
+        if present is None:
+            return None
+        stamp_s = max((it.stamp_s for it in self._joints), default=0.0)
+        drawn = clock.bag_time(stamp_s) if stamp_s and present.rate else None
+        if drawn is None or drawn.segment != present.segment:
+            return present.time_s
+        behind_s = abs(present.time_s - drawn.time_s)
+        return drawn.time_s if behind_s <= _BEHIND_S * max(abs(present.rate), 1.0) \
+            else present.time_s
 
     def _draw_at(self, position_s: Optional[float], now_s: float) -> None:
         before, drawn_s = self._drawn
