@@ -222,6 +222,26 @@ def test_without_webgl_everything_else_works(shared: Shared) -> None:
         browser.driver.quit()
 
 
+@pytest.mark.parametrize('width', [1000, 1280])
+def test_no_value_is_cut_in_a_narrow_window(shared: Shared, width: int) -> None:
+    """Nor one of a device with a long name."""
+    browser = Browser(shared, *WITH_WEBGL, size=(width, 800))
+    try:
+        browser.run("""const rows = document.querySelectorAll('#numbers tr');
+            rows[0].children[0].append('_with_a_name_of_forty_or_so_characters');
+            const text = ' no data for 12.3 s'.repeat(3);
+            rows[rows.length - 1].children[1].append(text)""")
+        assert browser.run("""const panel = document.getElementById('values');
+            const right = panel.getBoundingClientRect().right;
+            return [...panel.querySelectorAll('th, td')].filter(it =>
+                it.scrollWidth > it.clientWidth || it.getBoundingClientRect().right > right)
+                .map(it => it.textContent)""") == []
+        assert browser.run('return document.documentElement.scrollWidth '
+                           '<= document.documentElement.clientWidth')
+    finally:
+        browser.driver.quit()
+
+
 def test_a_phone_shows_it_without_scrolling_sideways(shared: Shared) -> None:
     browser = Browser(shared, *WITH_WEBGL, size=PHONE)
     try:
