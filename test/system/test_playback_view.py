@@ -104,12 +104,12 @@ def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulat
 
 
 def test_a_robot_that_sends_joints_only_has_a_picture(ros_environment, screen, run_cell, tmp_path):
-    """Its arrows never come, and the picture does not wait for them."""
+    """Its tool and thus its arrows never come, and the picture does not wait for them."""
     (tmp_path / 'door.urdf').write_text(DOOR)
     config = tmp_path / 'cell.xml'
     config.write_text('<visualizer><device type="robot" name="door"><model path="door.urdf"/>'
                       '<base frame="wall"/><topic name="joint_states" type="joint_states"/>'
-                      '</device></visualizer>')
+                      '<topic name="tcf" type="tool_center_frame"/></device></visualizer>')
     bag = str(tmp_path / 'door.bag')
     with rosbag.Bag(bag, 'w') as recording:
         for number in range(200):
