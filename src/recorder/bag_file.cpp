@@ -104,7 +104,7 @@ std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes) {
   if (error) throw RecordingError(folder + ": " + error.message() + "; choose another folder");
   if (space.available < bytes)
     throw RecordingError(folder + ": less than " + std::to_string((bytes + (1 << 20) - 1) >> 20) +
-                         " MB are free; make room or choose another folder");
+                         " MiB are free; make room or choose another folder");
   return space.available;
 }
 

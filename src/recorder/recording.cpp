@@ -198,7 +198,7 @@ void Recording::look() {
   }
   if (free < options_.minimum_free_bytes)
     setProblem("the recording was stopped, because less than " +
-               std::to_string(options_.minimum_free_bytes >> 20) + " MB are free in " +
+               std::to_string(options_.minimum_free_bytes >> 20) + " MiB are free in " +
                folderOf(options_.path) + "; the bag is complete until then");
 }
 

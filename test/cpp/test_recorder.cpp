@@ -68,7 +68,7 @@ TEST(Folders, WithoutRoomAreNamed) {
     FAIL();
   } catch (const RecordingError& error) {
     EXPECT_EQ(std::string(error.what()),
-              "/tmp: less than 4398046511105 MB are free; make room or choose another folder");
+              "/tmp: less than 4398046511105 MiB are free; make room or choose another folder");
   }
 }
 
@@ -352,7 +352,7 @@ TEST_F(Recordings, EndWhereRoomBecomesScarceAndHaveAllUntilThen) {
   EXPECT_FALSE(recording.push(messageAt(3, connection, 100, 3)));
   recording.stop();
   EXPECT_EQ(recording.status().problem,
-            "the recording was stopped, because less than 1 MB are free in " + folder_ +
+            "the recording was stopped, because less than 1 MiB are free in " + folder_ +
                 "; the bag is complete until then");
   EXPECT_EQ(recording.status().free_bytes, (1u << 20) - 1);
   EXPECT_TRUE(recording.unwritten().empty());

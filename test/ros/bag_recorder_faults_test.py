@@ -124,7 +124,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             rospy.set_param(f'{recorder.node}/minimum_free_megabytes', 2_000_000_000)
             for command in (recorder.client.start, recorder.client.save_recent,
                             lambda options: recorder.client.copy_recent(options.folder)):
-                with self.assertRaisesRegex(RecorderError, 'MB are free; make room'):
+                with self.assertRaisesRegex(RecorderError, 'MiB are free; make room'):
                     command(RecordingOptions((topic,), recorder.folder))
             self.assertEqual(recorder.files(), [])
         with RecorderUnderTest() as recorder, \

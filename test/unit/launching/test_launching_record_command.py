@@ -22,7 +22,7 @@ from process_visualizer.clients.bag_recorder import (
 from process_visualizer.commands.record_command import RecordRun, add_record_options, record_options
 from process_visualizer.msg import RecorderState
 
-FULL = 'the recording was stopped, because less than 1 MB are free in /bags'
+FULL = 'the recording was stopped, because less than 1 MiB are free in /bags'
 
 
 class Recorder:
