@@ -17,6 +17,7 @@ from process_visualizer.bagio.recorder_topics import CONFIGURATION
 
 ELSEWHERE = '/home/somebody/cells'
 _ROBOT = '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r">{}<link name="base"/>{}</robot>'
+_JOINT = '<joint name="j" type="fixed"><parent link="base"/><child link="a"/></joint>'
 
 
 class Hostile(NamedTuple):
@@ -112,6 +113,25 @@ def hostile(canaries: Path, port: int) -> List[Hostile]:
             f'<child link="l{number}"/></joint>' for number, uri in enumerate((
                 f'http://127.0.0.1:{port}/a.dae', f'file://{outside}.dae', '../../a.stl',
                 'package://sewing_cell/../../../outside.dae')))))),
+        Hostile('hidden_mesh', 'installed packages only', '<base frame="base"/><model '
+                'path="arm.urdf"/>', files=model(_ROBOT.format('', '<link name="a"><visual '
+                'xmlns="x"><geometry><mesh filename="http://127.0.0.1:'
+                f'{port}/a.dae"/></geometry></visual></link>{_JOINT}'), 'arm.urdf')),
+        Hostile('zero_mesh', 'installed packages only', beside, files=model(_ROBOT.format(
+            '', '<link name="a"><visual><geometry><mesh filename="package://sewing_cell/%00.dae"/>'
+            f'</geometry></visual></link>{_JOINT}'))),
+        Hostile('xacro_module', 'may not read', beside, files=expression(
+            f'xacro.load_yaml(&quot;{outside}.py&quot;)')),
+        Hostile('xacro_text', 'more than 10000000 characters', beside, files=expression(
+            '&quot;x&quot;*(3*10**7)')),
+        Hostile('nested_model', 'more than 100 deep', '<base frame="base"/><model '
+                'path="arm.urdf"/>', files=model(_ROBOT.format(
+                    '', '<a>' * 10_000 + '</a>' * 10_000), 'arm.urdf')),
+        Hostile('many_links', 'more than 1000 links', '<base frame="base"/><model '
+                'path="arm.urdf"/>', files=model(_ROBOT.format('', ''.join(
+                    f'<link name="l{it}"/>' for it in range(20_000))), 'arm.urdf')),
+        Hostile('many_tags', '"textfile"', '<param name="a" textfile="/etc/passwd"/>',
+                f'<!-- {"<model " * 150_000} -->', model('<robot name="r"/>', '../arm.urdf')),
         Hostile('entities', 'DOCTYPE', '<base frame="base"/><model path="arm.urdf"/>', files=model(
             '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;">]>' + _ROBOT.format('', ''),
             'arm.urdf')),

@@ -63,7 +63,7 @@ def _naming(text: str, file: str, model: str, place: str) -> str:
     """The text of a file that names a model at another place."""
     before, behind = (os.path.relpath(it, os.path.dirname(file)) for it in (model, place))
     names = '|'.join(map(re.escape, (model, before, f'$(dirname)/{before}')))
-    return re.sub(rf'(<model\b[^>]*\bpath\s*=\s*)(["\'])(?:{names})\2',
+    return re.sub(rf'(<model\b[^<>]*\bpath\s*=\s*)(["\'])(?:{names})\2',
                   lambda it: f'{it[1]}{it[2]}{behind}{it[2]}', text)
 
 

@@ -44,9 +44,12 @@ OPENED = Provenance()
 
 
 def is_below(path: str, folder: str) -> bool:
-    """Return whether a file is in a folder, or below it, when all links are followed."""
+    """Return whether a file is in a folder, or below it, when all links are followed.
+
+    A path with a zero byte is nowhere.
+    """
     top = os.path.realpath(folder)
-    return os.path.commonpath([top, os.path.realpath(path)]) == top
+    return '\0' not in path and os.path.commonpath([top, os.path.realpath(path)]) == top
 
 
 def in_a_package(path: str) -> bool:

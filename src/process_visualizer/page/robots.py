@@ -9,7 +9,7 @@ import numpy as np
 from process_visualizer.cell.model import Device
 from process_visualizer.page.packed import Packed
 from process_visualizer.robot.joints import JointTrack
-from process_visualizer.robot.kinematics import MOVABLE, Kinematics, Placement
+from process_visualizer.robot.kinematics import MOVABLE, Joint, Kinematics, Placement
 from process_visualizer.robot.placements import Placements, constant, interpolated, of_joint
 from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.runs.comparison.ghost import GhostTrack
@@ -141,29 +141,27 @@ def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict
     """
     found: Dict[str, Place] = {}
     for link in kinematics.links:
-        _add_link(kinematics, link, base, rows, found)
+        chain: List[str] = []  # a model may name a child before its parent
+        above: Optional[str] = link
+        while above is not None and above not in found:
+            chain.append(above)
+            joint = kinematics.joint(above)
+            above = None if joint is None else joint.parent
+        for it in reversed(chain):
+            joint = kinematics.joint(it)
+            found[it] = base if joint is None else _moved_by(joint, found[joint.parent], rows)
     return found
 
 
-def _add_link(kinematics: Kinematics, link: str, base: Place, rows: RowsOfJoints,
-              found: Dict[str, Place]) -> None:
-    if link in found:
-        return
-    joint = kinematics.joint(link)
-    if joint is None:
-        found[link] = base
-        return
-    if joint.parent not in found:
-        _add_link(kinematics, joint.parent, base, rows, found)
-    parent = found[joint.parent]
+def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
+    """Return where the child of a joint is."""
     if joint.kind not in MOVABLE:
-        found[link] = carried(parent, joint.origin)
-    elif joint.name in rows.positions:
+        return carried(parent, joint.origin)
+    if joint.name in rows.positions:
         moved = of_joint(joint, rows.positions[joint.name])
         outer = constant(parent) if isinstance(parent, Placement) else parent.places
-        found[link] = Moving(rows.times_s, outer.then(moved))
-    else:
-        found[link] = carried(parent, joint.placement({joint.name: 0.0}) or Placement())
+        return Moving(rows.times_s, outer.then(moved))
+    return carried(parent, joint.placement({joint.name: 0.0}) or Placement())
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:

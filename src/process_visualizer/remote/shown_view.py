@@ -14,6 +14,7 @@ import yaml
 from process_visualizer.cell.elements import DISPLAY_TYPES
 from process_visualizer.cell.values import plain_yaml
 from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, OfferedMesh, digest_of
+from process_visualizer.robot.kinematics import urdf_root
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.rviz.views import onlooker_view
 
@@ -227,9 +228,9 @@ def _root(text: str) -> ElementTree.Element:
     if len(text) > _MAX_MODEL_TEXT or '<!DOCTYPE' in text or '<!ENTITY' in text:
         raise ValueError('a model is too long, or declares a DOCTYPE')
     try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError, RecursionError) as error:
-        raise ValueError(f'a model is no XML: {error}') from None
+        root = urdf_root(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f'a model cannot be read: {error}') from None
     if root.tag != 'robot':
         raise ValueError('a model does not begin with <robot>')
     return root

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
+from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Dict, FrozenSet, Iterable, List, Mapping, Optional, Tuple
 from xml.etree import ElementTree
@@ -15,12 +16,13 @@ from process_visualizer.cell.errors import Problem, missing_file, root_as_global
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.trust import is_below
-from process_visualizer.robot.kinematics import MOVABLE
+from process_visualizer.robot.kinematics import MOVABLE, urdf_root
 from process_visualizer.robot.model_resources import (
     missing_resources,
     with_resources,
     without_foreign_resources,
 )
+from process_visualizer.robot.xacro_child import MAX_CHARACTERS
 from process_visualizer.robot.xacro_file import XacroError, expand_xacro
 
 _LINKS = (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link'),
@@ -42,6 +44,8 @@ def rename_links(robot: ElementTree.Element, prefix: str) -> None:
                 element.set(attribute, f'{prefix}{name}')
 
 
+_MOST_LINKS = 1000
+"""Of a model that is data: far more than a robot has."""
 _OWN_CONFIGURATION = 'name a configuration of your own with --config'
 
 
@@ -75,6 +79,18 @@ class RobotDescription:
     def children(self, link: str) -> List[str]:
         """The links whose parent is this one, in file order."""
         return [child for child in self.links if self.parents.get(child) == link]
+
+    @property
+    def connected_links(self) -> FrozenSet[str]:
+        """The root link, and the links that joints connect to it."""
+        children: Dict[str, List[str]] = {}
+        for child, parent in self.parents.items():
+            children.setdefault(parent, []).append(child)
+        found, level = {self.root_link}, [self.root_link]
+        while level:
+            level = [child for it in level for child in children.get(it, ()) if child not in found]
+            found.update(level)
+        return frozenset(found)
 
     def ancestors(self, link: str) -> List[str]:
         """The links from the parent of this one to the root; ends where they would repeat."""
@@ -123,18 +139,23 @@ def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (
         ModelError: it cannot be read, or is not a robot description; names the file.
     """
     text = _expand(path, arguments, confined_to) if path.endswith('.xacro') else _read(path)
+    if confined_to and len(text) > MAX_CHARACTERS:
+        raise ModelError(f'{path}: a model in a recording may not have more than '
+                         f'{MAX_CHARACTERS} characters')
     if confined_to and '<!DOCTYPE' in text:
         raise ModelError(f'{path}: a model in a recording may not declare a DOCTYPE')
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ModelError(f'{path}: not well-formed XML: {error}') from None
+        root = urdf_root(text)
+    except ValueError as error:
+        raise ModelError(f'{path}: {error}') from None
     if root.tag != 'robot':
         raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
     ignored = without_foreign_resources(root) if confined_to else []
+    if confined_to:
+        _check_size(path, root)
     if prefix:
         rename_links(root, prefix)
-    if prefix or ignored:
+    if prefix or confined_to:  # a namespace, or a comment, may say something else to other readers
         text = ElementTree.tostring(root, encoding='unicode')
     _check_with_urdfdom(path, text)
     description = _describe(text, root)
@@ -157,13 +178,22 @@ def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str)
         raise ModelError(str(error)) from None
 
 
+def _check_size(path: str, root: ElementTree.Element) -> None:
+    """Check what a model that is data asks of those who compute where its links are."""
+    count = len(root.findall('link'))
+    if count > _MOST_LINKS:
+        raise ModelError(f'{path}: a model in a recording may not have more than {_MOST_LINKS} '
+                         f'links, and it has {count}; {_OWN_CONFIGURATION}')
+
+
 def _check_with_urdfdom(path: str, text: str) -> None:
     with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
         file.write(text)
         file.flush()
         try:
             check = subprocess.run(['check_urdf', file.name], stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, text=True, timeout=30, check=False)
+                                   stderr=subprocess.STDOUT, text=True,
+                                   errors='backslashreplace', timeout=30, check=False)
         except FileNotFoundError:
             raise ModelError('check_urdf is not installed; install liburdfdom-tools') from None
         except subprocess.TimeoutExpired:
@@ -176,11 +206,12 @@ def _check_tree(path: str, description: RobotDescription, root: ElementTree.Elem
     """Check what urdfdom does not: unnamed links, a second parent, links in a circle."""
     if '' in description.links:
         raise ModelError(f'{path}: not a valid URDF: a link has no name')
-    children = [child.get('link', '') for child in root.findall('joint/child')]
+    children = Counter(child.get('link', '') for child in root.findall('joint/child'))
+    connected = description.connected_links
     for link in description.parents:
-        if children.count(link) > 1:
+        if children[link] > 1:
             raise ModelError(f'{path}: not a valid URDF: the link "{link}" has two parents')
-        if description.root_link not in description.ancestors(link):
+        if link not in connected:
             raise ModelError(f'{path}: not a valid URDF: the link "{link}" is not connected to '
                              f'the root link "{description.root_link}"')
 

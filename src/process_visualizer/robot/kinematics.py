@@ -200,16 +200,26 @@ class Kinematics:
         return joints
 
 
+_DEEPEST = 100
+"""Programs go down the elements of a model by calling themselves, RViz too."""
+
+
 def urdf_root(text: str) -> ElementTree.Element:
     """Return the root element of a URDF.
 
     Raises:
-        ValueError: it is not XML.
+        ValueError: it is not XML, or its elements are nested too deeply.
     """
     try:
-        return ElementTree.fromstring(text)
+        root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise ValueError(f'not well-formed XML: {error}') from None
+    level, depth = [root], 1
+    while level:
+        if depth > _DEEPEST:
+            raise ValueError(f'elements are nested more than {_DEEPEST} deep')
+        level, depth = [child for it in level for child in it], depth + 1
+    return root
 
 
 def origin_of(element: ElementTree.Element) -> Placement:

@@ -47,7 +47,8 @@ def with_resources(text: str, model_file: str) -> str:
 def without_foreign_resources(root: ElementTree.Element) -> List[str]:
     """Take meshes and textures that are in no installed package out of a URDF; return their names.
 
-    RViz would open any file and ask any computer for them.
+    RViz would open any file and ask any computer for them. Its reader of XML knows no namespaces,
+    so an element in one counts like any other.
     """
     packages = rospkg.RosPack()
     foreign: List[str] = []
@@ -61,9 +62,14 @@ def without_foreign_resources(root: ElementTree.Element) -> List[str]:
 
 def _named_in(element: ElementTree.Element) -> List[ElementTree.Element]:
     """The mesh or texture that an element is, or in whose place it stands as a whole."""
-    if element.tag in ('visual', 'collision'):
-        return list(element.iter('mesh'))
-    return [element] if element.tag in ('mesh', 'texture') else []
+    tag = _local_name(element)
+    if tag in ('visual', 'collision'):
+        return [it for it in element.iter() if _local_name(it) == 'mesh']
+    return [element] if tag in ('mesh', 'texture') else []
+
+
+def _local_name(element: ElementTree.Element) -> str:
+    return element.tag.rpartition('}')[2]
 
 
 def _is_foreign(uri: str, packages: rospkg.RosPack) -> bool:

@@ -16,10 +16,23 @@ import os
 import re
 import resource
 import sys
+import sysconfig
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Dict, FrozenSet, List, Mapping, NamedTuple, Optional, Sequence, Set
+from typing import (
+    Any,
+    Dict,
+    FrozenSet,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Set,
+)
 from xml.dom import minidom
 from xml.parsers import expat
 from xml.parsers.expat import ExpatError
@@ -37,6 +50,9 @@ from process_visualizer.robot.xacro_command import import_xacro, xacro_version
 # connections, and expressions that reach into Python.
 
 _MEMORY_BYTES, _TIME_S = 2_000_000_000, 30
+MAX_CHARACTERS = 10_000_000
+"""Of a model that is data."""
+_MAX_REASON = 2000
 _REFUSED = frozenset((
     'code', 'ctypes', 'fcntl', 'ftplib', 'function', 'gc', 'http', 'imaplib', 'mmap', 'nntplib',
     'os', 'pickle', 'poplib', 'pty', 'resource', 'setopencodehook', 'shutil', 'signal', 'smtplib',
@@ -54,10 +70,36 @@ _REACHING_NAMES = frozenset(('vars', 'mro', 'format', 'format_map', 'getattr', '
 _NEEDED_LATER = ('yaml', 'xacro.substitution_args', 'roslaunch.substitution_args')
 """Modules that xacro, as its version may be, imports only when a file needs them."""
 _VARIABLES = ('ROS_PACKAGE_PATH', 'ROS_ROOT')
+_MANIFESTS = ('package.xml', 'manifest.xml', 'stack.xml')
+_CODE = ('.py', '.pyc')
 
 
 class LimitError(Exception):
     """A model does what one of a recording may not; says what."""
+
+
+class _Readable(NamedTuple):
+    """Folders: those of all files, of Python's modules, and of what says where packages are.
+
+    In the last ones there are links to packages, which others of the same name may hide.
+    """
+
+    files: FrozenSet[str]
+    code: FrozenSet[str]
+    manifests: FrozenSet[str]
+
+
+def _real(folders: Iterable[str]) -> FrozenSet[str]:
+    return frozenset(os.path.realpath(it) for it in folders)
+
+
+def _code_folders() -> Iterator[str]:
+    """Python's own library, and the folders of modules that are imported already."""
+    yield from (sysconfig.get_path(name) for name in ('stdlib', 'platstdlib'))
+    for module in list(sys.modules.values()):
+        file = getattr(module, '__file__', None)
+        if file:
+            yield os.path.dirname(file)
 
 
 def limit_this_process(folder: str) -> None:
@@ -69,8 +111,9 @@ def limit_this_process(folder: str) -> None:
         with suppress(ImportError):
             importlib.import_module(name)
     packages = rospkg.RosPack()
-    readable = frozenset(os.path.realpath(it) for it in (
-        folder, *(packages.get_path(name) for name in packages.list())))
+    readable = _Readable(
+        _real((folder, *(packages.get_path(name) for name in packages.list()))),
+        _real(_code_folders()), frozenset(map(os.path.abspath, packages.get_ros_paths())))
     for name in list(os.environ):
         if name not in _VARIABLES:
             del os.environ[name]
@@ -79,7 +122,7 @@ def limit_this_process(folder: str) -> None:
     sys.addaudithook(lambda event, values: _check(event, values, readable))
 
 
-def _check(event: str, values: Sequence[Any], readable: FrozenSet[str]) -> None:
+def _check(event: str, values: Sequence[Any], readable: _Readable) -> None:
     """Raise LimitError if an audit event may not happen."""
     if event == 'open':
         _check_open(values[0], int(values[2] or 0), readable)
@@ -89,20 +132,26 @@ def _check(event: str, values: Sequence[Any], readable: FrozenSet[str]) -> None:
         raise LimitError(f'a model in a recording may not use {event}')
 
 
-def _check_open(path: Any, flags: int, readable: FrozenSet[str]) -> None:
+def _check_open(path: Any, flags: int, readable: _Readable) -> None:
     if isinstance(path, int):
         return
     name = os.path.realpath(os.fsdecode(path))
     if flags & _WRITING:
         raise LimitError(f'a model in a recording may not write "{name}"')
-    if os.path.basename(name) in ('package.xml', 'manifest.xml') or name.endswith(('.py', '.pyc')):
-        return
-    above = name
-    while above not in readable:
-        if os.path.dirname(above) == above:
-            raise LimitError(f'a model in a recording may not read "{name}", which is in no '
-                             'package')
+    is_readable = (_is_below(name, readable.files)
+                   or name.endswith(_CODE) and _is_below(name, readable.code)
+                   or os.path.basename(name) in _MANIFESTS
+                   and _is_below(os.path.abspath(os.fsdecode(path)), readable.manifests))
+    if not is_readable:
+        raise LimitError(f'a model in a recording may not read "{name}", which is in no package')
+
+
+def _is_below(name: str, folders: FrozenSet[str]) -> bool:
+    """Return whether a file is in one of the folders, or below one."""
+    above = os.path.dirname(name)
+    while above not in folders and os.path.dirname(above) != above:
         above = os.path.dirname(above)
+    return above in folders
 
 
 def _check_expression(source: Any) -> None:
@@ -210,11 +259,15 @@ def _result(path: str, folder: str, mappings: Dict[str, str]) -> Mapping[str, An
         if folder:
             limit_this_process(folder)
         document = xacro.process_file(path, mappings=dict(mappings))
-        result.update(files=sorted(files), text=document.toprettyxml(indent='  '),
+        text = document.toprettyxml(indent='  ')
+        if folder and len(text) > MAX_CHARACTERS:
+            raise LimitError('a model in a recording may not have more than '
+                             f'{MAX_CHARACTERS} characters')
+        result.update(files=sorted(files), text=text,
                       unused=_unused(mappings, [path, *xacro.all_includes]))
     except Exception as error:  # a xacro file evaluates expressions, which can raise anything
         place = _place(xacro, path, error)
-        result.update(message=' '.join((str(error) or repr(error)).split()),
+        result.update(message=' '.join((str(error) or repr(error)).split())[:_MAX_REASON],
                       package=_missing_package(error), argument=_missing_argument(error),
                       file=place.file, line=place.line)
     return result

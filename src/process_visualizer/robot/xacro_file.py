@@ -143,7 +143,9 @@ def _run(path: str, mappings: Mapping[str, str], confined_to: str) -> Dict[str, 
     command = [sys.executable, '-m', 'process_visualizer.robot.xacro_child',
                os.path.abspath(path), confined_to, *words]
     try:
+        # What a model that is data prints could command the terminal, and could have no end.
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL if confined_to else None,
                               timeout=TIMEOUT_S, check=False, cwd=os.path.dirname(__file__),
                               env=_environment(path, confined_to))
     except subprocess.TimeoutExpired:
@@ -151,6 +153,7 @@ def _run(path: str, mappings: Mapping[str, str], confined_to: str) -> Dict[str, 
     try:
         result: Dict[str, Any] = json.loads(done.stdout)
     except ValueError:
-        raise XacroError(f'{path}: xacro ended with status {done.returncode}; see its output in '
-                         'the terminal') from None
+        why = 'a model in a recording may take 30 s and 2 GB of memory' if confined_to \
+            else 'see its output in the terminal'
+        raise XacroError(f'{path}: xacro ended with status {done.returncode}; {why}') from None
     return result

@@ -74,6 +74,10 @@ BROKEN_URDF: Dict[str, Tuple[str, str]] = {
     'link twice': (robot(links('a', 'a')), "model.urdf: not a valid URDF: link 'a' is not unique"),
     'joint twice': (robot(links('a', 'b', 'c') + joint('j', 'a', 'b') + joint('j', 'a', 'c')),
                     "model.urdf: not a valid URDF: joint 'j' is not unique"),
+    'joint twice, with a sign for terminals': (
+        robot(links('a', 'b', 'c') + joint('j&#x9b;', 'a', 'b') + joint('j&#x9b;', 'a', 'c')),
+        "model.urdf: not a valid URDF: joint 'j\\x9b' is not unique"),
+    'nested': (robot('<a>' * 100 + '</a>' * 100), 'model.urdf: elements are nested more than 100'),
     'no limits': (robot(links('a', 'b') + joint('j', 'a', 'b', 'revolute').replace('<limit', '<x')),
                   'model.urdf: not a valid URDF: Joint [j] is of type REVOLUTE but it does not'),
     'bad number': (robot(links('a', 'b') + joint('j', 'a', 'b', inner='<origin xyz="0 0"/>')),

@@ -16,6 +16,8 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.commands.command_line import main
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
+from process_visualizer.page.robots import RowsOfJoints, link_places
+from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.visuals import MeshError, link_visuals, read_colored_mesh
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -159,3 +161,14 @@ def test_a_robot_of_which_nothing_says_where_it_is_is_named(tmp_path: Path) -> N
     assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
     assert 'cart: the recording does not say where its frame cart is; shown at world' in \
         PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['notes']
+
+
+def test_a_long_chain_of_links_may_be_named_from_its_end() -> None:
+    links = [f'l{number}' for number in range(1000)]
+    joints = ''.join(f'<joint name="j{it}" type="fixed"><origin xyz="1 0 0"/><parent link="{it}"/>'
+                     f'<child link="{child}"/></joint>' for it, child in zip(links, links[1:]))
+    model = Kinematics('<robot name="r">' + ''.join(
+        f'<link name="{it}"/>' for it in reversed(links)) + joints + '</robot>')
+    places = link_places(model, Placement(), RowsOfJoints(np.zeros(0), {}))
+    last = places['l999']
+    assert isinstance(last, Placement) and last.position == (999.0, 0.0, 0.0)

@@ -108,7 +108,9 @@ def test_only_meshes_of_models_are_given_away(tmp_path: Path) -> None:
     assert offered_meshes(paths) == {f'file://{mesh}': OfferedMesh(5, digest_of(b'solid'))}
 
 
-@pytest.mark.parametrize('text', ['<robot', '<a/>', '<!DOCTYPE x><robot/>'])
+@pytest.mark.parametrize('text', [
+    '<robot', '<a/>', '<!DOCTYPE x><robot/>',
+    pytest.param('<robot>' + '<a>' * 1000 + '</a>' * 1000 + '</robot>', id='nested')])
 def test_what_is_no_model_is_told(text: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match='a model'):
         shown_models({'/d': text}, {}, str(tmp_path))

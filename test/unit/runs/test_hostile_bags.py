@@ -23,7 +23,7 @@ def used(tmp_path_factory: pytest.TempPathFactory) -> Dict[str, Any]:
     canaries, made = folder / 'canaries', folder / 'made'
     for path in (canaries, made, folder / 'bags', folder / 'home', folder / 'here'):
         path.mkdir()
-    for ending in ('.xml', '.urdf', '.yaml', '.dae'):
+    for ending in ('.xml', '.urdf', '.yaml', '.dae', '.py'):
         (folder / f'outside{ending}').write_text(
             '<robot name="secret"><link name="secret"/></robot>')
     with socket.socket() as server:
