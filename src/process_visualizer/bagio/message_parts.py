@@ -9,7 +9,18 @@ from __future__ import annotations
 
 import re
 import struct
-from typing import Callable, Collection, Dict, Iterator, NamedTuple, Optional, Tuple
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Tuple,
+    Union,
+)
 
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.message_layout import (
@@ -267,22 +278,57 @@ def _header(example: Data, behind: int) -> bytes:
     return _STAMPED.pack(0, 0, 0) + bytes(example[_STAMPED.size:behind])
 
 
-_MARKERS_PACKAGE = 'visualization_msgs/'
-_FETCHED = re.compile(rb'(?![Pp]ackage:|[Ff]ile:)[A-Za-z][A-Za-z0-9+.-]{1,15}://[^\x00-\x20]+')
+# The meshes that markers name. RViz hands their addresses to libcurl, which takes what has no
+# scheme for a computer, and "http:/x" for "http://x". So what is not known to be here counts.
+
+_HERE = re.compile(rb'(?:package|file):|/(?!/)|\Z', re.IGNORECASE)
+_TEXT, _MESH = 'text', 'mesh'
+_Shape = Tuple[Union[int, str, List[Any]], ...]
+"""Parts one behind the other: so many bytes, a text, the address of a mesh, an array of shapes."""
+_MARKER_SHAPE: _Shape = (12, _TEXT, _TEXT, 117, [_POINT_BYTES], [_COLOR_BYTES], _TEXT, _MESH, 1)
+_CONTROL_SHAPE: _Shape = (_TEXT, 35, [_MARKER_SHAPE], 1, _TEXT)
+_INTERACTIVE_SHAPE: _Shape = (12, _TEXT, 56, _TEXT, _TEXT, 4, [(8, _TEXT, _TEXT, 1)],
+                              [_CONTROL_SHAPE])
+_SHAPES: Dict[str, _Shape] = {
+    '4048c9de2a16f4ae8e0538085ebf1b97': _MARKER_SHAPE,
+    'd155b9ce5188fbaf89745847fd5882d7': ([_MARKER_SHAPE],),
+    'b3c81e785788195d1840b86c28da1aac': _CONTROL_SHAPE,
+    'dd86d22909d5a3364b384492e35c10af': _INTERACTIVE_SHAPE,
+    'd5f2c5045a72456d228676ab91048734': (_TEXT, 8, [_INTERACTIVE_SHAPE]),
+    '710d308d0a9276d65945e92dd30b3946': (_TEXT, 9, [_INTERACTIVE_SHAPE],
+                                         [(12, _TEXT, 56, _TEXT)], [(_TEXT,)])}
+"""By the MD5 sum of the type, by which alone RViz knows markers."""
 
 
 def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
     """Return the address of a mesh that RViz would fetch for a message of markers, or None.
 
-    It is a text of its own in the message: an address in a label does not count. RViz reads
-    messages as markers by the checksum alone.
+    Raises:
+        MessageDamaged: the bytes are no such message.
     """
-    if not (connection.type.startswith(_MARKERS_PACKAGE)
-            or connection.md5sum in (checksum for _, checksum in _DEFINITIONS)):
+    shape = _SHAPES.get(connection.md5sum)
+    if shape is None:
         return None
-    for found in _FETCHED.finditer(data):
-        begin = found.start()
-        length = int.from_bytes(data[max(begin - _LENGTH.size, 0):begin], 'little')
-        if 0 < length <= len(found.group()):
-            return found.group()[:length].decode('utf-8', 'replace')
-    return None
+    found: List[bytes] = []
+    _note_meshes(data, 0, shape, found)
+    return found[0].decode('utf-8', 'replace') if found else None
+
+
+def _note_meshes(data: Data, offset: int, shape: _Shape, found: List[bytes]) -> int:
+    """Note the meshes that are elsewhere; return the place behind the parts."""
+    for part in shape:
+        if isinstance(part, int):
+            offset = checked_end(data, offset, part)
+            continue
+        count, offset = read_length(data, offset)
+        if isinstance(part, str):
+            end = checked_end(data, offset, count)
+            if part is _MESH and count and not _HERE.match(data, offset, end):
+                found.append(bytes(data[offset:end]))
+            offset = end
+        elif isinstance(part[0], int):
+            offset = checked_end(data, offset, count * part[0])
+        else:
+            for _ in range(count):
+                offset = _note_meshes(data, offset, part[0], found)
+    return offset

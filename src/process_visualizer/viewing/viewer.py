@@ -126,9 +126,9 @@ class _OwnTopic:
             return f'{source.caller} sends another {source.type}'
         try:
             self._locator.check(data)
+            mesh = fetched_mesh(self._connection, data)
         except MessageDamaged as error:
             return str(error)
-        mesh = fetched_mesh(self._connection, data)
         return '' if mesh is None else f'RViz would fetch {mesh}'
 
 

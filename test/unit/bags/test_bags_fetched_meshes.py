@@ -9,16 +9,21 @@ from typing import Any
 import pytest
 import rosbag
 from genpy import Time
-from std_msgs.msg import String
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import (
     InteractiveMarker,
     InteractiveMarkerControl,
     InteractiveMarkerInit,
+    InteractiveMarkerPose,
+    InteractiveMarkerUpdate,
     Marker,
     MarkerArray,
+    MenuEntry,
 )
 
 from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.message_parts import fetched_mesh
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.playback.message_loader import MessageLoader
@@ -36,17 +41,25 @@ def found(message: Any) -> 'str | None':
 
 
 @pytest.mark.parametrize('uri', ['http://127.0.0.1:1/a.dae', 'HTTPS://x/a', 'ftp://x/a',
-                                 'sftp://u:p@x/a.stl', 'smb://x/a'])
+                                 'sftp://u:p@x/a.stl', 'smb://x/a', '127.0.0.1:1/a.dae',
+                                 'x/a.dae', 'http:/127.0.0.1:1/a.dae', 'http:x', '//x/a.dae',
+                                 ' http://x/a', './a.dae', 'http:\\\\x/a'])
 def test_what_would_be_fetched(uri: str) -> None:
     control = InteractiveMarkerControl(markers=[mesh(uri)])
     for message in (mesh(uri), mesh(uri, 'label'), MarkerArray([Marker(), mesh(uri)]),
-                    InteractiveMarkerInit(markers=[InteractiveMarker(controls=[control])])):
+                    InteractiveMarkerInit(markers=[InteractiveMarker(controls=[control])]),
+                    InteractiveMarkerUpdate(markers=[InteractiveMarker(
+                        menu_entries=[MenuEntry(title='m')], controls=[control, control])])):
         assert found(message) == uri
 
 
 @pytest.mark.parametrize('message', [
     mesh('package://sewing_cell/meshes/a.dae'), mesh('file:///tmp/a.dae'), Marker(),
-    mesh('', 'see http://127.0.0.1/manual for this'), String('http://127.0.0.1/a.dae')])
+    mesh('FILE:///tmp/a.dae'), mesh('/tmp/a.dae'),
+    mesh('', 'see http://127.0.0.1/manual for this'), mesh('', 'http://127.0.0.1/a.dae'),
+    Marker(points=[Point()] * 3, colors=[ColorRGBA()] * 3),
+    InteractiveMarkerUpdate(poses=[InteractiveMarkerPose(name='x/a')], erases=['x/a']),
+    String('http://127.0.0.1/a.dae')])
 def test_what_is_not(message: Any) -> None:
     assert found(message) is None
 
@@ -56,6 +69,16 @@ def test_a_type_of_another_name_is_read_all_the_same() -> None:
     mesh('http://x/a').serialize(buffer)
     connection = Connection('/m', 'a/B', Marker._md5sum, '', False, '/n')
     assert fetched_mesh(connection, memoryview(buffer.getvalue())) == 'http://x/a'
+
+
+def test_what_ends_too_early_is_damaged() -> None:
+    buffer = BytesIO()
+    MarkerArray([mesh('file:///a')]).serialize(buffer)
+    data = buffer.getvalue()
+    connection = Connection('/m', 'a/B', MarkerArray._md5sum, '', False, '/n')
+    for end in range(len(data)):
+        with pytest.raises(MessageDamaged):
+            fetched_mesh(connection, data[:end])
 
 
 def test_such_a_message_is_left_out_and_named(tmp_path: Path) -> None:
