@@ -10,11 +10,19 @@
 namespace process_visualizer::recorder {
 namespace {
 
+/// Of one expression: libstdc++ goes down brackets by calling itself.
+constexpr std::size_t kMostCharacters = 2000;
+/// The other way of libstdc++ takes longer than anybody waits for (.*)*x.
+constexpr auto kSyntax = std::regex::ECMAScript | std::regex_constants::__polynomial;
+
 std::vector<std::regex> expressions(const std::vector<std::string>& texts) {
   std::vector<std::regex> compiled;
   for (const std::string& text : texts) {
+    if (text.size() > kMostCharacters)
+      throw RecordingError("a regular expression has more than " + std::to_string(kMostCharacters) +
+                           " characters; name the topics");
     try {
-      compiled.emplace_back(text);
+      compiled.emplace_back(text, kSyntax);
     } catch (const std::regex_error& error) {
       throw RecordingError("\"" + text + "\" is not a regular expression: " + error.what());
     }

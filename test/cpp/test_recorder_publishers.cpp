@@ -120,6 +120,17 @@ TEST(Choice, OfWhatIsNoExpressionOrNameIsRefused) {
   EXPECT_TRUE(TopicChoice({}, {}, {"a"}).isEmpty());
 }
 
+TEST(Choice, NoExpressionKeepsTheRecorderBusy) {
+  // Whoever reaches the recorder can send one; only those that take little time are known.
+  EXPECT_THROW(TopicChoice({}, {"(/a)\\1"}, {}), RecordingError);
+  const std::string brackets(100000, '(');
+  EXPECT_THROW(TopicChoice({}, {brackets + std::string(brackets.size(), ')')}, {}), RecordingError);
+  EXPECT_THROW(TopicChoice({}, {".{1,90000}"}, {}), RecordingError);
+  const std::string name = "/" + std::string(300, 'a');
+  EXPECT_FALSE(TopicChoice({}, {"(.*)*x"}, {}).wouldTake(name));
+  EXPECT_TRUE(TopicChoice({}, {"(.*)*"}, {"((a*)*)*x"}).wouldTake(name));
+}
+
 }  // namespace
 }  // namespace process_visualizer::recorder
 
