@@ -59,10 +59,18 @@ OnFrame = Callable[[int, int], None]
 
 
 def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame]:
-    """Return the moments of a film: of each run round(duration · rate / speed) frames."""
+    """Return the moments of a film: of each run round(duration · rate / speed) frames.
+
+    Raises:
+        ValueError: there are too many.
+    """
+    counts = [max(round((it.end_s - it.begin_s) * rate_hz / speed), 1) for it in chosen.spans]
+    if sum(counts) > _MAX_FRAMES:
+        raise ValueError(f'{sum(counts)} frames are more than {_MAX_FRAMES}; name a part with '
+                         '--from and --to, or a lower --rate')
     return [Frame(number, span.begin_s + row * speed / rate_hz)
-            for number, span in enumerate(chosen.spans)
-            for row in range(max(round((span.end_s - span.begin_s) * rate_hz / speed), 1))]
+            for number, (span, count) in enumerate(zip(chosen.spans, counts))
+            for row in range(count)]
 
 
 _Shots = Sequence[Tuple[Frame, ...]]
@@ -134,9 +142,6 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
         raise ValueError('ffmpeg makes the film, and is missing; install it (Debian: "apt install '
                          'ffmpeg")')
     frames = film_frames(chosen, rate_hz, speed)
-    if len(frames) > _MAX_FRAMES:
-        raise ValueError(f'{len(frames)} frames are more than {_MAX_FRAMES}; name a part with '
-                         '--from and --to, or a lower --rate')
     shots: _Shots = [(it,) for it in frames]
     if style.is_beside:
         chosen, shots = beside_good(chosen, frames)

@@ -7,6 +7,7 @@ GET, and a viewer says only how many messages have come.
 from __future__ import annotations
 
 import gzip
+import logging
 import math
 import socket
 import ssl
@@ -18,7 +19,7 @@ from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 from tornado.iostream import IOStream
 from tornado.netutil import bind_sockets
-from tornado.web import Application, RequestHandler
+from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from process_visualizer.page.html_page import LIVE_POLICY
@@ -187,6 +188,12 @@ class _Handler(RequestHandler):
         self.set_status(refusal.status)
         self.set_header('Content-Type', 'text/plain; charset=utf-8')
         self.finish(refusal.text)
+
+    def log_exception(self, _kind: Any, error: Any, trace: Any) -> None:
+        """Write where an error of the program was; nothing of the request, which has the token."""
+        if error is not None and not isinstance(error, HTTPError):
+            logging.getLogger('tornado.application').error(
+                'a request could not be answered', exc_info=(type(error), error, trace))
 
     def write_error(self, status_code: int, **_values: Any) -> None:
         self.set_header('Content-Type', 'text/plain; charset=utf-8')

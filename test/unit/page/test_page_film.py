@@ -30,6 +30,11 @@ def test_frames_are_evenly_spaced(span: PageSpan, rate_hz: float, speed: float,
         [span.begin_s + row * speed / rate_hz for row in range(count)])
 
 
+def test_years_are_too_many_frames() -> None:
+    with pytest.raises(ValueError, match='25000000000 frames are more than 60000'):
+        film_frames(ChosenSpans(None, [], [PageSpan(0.0, 1e9)]), 25.0, 1.0)
+
+
 def test_of_the_good_run_that_part_is_beside_which_belongs_to_the_run(tmp_path: Path) -> None:
     run, reference = ChosenRuns().runs([write_bag(tmp_path, cycles=2)])
     chosen = ChosenSpans(None, [run], [PageSpan(2.0, 3.2)], GoodRuns(reference, []))

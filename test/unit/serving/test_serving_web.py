@@ -178,6 +178,24 @@ def test_nothing_can_be_sent_to_it(method: str, code: int) -> None:
     asyncio.run(test())
 
 
+@pytest.mark.parametrize('asked', [b'recent?after=%ff&before=1', b'live?clouds=%ff'])
+def test_no_request_is_logged(asked: bytes, caplog: pytest.LogCaptureFixture) -> None:
+    """It has the token, and could command the terminal."""
+    async def test() -> None:
+        site = Site(TOKEN)
+        host = b'127.0.0.1:%d' % site.port
+        reader, writer = await asyncio.open_connection('127.0.0.1', site.port)
+        writer.write(b'GET /%s/%s&\x1b]0;title\x07 HTTP/1.1\r\nHost: %s\r\nOrigin: http://%s\r\n'
+                     b'Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n'
+                     b'Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n'
+                     % (TOKEN.encode(), asked, host, host))
+        await asyncio.wait_for(reader.readline(), PATIENCE_S)
+        writer.close()
+        assert (await site.get(f'/{TOKEN}/')).code == 200
+    asyncio.run(test())
+    assert not [it for it in caplog.messages if TOKEN in it or '\x1b' in it]
+
+
 @pytest.mark.parametrize('request_', [
     b'GET /' + b'a' * 20_000 + b' HTTP/1.1\r\nHost: localhost\r\n\r\n',
     b'GET / HTTP/1.1\r\nHost: localhost\r\nX: ' + b'a' * 20_000 + b'\r\n\r\n',
