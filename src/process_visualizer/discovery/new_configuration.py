@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from process_visualizer.cell.file_edit import (
 )
 from process_visualizer.cell.model import Cell, Device, Model, Pose
 from process_visualizer.cell.stored_configuration import (
+    MODEL_ENDINGS,
     StoredConfiguration,
     with_models_beside,
     write_configuration,
@@ -138,13 +140,50 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
         problems = describe_devices(cell.devices, cell.frame)[1]
         if problems or cell.ignored:
             raise ValueError(str([*problems, *cell.ignored][0]))
-        remarks = [_origin(stored, source), *left_out, *_with_seen_poses(cell, seen),
-                   *_not_named(cell, seen)]
+        models, without_meshes = _plain_models(cell)
+        remarks = [_origin(stored, source), *left_out, *without_meshes,
+                   *_with_seen_poses(cell, seen), *_not_named(cell, seen)]
         process = _process_of(cell, states)
         data = _with_comment(_with_process(Path(path).read_bytes(), process), remarks)
-        files = {name: _text(Path(os.path.dirname(path), name).read_bytes())
-                 for name in beside.values()}
+        beside_it = {name: os.path.realpath(os.path.join(os.path.dirname(path), name))
+                     for name in beside.values()}
+        files = {name: models[file] if file in models else _text(Path(file).read_bytes())
+                 for name, file in beside_it.items()
+                 if file in models or not file.endswith(MODEL_ENDINGS)}
     return StoredCell(_text(data), files, cell, process)
+
+
+_EVALUATED = re.compile(r'\$+(?=[{(])')
+"""What xacro evaluates; with one more sign of the dollar it stands for itself."""
+
+
+def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
+    """Return the texts of the models that came with a cell, by path, and what is missing in them.
+
+    The new configuration is the user's own, and its models are read without limits. So they are
+    as they were read with limits, and nothing in them is evaluated once more.
+
+    Raises:
+        ValueError: two devices need different texts of one file.
+    """
+    texts: Dict[str, str] = {}
+    remarks: List[str] = []
+    for device in cell.devices:
+        model = device.model
+        if model is None or model.package:
+            continue
+        path = os.path.realpath(model_path(model))
+        description = load_robot_description(path, model.arguments, confined_to=model.confined_to)
+        text = description.text
+        if path.endswith('.xacro'):
+            mentioned = ' '.join(f'$(arg {name})' for name, _ in model.arguments)
+            text = _EVALUATED.sub(r'\g<0>$', text) + (
+                f'\n<!-- These arguments are in it already: {mentioned} -->\n' if mentioned else '')
+        if texts.setdefault(path, text) != text or '--' in ''.join(dict(model.arguments)):
+            raise ValueError(f'the arguments of {os.path.basename(path)} cannot be kept')
+        remarks += [f'The model of {device.name} had the mesh or texture "{it}", which is not in '
+                    'an installed package.' for it in description.ignored]
+    return texts, remarks
 
 
 def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:

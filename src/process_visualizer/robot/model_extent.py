@@ -31,7 +31,7 @@ def mesh_corners(path: str) -> Optional[np.ndarray]:
     """
     try:
         return _corners(path, os.stat(path).st_mtime_ns)
-    except OSError:
+    except (OSError, ValueError):  # a zero byte in the path
         return None
 
 

@@ -19,6 +19,7 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
+from process_visualizer.robot.description import describe_device
 
 URDF = '''<robot name="r"><link name="base" /><link name="tool" />
 <joint name="j" type="continuous"><parent link="base" /><child link="tool" /></joint></robot>'''
@@ -102,6 +103,29 @@ def test_a_bag_of_our_recorder(tmp_path: Path, bag: str, capsys: Any) -> None:
     assert 'It does not name these topics, which are there too: /odd.' in comment
     assert text[:begin] + text[end:] == CELL.replace(
         'name="speed"', 'name="speed" default="a&quot;&lt;b"').replace('"left"', '"right"')
+
+
+XACRO = '''<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="n" default=""/>
+<xacro:if value="${not xacro.abs_filename('a').startswith('/tmp/process_visualizer-')}">
+<later /></xacro:if><x y="$${1 + 1} $$(env HOME) $(arg n)" /><link name="base" /><link name="tool">
+<visual><geometry><mesh filename="http://127.0.0.1:9/a.dae" /></geometry></visual></link>
+<joint name="j" type="continuous"><parent link="base" /><child link="tool" /></joint></robot>'''
+
+
+def test_a_model_is_what_was_read_of_it_with_limits(tmp_path: Path) -> None:
+    """In the new configuration, which is the user's own, nothing in it is evaluated once more."""
+    (tmp_path / 'was' / 'models').mkdir(parents=True)
+    (tmp_path / 'was' / 'models' / 'arm.xacro').write_text(XACRO)
+    given = '<model path="models/arm.xacro"><arg name="n" value="v" /></model>'
+    bag = write_bag(tmp_path, CELL.replace('<model path="models/arm.urdf" />', given),
+                    {'speed': '1'})
+    device = new_cell(bag, tmp_path / 'new').devices[0]
+    description = describe_device(device)
+    assert description is not None and device.model is not None
+    assert device.model.path == str(tmp_path / 'new' / 'models' / 'arm.xacro')
+    assert 'y="${1 + 1} $(env HOME) v"' in description.text
+    assert 'later' not in description.text and '127.0.0.1' not in description.text
+    assert 'http://127.0.0.1:9/a.dae' in (tmp_path / 'new' / 'cell.xml').read_text()
 
 
 def test_frames_that_were_calibrated(tmp_path: Path) -> None:
