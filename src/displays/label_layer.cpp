@@ -199,9 +199,11 @@ std::optional<VisibleLabel> seen(const SceneLabel& label, const ScreenProjection
   VisibleLabel visible{&label, {}, projection.height(label.anchor, label.height_m), 0, {}};
   for (const auto& arrow : label.arrows)
     visible.feet.push_back(arrow ? projection.pixel(arrow->foot) : std::nullopt);
-  const auto anchor = projection.pixel(label.anchor),
-             foot = firstFootIn(projection.view(), visible);
-  if (!foot && !(anchor && isIn(projection.view(), *anchor, kBeside))) return {};
+  const Size view = projection.view();
+  const auto foot = firstFootIn(view, visible);
+  auto anchor = projection.pixel(label.anchor);
+  if (label.is_always_seen) anchor = inSight(anchor, view);
+  if (!foot && !(anchor && isIn(view, *anchor, kBeside))) return {};
   visible.anchor = anchor ? *anchor : *foot;
   return visible;
 }
@@ -224,7 +226,7 @@ std::vector<VisibleLabel> visibleLabels(const std::vector<SceneLabel>& labels,
   for (const SceneLabel& label : labels) {
     auto visible = seen(label, projection);
     if (!visible) continue;
-    visible->distance_m = (label.anchor - camera).length();
+    visible->distance_m = label.is_always_seen ? 0 : (label.anchor - camera).length();
     all.push_back(std::move(*visible));
   }
   const std::size_t count = std::min(all.size(), kMaxLabels);

@@ -34,6 +34,7 @@ struct SceneLabel {
   float height_m = 0;    ///< of a line
   std::vector<PlateLine> lines;
   std::vector<std::optional<SceneArrow>> arrows;  ///< of each line
+  bool is_always_seen = false;                    ///< also if its anchor is not in the picture
 };
 
 struct VisibleLabel;

@@ -12,6 +12,7 @@ constexpr float kGap = 6;             ///< between two plates, px
 constexpr float kPlateWeight = 5000;  ///< a plate never covers another one if there is any room
 constexpr float kBetter = 30;         ///< a place is clearly better from this difference on, px
 constexpr float kGlideTime = 0.12F;   ///< until 63 % of a way are covered, s
+constexpr float kTop = 0.06F;         ///< of the view's height: where the top of a picture is
 constexpr int kRings = 5;
 constexpr int kDirections = 12;
 
@@ -126,6 +127,12 @@ class Chooser {
 };
 
 }  // namespace
+
+Point inSight(const std::optional<Point>& anchor, Size view) {
+  const bool is_in = anchor && anchor->x >= 0 && anchor->x <= view.width && anchor->y >= 0 &&
+                     anchor->y <= view.height;
+  return is_in ? *anchor : Point{view.width / 2, kTop * view.height};
+}
 
 std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
                                  const std::vector<Obstacle>& obstacles, Size view) {

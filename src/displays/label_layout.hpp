@@ -26,6 +26,9 @@ struct Rect {
   Size size;
 };
 
+/// Returns an anchor that is in the picture, or a place at its top for a label that has to be seen.
+Point inSight(const std::optional<Point>& anchor, Size view);
+
 /// Part of the picture that a plate should not cover. `weight` is the way, in px, that a plate goes
 /// in order not to cover all of it, or not to be covered with it.
 struct Obstacle {

@@ -42,6 +42,10 @@ LabeledMarkers::LabeledMarkers()
     : plates_(new rviz::BoolProperty("Plates", true,
                                      "Whether texts stand on plates in front of the scene, or in "
                                      "the scene as RViz draws them.",
+                                     this)),
+      always_(new rviz::BoolProperty("Always In Sight", false,
+                                     "Whether plates of texts that are outside the picture stand "
+                                     "at its top.",
                                      this)) {
   // What was received in the other way need not be kept: texts come ten times a second.
   connect(plates_, &rviz::Property::changed, this, [this] {
@@ -128,8 +132,10 @@ std::optional<Ogre::Vector3> LabeledMarkers::anchorOf(const Label& label) const 
 std::optional<SceneLabel> LabeledMarkers::sceneLabel(const Label& label,
                                                      const std::set<std::string>& hidden) const {
   const auto anchor = anchorOf(label);
-  if (!anchor) return {};
-  SceneLabel shown{label.key, *anchor, static_cast<float>(label.height_m), {}, {}};
+  const bool is_always_seen = always_->getBool();
+  if (!anchor && !is_always_seen) return {};
+  SceneLabel shown{label.key, anchor.value_or(Ogre::Vector3::ZERO),
+                   static_cast<float>(label.height_m), {}, {}, is_always_seen};
   for (const LabelLine& line : label.lines) {
     if (hidden.count(line.marker_namespace) > 0) continue;
     shown.lines.push_back({line.text, {line.color.r, line.color.g, line.color.b}});

@@ -53,6 +53,7 @@ class LabeledMarkers : public rviz::MarkerArrayDisplay {
   std::set<std::string> hiddenNamespaces();
 
   rviz::BoolProperty* plates_;
+  rviz::BoolProperty* always_;
   LabelStore store_;
   std::map<std::string, Ogre::Vector3> anchors_;  ///< of the last picture, by key
   std::shared_ptr<LabelLayer> layer_;

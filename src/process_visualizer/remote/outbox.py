@@ -14,6 +14,8 @@ from process_visualizer.remote.frames import PART_BYTES, message_frames
 
 OLD_S = 0.3
 """A message that has waited longer is not sent any more, unless it has to arrive."""
+_SOON_S = 1.0
+"""A topic that had a large message so lately will have another one."""
 _MAX_WAITING_BYTES = 4 << 20
 """Of small messages that wait."""
 Thinner = Callable[[int, bytes], bytes]
@@ -24,6 +26,7 @@ class _Waiting(NamedTuple):
     arrived_ns: int
     data: bytes
     since_s: float
+    is_kept: bool = False
 
 
 class Outbox:
@@ -31,15 +34,19 @@ class Outbox:
 
     First what has to arrive (answers, latched messages), then small messages in the order in which
     they came, then parts of large ones: of each topic only the last message, a part of each in
-    turn.
+    turn. A latched message that was made smaller is sent again as it is when nothing else waits.
+    Nothing grows with what is published: of each channel only the last latched message is kept.
     """
 
     def __init__(self) -> None:
         """Begin empty."""
         self._urgent: Deque[bytes] = deque()
+        self._kept: Dict[int, _Waiting] = {}
         self._small: Deque[_Waiting] = deque()
         self._small_bytes = 0
         self._large: Dict[int, _Waiting] = {}
+        self._smaller: Dict[int, _Waiting] = {}  # latched ones that were sent thinned, as they are
+        self._large_s: Dict[int, float] = {}  # when a channel had its last large message
         self._transfers: Dict[int, Iterator[bytes]] = {}  # in turn: the last one was sent last
         self._files: Deque[Tuple[int, Iterator[bytes]]] = deque()
         self._left_out: Dict[int, int] = {}
@@ -49,8 +56,14 @@ class Outbox:
         self._urgent.append(frame)
 
     def put_kept(self, channel: int, arrived_ns: int, data: bytes) -> None:
-        """Add a message that has to arrive, such as a latched one."""
-        self._urgent.extend(message_frames(channel, arrived_ns, data))
+        """Add a message that has to arrive, unless its channel has a newer one: a latched one."""
+        waiting = _Waiting(channel, arrived_ns, data, 0.0, True)
+        is_large = len(data) > PART_BYTES
+        self._smaller.pop(channel, None)
+        for others in (self._kept, self._large):
+            if others.pop(channel, None) is not None:
+                self._leave_out(channel)
+        (self._large if is_large else self._kept)[channel] = waiting
 
     def put_file(self, channel: int, arrived_ns: int, data: bytes) -> None:
         """Add a file: it has to arrive, but everything else goes first."""
@@ -63,6 +76,7 @@ class Outbox:
             if channel in self._large:
                 self._leave_out(channel)
             self._large[channel] = waiting
+            self._large_s[channel] = now_s
             return
         self._small.append(waiting)
         self._small_bytes += len(data)
@@ -76,8 +90,10 @@ class Outbox:
 
     @property
     def transfers(self) -> int:
-        """Return how many large messages are under way, or wait."""
-        return len(self._transfers.keys() | self._large.keys())
+        """Return how many large messages are under way, wait, or will soon: they share the link."""
+        newest_s = max(self._large_s.values(), default=0.0)
+        soon = {it for it, since_s in self._large_s.items() if newest_s - since_s < _SOON_S}
+        return len(self._transfers.keys() | self._large.keys() | soon)
 
     def next_frames(self, now_s: float, thinned: Thinner,
                     with_large: bool = True) -> Optional[bytes]:
@@ -87,6 +103,10 @@ class Outbox:
         """
         if self._urgent:
             return self._urgent.popleft()
+        for channel in self._kept:
+            if channel not in self._transfers:  # an older one would come after it
+                it = self._kept.pop(channel)
+                return b''.join(message_frames(it.channel, it.arrived_ns, it.data))
         while self._small:
             it = self._take_small()
             if now_s - it.since_s <= OLD_S:
@@ -97,9 +117,14 @@ class Outbox:
     def _next_part(self, thinned: Thinner) -> Optional[bytes]:
         for channel in [it for it in self._large if it not in self._transfers]:
             it = self._large.pop(channel)
-            self._transfers[channel] = message_frames(channel, it.arrived_ns,
-                                                      thinned(channel, it.data))
-        if not self._transfers and self._files:
+            data = thinned(channel, it.data)
+            if it.is_kept and data is not it.data:
+                self._smaller[channel] = it
+            self._transfers[channel] = message_frames(channel, it.arrived_ns, data)
+        if not self._transfers and self._smaller:
+            channel, it = self._smaller.popitem()
+            self._transfers[channel] = message_frames(channel, it.arrived_ns, it.data)
+        elif not self._transfers and self._files:
             self._transfers.update([self._files.popleft()])
         while self._transfers:
             channel = next(iter(self._transfers))
@@ -108,7 +133,8 @@ class Outbox:
             if part is not None:
                 self._transfers[channel] = parts
                 return part
-        return None if not self._large and not self._files else self._next_part(thinned)
+        waits = self._large or self._smaller or self._files
+        return self._next_part(thinned) if waits else None
 
     def _take_small(self) -> _Waiting:
         it = self._small.popleft()
@@ -121,7 +147,7 @@ class Outbox:
 
 _MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 8 << 20
 _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
-_LARGE_S, _MIN_LARGE_BYTES = 0.25, 16 << 10
+_LARGE_S, _MIN_LARGE_BYTES = 0.15, 16 << 10
 _QUEUED_S = 0.06
 """So much longer than the quickest one an answer may take: that is what queues on the way."""
 _SHRINK = 0.8

@@ -21,7 +21,7 @@ from process_visualizer.rviz.views import onlooker_view
 LINK_TOPIC = '/view_link/marker_array'
 """Where the viewer says in its own scene that the cell cannot be reached."""
 _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection', 'Enabled': True,
-                 'Marker Topic': LINK_TOPIC}
+                 'Always In Sight': True, 'Marker Topic': LINK_TOPIC}
 _GROUP = 'rviz/Group'
 _KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray',
                     *(f'rviz/{name}' for name in DISPLAY_TYPES)))

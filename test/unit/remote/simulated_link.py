@@ -24,9 +24,12 @@ class SimulatedLink:
         self._reader, self._parts = LinkFrameReader(), MessageParts()
         self._reader.take(GREETING)
 
-    def put(self, channel: int, size: int) -> None:
+    def put(self, channel: int, size: int, is_kept: bool = False) -> None:
         """Give a message to the outbox, stamped now."""
-        self.outbox.put(channel, round(self.now_s * 1e9), bytes(size), self.now_s)
+        if is_kept:
+            self.outbox.put_kept(channel, round(self.now_s * 1e9), bytes(size))
+        else:
+            self.outbox.put(channel, round(self.now_s * 1e9), bytes(size), self.now_s)
         self._send()
 
     def run_until(self, end_s: float) -> None:

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from simulated_link import SimulatedLink
 
-from process_visualizer.remote.frames import Kind, frame_bytes
+from process_visualizer.remote.frames import (
+    GREETING,
+    Kind,
+    LinkFrameReader,
+    Message,
+    MessageParts,
+    frame_bytes,
+)
 from process_visualizer.remote.outbox import OLD_S, Outbox
 
 JOINTS, MARKERS, CLOUD, IMAGE = 1, 2, 3, 4
@@ -94,3 +101,50 @@ def test_a_viewer_that_does_not_read_costs_little_memory() -> None:
     while box.next_frames(0.0, as_it_is) is not None:
         kept += 1
     assert kept * 1000 < 5_000_000
+
+
+def messages_of(frames: bytes) -> List[Message]:
+    reader, parts = LinkFrameReader(), MessageParts()
+    return [message for frame in reader.take(GREETING + frames)
+            for message in (parts.begin(frame) if frame.kind == Kind.BEGIN else
+                            parts.part(frame))]
+
+
+def all_frames(box: Outbox, most_bytes: int = 1 << 30) -> bytes:
+    return b''.join(iter(lambda: box.next_frames(0.0, lambda _channel, data: (
+        data if len(data) <= most_bytes else data[:most_bytes])) or b'', b''))
+
+
+def test_clouds_and_images_that_share_a_link_are_shown_soon() -> None:
+    link = SimulatedLink(10 * MBIT_S, 0.025)
+    run_cell(link, 20.0, cloud_bytes=900_000, image_bytes=900_000)
+    for channel in (CLOUD, IMAGE):
+        assert p95(link.ages[channel][10:]) < 0.5
+
+
+@pytest.mark.parametrize('size', [500, 900_000])
+def test_of_latched_messages_only_the_last_is_kept(size: int) -> None:
+    box = Outbox()
+    for number in range(300):
+        box.put_kept(MARKERS, number, bytes(size))
+    assert size < len(all_frames(box)) < 1.1 * size + 100
+    assert box.take_left_out() == {MARKERS: 299}
+
+
+def test_a_latched_message_becomes_complete_when_the_link_has_time() -> None:
+    box = Outbox()
+    box.put_kept(CLOUD, 0, bytes(100_000))
+    sizes = [message.data for message in messages_of(all_frames(box, 20_000))]
+    assert [len(it) for it in sizes] == [20_000, 100_000]
+
+
+def test_a_flood_of_latched_clouds_holds_nothing_up() -> None:
+    link = SimulatedLink(10 * MBIT_S, 0.025)
+    for step in range(300):
+        link.run_until(step / 30.0)
+        link.put(JOINTS, 400)
+        if step % 3 == 0:
+            link.put(CLOUD, 960_000, is_kept=True)
+    assert len(link.ages[JOINTS]) > 280
+    assert p95(link.ages[JOINTS]) < 0.3
+    assert p95(link.ages[CLOUD]) < 1.0
