@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import socket
-from http.client import HTTPException
+import time
+from http.client import HTTPConnection, HTTPException
 from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple
 from xmlrpc.client import Error, ServerProxy, Transport
 
@@ -16,18 +17,70 @@ from rosgraph.network import (
 )
 
 
-class LimitedTransport(Transport):
-    """Does not wait for ever."""
+_WHOLE_FACTOR = 10.0
+_MAX_ANSWER_BYTES = 64 << 20
 
-    def __init__(self, timeout_s: float) -> None:
-        """``timeout_s`` is how long it waits for each part of an answer."""
+
+class _LimitedSocket(socket.socket):
+    """Reads one answer after the other; none may take for ever, or be endless."""
+
+    part_s = 0.0
+    end_s = 0.0
+    rest_bytes = 0
+
+    def recv_into(self, *arguments: Any, **values: Any) -> int:
+        rest_s = self.end_s - time.monotonic()
+        if rest_s <= 0.0:
+            raise socket.timeout('timed out')
+        self.settimeout(min(self.part_s, rest_s))
+        count = super().recv_into(*arguments, **values)
+        self.rest_bytes -= count
+        if self.rest_bytes < 0:
+            raise ConnectionError(0, 'the answer is too long')
+        return count
+
+
+class _LimitedConnection(HTTPConnection):
+    """Has a limited socket."""
+
+    limited: Optional[_LimitedSocket] = None
+    part_s = whole_s = 0.0
+
+    def connect(self) -> None:
+        """See HTTPConnection."""
+        super().connect()
+        self.limited = _LimitedSocket(fileno=self.sock.detach())
+        self.limited.settimeout(self.part_s)
+        self.sock = self.limited
+        self.begin()
+
+    def begin(self) -> None:
+        """Let the time for another answer begin."""
+        if self.limited is not None:
+            self.limited.part_s = self.part_s
+            self.limited.end_s = time.monotonic() + self.whole_s
+            self.limited.rest_bytes = _MAX_ANSWER_BYTES
+
+
+class LimitedTransport(Transport):
+    """Does not wait for ever, whatever answers."""
+
+    def __init__(self, timeout_s: float, whole_s: Optional[float] = None) -> None:
+        """``timeout_s`` is how long it waits for each part of an answer, ``whole_s`` for all."""
         super().__init__()
         self._timeout_s = timeout_s
+        self._whole_s = _WHOLE_FACTOR * timeout_s if whole_s is None else whole_s
 
     def make_connection(self, host: Any) -> Any:
         """See Transport."""
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout_s
+        known = self._connection
+        if known[0] == host and isinstance(known[1], _LimitedConnection):
+            known[1].begin()
+            return known[1]
+        address, self._extra_headers, _ = self.get_host_info(host)
+        connection = _LimitedConnection(address, timeout=self._timeout_s)
+        connection.part_s, connection.whole_s = self._timeout_s, self._whole_s
+        self._connection = host, connection
         return connection
 
 

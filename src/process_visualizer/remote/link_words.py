@@ -22,7 +22,8 @@ class Address(NamedTuple):
     port: Optional[int]
 
     def __str__(self) -> str:
-        return self.host if self.port is None else f'{self.host}:{self.port}'
+        host = f'[{self.host}]' if ':' in self.host and self.port is not None else self.host
+        return host if self.port is None else f'{host}:{self.port}'
 
 
 def address_of(text: str) -> Address:
@@ -31,6 +32,12 @@ def address_of(text: str) -> Address:
     Raises:
         ValueError: it is none of these.
     """
+    text = text.strip()
+    try:
+        if ':' in text and ipaddress.ip_address(text.partition('%')[0]).version == 6:
+            return Address(text, None)
+    except ValueError:
+        pass  # a port, or a name
     try:
         parsed = urlparse(text if '://' in text else f'//{text}')
         host, port = parsed.hostname, parsed.port
@@ -131,6 +138,19 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
     return f'{address} cannot be reached: {error.strerror or error}'
 
 
+NOT_THE_CELL = ('what answers there is not the cell of this program, or one of another version')
+SAYS_NOTHING = ('it accepts the connection, but says nothing: another program listens there, or the '
+                'cell is stopped')
+
+
+def only_small_packets(host: str) -> str:
+    """Say that large packets are lost on the way, and none says so."""
+    return ('only small packets arrive: a part of the way carries less than its ends believe '
+            '(MTU). Set it on both computers, such as "sudo ip link set dev NAME mtu 1280", with '
+            f'the NAME that "ip route get {host}" prints behind "dev"; a VPN has a setting of its '
+            'own')
+
+
 def closed_to_others(host: str, port: int) -> str:
     """Say that a cell lets only its own computer watch."""
     return (f'the cell on {host} listens to its own computer only: start it with "cell run '
@@ -166,6 +186,9 @@ def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[st
                 f'{DEFAULT_PORTS[0]}): '
                 'is the cell running there? It lets other computers watch if it is started with '
                 '"cell run --remote" or the launcher with --remote',)
+    if not isinstance(relay, ConnectionRefusedError):  # the one port that has to be open
+        return (unreachable(Address(address.host, DEFAULT_PORTS[0]), relay,
+                            'the cell for viewers'),)
     return (unreachable(Address(address.host, address.port or MASTER_PORT), master,
                         'the ROS master'),)
 

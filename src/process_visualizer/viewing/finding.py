@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import socket
+import time
 from http.client import HTTPException
 from typing import Any, List, NamedTuple, Optional, Tuple
 from xmlrpc.client import Error, ServerProxy
 
 from process_visualizer.launching.ros_api import CALLER_ID, LimitedTransport
-from process_visualizer.remote.frames import GREETING
+from process_visualizer.remote.frames import (
+    GREETING,
+    FramesBroken,
+    Kind,
+    LinkFrame,
+    LinkFrameReader,
+)
 from process_visualizer.remote.link_words import (
     MASTER_PORT,
+    NOT_THE_CELL,
+    SAYS_NOTHING,
     Address,
     no_cell,
     nothing_there,
+    only_small_packets,
     relay_silent,
     unknown_name,
     unreachable,
 )
 from process_visualizer.remote.offer import ADDRESS_PARAMETER, DEFAULT_PORTS
+from process_visualizer.shown_text import shown_in_line
 
-_ANSWER_S = 4.0
+_ANSWER_S, _WHOLE_S = 4.0, 12.0
+_ENOUGH_BYTES = 16 << 10
+"""More than any packet has."""
 _NODE = ADDRESS_PARAMETER.rpartition('/')[0]
 
 
@@ -53,17 +66,22 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
         socket.getaddrinfo(wanted.host, None)
     except (OSError, UnicodeError):
         raise CellNotFound((unknown_name(wanted.host),)) from None
-    if wanted.port is not None and _greets(wanted.host, wanted.port) is None:
+    relay = None if wanted.port is None else _problem_at(wanted.host, wanted.port)
+    if wanted.port is not None and relay is None:
         return wanted.host, wanted.port
     uri = f'http://{_in_uri(wanted.host)}:{wanted.port or MASTER_PORT}'
     try:
         said = _asked(uri)
     except OSError as error:
+        if wanted.port is not None:
+            certain = relay if isinstance(relay, _Told) else error
+            raise CellNotFound((unreachable(wanted, certain, 'the cell or its ROS master'),)
+                               ) from None
         return _without_master(wanted, error)
     if said.listens is None:
         raise CellNotFound((no_cell(uri),))
     port = int(said.listens.rpartition(':')[2])
-    problem = _greets(wanted.host, port)
+    problem = _problem_at(wanted.host, port)
     if problem is not None:
         raise CellNotFound((relay_silent(wanted.host, said.listens, problem),))
     return wanted.host, port
@@ -71,17 +89,16 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
 
 def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:
     """The master of a cell may listen to its own computer only, while the cell does not."""
-    if wanted.port is not None:
-        raise CellNotFound((unreachable(wanted, error, 'the cell or its ROS master'),))
-    first: Optional[OSError] = None
+    worst: OSError = error
     for port in DEFAULT_PORTS:
-        problem = _greets(wanted.host, port)
+        problem = _problem_at(wanted.host, port)
         if problem is None:
             return wanted.host, port
-        first = first or problem
+        if port == DEFAULT_PORTS[0] or not isinstance(problem, ConnectionRefusedError):
+            worst = problem
         if not isinstance(problem, ConnectionRefusedError):
-            break  # nobody answers at all: the other ports would take as long
-    raise CellNotFound(nothing_there(wanted, error, first or error))
+            break  # the other ports would take as long
+    raise CellNotFound(nothing_there(wanted, error, worst))
 
 
 def _asked(uri: str) -> _Said:
@@ -91,34 +108,56 @@ def _asked(uri: str) -> _Said:
         OSError: it does not answer, or is no relay.
     """
     try:
-        with ServerProxy(uri, transport=LimitedTransport(_ANSWER_S)) as master:
+        with ServerProxy(uri, transport=LimitedTransport(_ANSWER_S, _WHOLE_S)) as master:
             answers: List[Any] = [master.getParam(CALLER_ID, ADDRESS_PARAMETER),
                                   master.lookupNode(CALLER_ID, _NODE)]
     except (HTTPException, Error, ValueError) as error:
-        raise ConnectionError(0, f'what answers is no ROS master ({error})') from None
+        raise ConnectionError(0, 'what answers is no ROS master '
+                                 f'({shown_in_line(error)[:200]})') from None
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]
     listens = texts[0] if isinstance(texts[0], str) and texts[1] else ''
     return _Said(listens if listens.rpartition(':')[2].isdecimal() else None)
 
 
-def _greets(host: str, port: int) -> Optional[OSError]:
-    """Return what is wrong; None if a relay answers there."""
+class _Told(ConnectionError):
+    """What listens at a port has said itself what is wrong, or by how it answers."""
+
+
+def _problem_at(host: str, port: int) -> Optional[OSError]:
+    """Return what is wrong; None if a cell answers there, and what it shows begins to arrive."""
     try:
         with socket.create_connection((host, port), _ANSWER_S) as connection:
             connection.sendall(GREETING)
-            received = b''
-            while len(received) < len(GREETING):
-                data = connection.recv(len(GREETING) - len(received))
-                if not data:
-                    break
-                received += data
+            return _first_answer(connection, host)
     except OSError as error:
         return error
-    if received == GREETING:
+
+
+def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
+    """Wait for more than the greeting: it is small, and arrives where large packets do not."""
+    reader, count, end_s = LinkFrameReader(), 0, time.monotonic() + _WHOLE_S
+    while count < _ENOUGH_BYTES:
+        try:
+            data = connection.recv(_ENOUGH_BYTES)
+        except socket.timeout:
+            return _Told(0, only_small_packets(host) if count >= len(GREETING) else SAYS_NOTHING)
+        if not data or time.monotonic() > end_s:
+            return ConnectionError(0, NOT_THE_CELL)
+        count += len(data)
+        try:
+            frames = reader.take(data)
+            if frames:
+                return _refusal(frames[0])
+        except FramesBroken:
+            return ConnectionError(0, NOT_THE_CELL)
+    return None
+
+
+def _refusal(frame: LinkFrame) -> Optional[OSError]:
+    if frame.kind != Kind.REFUSED:
         return None
-    return ConnectionError(0, 'what answers there is not the cell of this program, or one of '
-                              'another version')
+    return _Told(0, f'it refuses: {shown_in_line(frame.json().get("reason"))[:300]}')
 
 
 def _in_uri(host: str) -> str:

@@ -31,7 +31,9 @@ REFUSED = ConnectionRefusedError(errno.ECONNREFUSED, 'refused')
 
 @pytest.mark.parametrize('text, address', [
     ('cell-pc', ('cell-pc', None)), ('10.0.0.1:5', ('10.0.0.1', 5)),
-    ('http://cell:11311/', ('cell', 11311)), ('[fe80::1]:7', ('fe80::1', 7))])
+    ('http://cell:11311/', ('cell', 11311)), ('[fe80::1]:7', ('fe80::1', 7)),
+    ('fe80::1%eth0', ('fe80::1%eth0', None)), ('fd00::2', ('fd00::2', None)),
+    (' 10.0.0.1 ', ('10.0.0.1', None))])
 def test_addresses(text: str, address: Tuple[str, 'int | None']) -> None:
     assert address_of(text) == address
 

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What prevents a connection to a cell is found before RViz starts, and named."""
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import contextmanager
+from typing import Callable, Iterator
+
+import pytest
+
+from process_visualizer.remote.frames import GREETING, Kind, json_frame
+from process_visualizer.remote.link_words import Address
+from process_visualizer.viewing import finding
+from process_visualizer.viewing.finding import CellNotFound, find_relay
+
+Serve = Callable[[socket.socket], None]
+
+
+@contextmanager
+def served(serve: Serve) -> Iterator[int]:
+    """Something that listens; yields its port."""
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        def accept() -> None:
+            while True:
+                try:
+                    connection, _ = server.accept()
+                except OSError:
+                    return
+                threading.Thread(target=answer, args=[connection], daemon=True).start()
+
+        def answer(connection: socket.socket) -> None:
+            with connection:
+                try:
+                    serve(connection)
+                except OSError:
+                    return
+
+        thread = threading.Thread(target=accept, daemon=True)
+        thread.start()
+        yield server.getsockname()[1]
+        server.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+def sending(data: bytes) -> Serve:
+    """Send this once, and then wait for the end."""
+    def serve(connection: socket.socket) -> None:
+        connection.sendall(data)
+        while connection.recv(1000):
+            pass
+    return serve
+
+
+def endless(connection: socket.socket) -> None:
+    connection.recv(1000)
+    connection.sendall(b'HTTP/1.1 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version="1.0"?>'
+                       b'<methodResponse><params><param><value><string>')
+    while True:
+        connection.sendall(b'a' * 1_000_000)
+
+
+def trickling(connection: socket.socket) -> None:
+    connection.recv(1000)
+    connection.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n')
+    threading.Event().wait(0.02)
+    while True:
+        connection.sendall(b'<')
+        threading.Event().wait(0.02)
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(finding, '_ANSWER_S', 0.3)
+    monkeypatch.setattr(finding, '_WHOLE_S', 0.9)
+
+
+def test_a_cell_that_begins_to_show_itself_is_found() -> None:
+    with served(sending(GREETING + json_frame(Kind.OFFER, view=''))) as port:
+        assert find_relay(Address('127.0.0.1', port)) == ('127.0.0.1', port)
+
+
+@pytest.mark.parametrize('serve, sentence', [
+    (sending(GREETING), 'only small packets arrive'),
+    (sending(b''), 'accepts the connection, but says nothing'),
+    (sending(GREETING + json_frame(Kind.REFUSED, reason='16 viewers watch')), '16 viewers watch'),
+    (sending(b'SSH-2.0-\x1b[2JOpenSSH\r\n'), r'is no ROS master \(SSH-2.0-\\x1b'),
+    (endless, 'is no ROS master|the answer is too long|does not answer'),
+    (trickling, 'does not answer')])
+def test_what_answers_instead_is_told(serve: Serve, sentence: str) -> None:
+    with served(serve) as port, pytest.raises(CellNotFound, match=sentence):
+        find_relay(Address('127.0.0.1', port))
+
+
+def test_the_port_that_has_to_be_open_is_the_one_that_is_named(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """The master listens to its own computer only, and a firewall drops what is for the relay."""
+    def dropped(host: str, port: int) -> OSError:
+        return socket.timeout('timed out')
+
+    monkeypatch.setattr(finding, '_problem_at', dropped)
+    monkeypatch.setattr(finding, 'MASTER_PORT', 1)  # closed
+    with pytest.raises(CellNotFound, match='"sudo ufw allow 11411/tcp"'):
+        find_relay(Address('127.0.0.1', None))
