@@ -35,6 +35,8 @@ from process_visualizer.remote.shown_view import (
 from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIEW_RELAY
 
 _MAX_VIEWERS = 16
+_GIVES_WAY_S = 1.5
+"""A viewer that is silent for so long, which says something twice a second, has lost its link."""
 _TOPICS_PERIOD_S = 1.0
 
 
@@ -95,7 +97,7 @@ class ViewRelay:
                              name=f'welcome {where[0]}', daemon=True).start()
 
     def _welcome(self, connection: socket.socket, name: str) -> None:
-        if len(self._present()) >= _MAX_VIEWERS:
+        if not self._has_room():
             _refuse(connection, f'{_MAX_VIEWERS} viewers watch this cell already')
             return
         try:
@@ -112,6 +114,15 @@ class ViewRelay:
         except OSError:
             self._forget(link)
         self._changed.set()
+
+    def _has_room(self) -> bool:
+        """Return whether one more may watch; those who are silent make room: they may be back."""
+        if len(self._present()) >= _MAX_VIEWERS:
+            for link in self._present():
+                if link.silent_s > _GIVES_WAY_S:
+                    self._forget(link)
+                    link.close()
+        return len(self._present()) < _MAX_VIEWERS
 
     def _forget(self, link: ViewerLink) -> None:
         with self._lock:

@@ -145,6 +145,12 @@ class ViewerLink:
         self._offered: Set[str] = set()
         self._is_closed = False
         self._tell_s = 0.0
+        self._heard_s = time.monotonic()
+
+    @property
+    def silent_s(self) -> float:
+        """Return for how long nothing has come from the viewer [s]."""
+        return time.monotonic() - self._heard_s
 
     def start(self, offer: Offer, files: Files, topics: Mapping[str, OfferedTopic]) -> None:
         """Greet, offer, and begin to listen."""
@@ -201,6 +207,7 @@ class ViewerLink:
                 data = self._connection.recv(_RECEIVED_BYTES)
                 if not data:
                     break
+                self._heard_s = time.monotonic()
                 for frame in reader.take(data):
                     self._answer(frame)
         except (OSError, FramesBroken) as error:

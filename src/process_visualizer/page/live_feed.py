@@ -86,6 +86,8 @@ _CLOUD_SHARE = 0.25
 """Of the time, at most, in which a cloud is under way: what moves does not wait for it."""
 _GONE_S = 20.0
 """After so long without an answer a viewer is taken as gone."""
+_GIVES_WAY_S = 5.0
+"""After so long it gives its place to another one: it may be the same after a lost connection."""
 
 
 class ViewerPace:
@@ -155,9 +157,10 @@ class ViewerPace:
             self._cloud, self._cloud_from_s = None, now_s + took_s * (1.0 / _CLOUD_SHARE - 1.0)
         return True
 
-    def is_gone(self, now_s: float) -> bool:
-        """Return whether it has not answered for long."""
-        return bool(self._sent) and now_s - self._answered_s > _GONE_S
+    def is_gone(self, now_s: float, is_awaited: bool = False) -> bool:
+        """Return whether it has not answered for long; less long if another one needs its place."""
+        longest_s = _GIVES_WAY_S if is_awaited else _GONE_S
+        return bool(self._sent) and now_s - self._answered_s > longest_s
 
 
 class Refusal(NamedTuple):

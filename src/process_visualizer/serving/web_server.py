@@ -179,7 +179,7 @@ class _Handler(RequestHandler):
         request = self.request
         refusal = self.served.admission.refusal(
             request.path, request.host, request.headers.get('Origin'), self.is_socket)
-        if refusal is None and self.is_socket and len(self.served.viewers) >= MAX_VIEWERS:
+        if refusal is None and self.is_socket and not _has_room(self.served.viewers):
             refusal = Refusal(503, _full())
         if refusal is not None:
             self._refuse(refusal)
@@ -205,6 +205,16 @@ class _Handler(RequestHandler):
         return self.served.admission.asked(self.request.path) or ''
 
 
+def _has_room(viewers: 'Set[_Viewer]') -> bool:
+    """Return whether one more may watch; those who do not answer make room."""
+    if len(viewers) >= MAX_VIEWERS:
+        now_s = time.monotonic()
+        for viewer in list(viewers):
+            if viewer.pace is not None and viewer.pace.is_gone(now_s, is_awaited=True):
+                viewer.drop()
+    return len(viewers) < MAX_VIEWERS
+
+
 def _full() -> str:
     return f'{MAX_VIEWERS} people are watching this cell already; this page tries again.'
 
@@ -214,8 +224,8 @@ class _Asked(_Handler):
 
     def get(self) -> None:
         if self.asked == 'why':
-            is_full = len(self.served.viewers) >= MAX_VIEWERS
-            self._answer(served_file('text/plain; charset=utf-8', _full() if is_full else ''))
+            has_room = _has_room(self.served.viewers)
+            self._answer(served_file('text/plain; charset=utf-8', '' if has_room else _full()))
         elif self.asked == 'recent':
             self._answer_recent()
         elif self.asked in self.served.files:

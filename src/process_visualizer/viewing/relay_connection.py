@@ -2,12 +2,13 @@
 """The connection to the relay of a cell, made anew whenever it is dead."""
 from __future__ import annotations
 
+import os
 import select
 import socket
 import threading
 import time
 from collections import deque
-from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Callable, Collection, Deque, Dict, List, NamedTuple, Optional, Protocol, Tuple
 
 from process_visualizer.remote.frames import (
     GREETING,
@@ -20,6 +21,7 @@ from process_visualizer.remote.frames import (
     json_frame,
     number_frame,
 )
+from process_visualizer.remote.link_words import only_small_packets
 from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
 
 _LATEST = 30
@@ -61,7 +63,10 @@ _FIRST_FILE = 1 << 31
 _PING_S = 0.4
 _DEAD_S = 1.6
 """A connection on which nothing has come for so long is dead: the relay answers every ping."""
-_CONNECT_S, _AGAIN_S = 0.5, 0.1
+_CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
+"""An attempt that nothing answers ends after the first time; the next one begins before that: when
+the link is back, one must come soon."""
+_NO_ANSWER_S = 2.0
 _RECEIVED_BYTES = 128 << 10
 
 
@@ -89,8 +94,8 @@ class Listener(Protocol):
     def on_left_out(self, counts: Dict[str, int]) -> None:
         """Take how many messages of topics the link did not carry in the last seconds."""
 
-    def on_lost(self, reason: str) -> None:
-        """Note that there is no connection, and why."""
+    def on_lost(self, reason: str, heard_s: float) -> None:
+        """Note that there is no connection, why, and when anything came last [s, monotonic]."""
 
 
 class RelayConnection:
@@ -105,6 +110,7 @@ class RelayConnection:
         self._wanted: Collection[str] = ()
         self._files: Dict[int, Callable[[bytes], None]] = {}
         self._uris: Dict[int, str] = {}
+        self._heard_s = time.monotonic()
         self.clock = ClockOffset()
         self._thread = threading.Thread(target=self._run, name='relay', daemon=True)
 
@@ -133,8 +139,7 @@ class RelayConnection:
     def _run(self) -> None:
         while not self._closed.is_set():
             try:
-                with socket.create_connection((self._host, self._port),
-                                              self._connect_s()) as connection:
+                with self._connected() as connection:
                     self._converse(connection)
                 reason = 'the cell has ended the connection'
             except (OSError, FramesBroken, ValueError) as error:
@@ -142,16 +147,44 @@ class RelayConnection:
             with self._lock:
                 self._socket = None
             if not self._closed.is_set():
-                self._listener.on_lost(reason)
+                self._listener.on_lost(reason, self._heard_s)
             self._closed.wait(_AGAIN_S)
 
-    def _connect_s(self) -> float:
-        """While the link is dead, attempts are short: the one after its return must come soon."""
-        return max(_CONNECT_S, 4.0 * self.clock.answer_s)
+    def _connected(self) -> socket.socket:
+        """Connect: one attempt after the other begins, and the first that is answered counts.
+
+        Raises:
+            OSError: none is answered, or the answer is no.
+        """
+        found = socket.getaddrinfo(self._host, self._port, type=socket.SOCK_STREAM)
+        lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
+        begin_s = next_s = time.monotonic()
+        attempts: Deque[Tuple[float, socket.socket]] = deque()
+        count = 0
+        try:
+            while not self._closed.is_set():
+                now_s = time.monotonic()
+                if now_s - begin_s > max(_NO_ANSWER_S, lasting_s):
+                    break
+                while attempts and now_s - attempts[0][0] > lasting_s:
+                    attempts.popleft()[1].close()
+                if now_s >= next_s:
+                    next_s = now_s + _ATTEMPT_S
+                    attempts.append((now_s, _attempt(found[count % len(found)])))
+                    count += 1
+                ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
+                if ready:
+                    return _answered(ready[0].dup(), lasting_s)
+        finally:
+            for _, attempt in attempts:
+                attempt.close()
+        raise socket.timeout('no answer')
 
     def _converse(self, connection: socket.socket) -> None:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.sendall(GREETING)
+        if self._wanted:  # the topics that it offers are known already: what comes, comes sooner
+            connection.sendall(self.wanted_frame())
         with self._lock:
             self._socket = connection
             asked = [json_frame(Kind.FETCH, uri=self._uris[it], channel=it) for it in self._files]
@@ -162,7 +195,7 @@ class RelayConnection:
         while not self._closed.is_set():
             now_s = time.monotonic()
             if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
-                raise OSError('no answer')
+                raise OSError(only_small_packets(self._host) if received == 0 else 'no answer')
             if now_s >= ping_s:
                 ping_s = now_s + _PING_S
                 self._send(number_frame(Kind.PING, time.time_ns()))
@@ -171,7 +204,7 @@ class RelayConnection:
             data = connection.recv(_RECEIVED_BYTES)
             if not data:
                 return
-            heard_s = time.monotonic()
+            heard_s = self._heard_s = time.monotonic()
             received += len(data)
             if received > 0:
                 self._send(number_frame(Kind.ACKNOWLEDGE, received))
@@ -201,6 +234,30 @@ class RelayConnection:
             take = self._files.pop(message.channel, None)
         if take is not None and len(message.data) <= MAX_MESH_BYTES:
             take(message.data)
+
+
+def _attempt(found: Any) -> socket.socket:
+    """Begin to connect to an address as `getaddrinfo` returns it."""
+    attempt = socket.socket(*found[:3])
+    attempt.setblocking(False)
+    try:
+        attempt.connect(found[4])
+    except BlockingIOError:
+        return attempt
+    except OSError:
+        attempt.close()
+        raise
+    return attempt
+
+
+def _answered(connection: socket.socket, timeout_s: float) -> socket.socket:
+    """Return a connection to which there is an answer; raise OSError if it is no."""
+    problem = connection.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+    if problem:
+        connection.close()
+        raise OSError(problem, os.strerror(problem))
+    connection.settimeout(timeout_s)
+    return connection
 
 
 class _Talk:

@@ -216,9 +216,9 @@ class Viewer:
         """See Listener."""
         self._events.put(partial(self._take_left_out, counts))
 
-    def on_lost(self, reason: str) -> None:
+    def on_lost(self, reason: str, heard_s: float) -> None:
         """See Listener."""
-        self._events.put(partial(self._take_loss, reason))
+        self._events.put(partial(self._take_loss, reason, heard_s))
 
     def _take_offer(self, offer: Offer) -> None:
         if self._lost_s is not None:
@@ -301,9 +301,9 @@ class Viewer:
         if run is not None:
             run.stop()
 
-    def _take_loss(self, reason: str) -> None:
+    def _take_loss(self, reason: str, heard_s: float) -> None:
         if self._lost_s is None:
-            self._lost_s = time.monotonic()
+            self._lost_s = heard_s
         if self._said.get('lost') != reason:
             self._say(f'no connection to {self._name}: {_printable(reason)}; trying again')
         self._said['lost'] = reason

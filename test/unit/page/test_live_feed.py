@@ -135,6 +135,8 @@ def test_a_viewer_that_never_answers_is_gone_and_one_that_does_is_not() -> None:
         assert not there.is_gone(now_s)
     assert gone.is_gone(30.0)
     assert not gone.is_gone(10.0)
+    assert gone.is_gone(10.0, is_awaited=True)
+    assert not there.is_gone(now_s, is_awaited=True)
 
 
 @pytest.mark.parametrize('count', [-1, 0, 2, 10 ** 30])

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The connection to a relay: quick to be back, and it knows what was lost."""
+from __future__ import annotations
+
+import queue
+import socket
+import time
+from typing import Any, Iterator, List, Tuple, cast
+
+import pytest
+from surroundings import PATIENCE_S, wait_until
+
+from process_visualizer.nodes import view_relay
+from process_visualizer.nodes.view_relay import ViewRelay
+from process_visualizer.nodes.viewer_link import ViewerLink
+from process_visualizer.remote.frames import GREETING, Kind, LinkFrame, LinkFrameReader
+from process_visualizer.viewing import relay_connection
+from process_visualizer.viewing.relay_connection import Listener, RelayConnection
+
+
+class Losses:
+    """Takes what is said of lost connections."""
+
+    def __init__(self) -> None:
+        self.told: 'queue.Queue[Tuple[str, float]]' = queue.Queue()
+
+    def on_lost(self, reason: str, heard_s: float) -> None:
+        self.told.put((reason, heard_s))
+
+
+@pytest.fixture
+def server() -> Iterator[socket.socket]:
+    with socket.create_server(('127.0.0.1', 0)) as made:
+        made.settimeout(PATIENCE_S)
+        yield made
+
+
+@pytest.fixture
+def losses() -> Losses:
+    return Losses()
+
+
+@pytest.fixture
+def connection(server: socket.socket, losses: Losses) -> Iterator[RelayConnection]:
+    made = RelayConnection('127.0.0.1', server.getsockname()[1], cast(Listener, losses))
+    yield made
+    made.close()
+
+
+def first_frame(there: socket.socket) -> LinkFrame:
+    reader, frames = LinkFrameReader(), cast(List[LinkFrame], [])
+    there.settimeout(PATIENCE_S)
+    while not frames:
+        frames = reader.take(there.recv(1000))
+    return frames[0]
+
+
+def test_a_viewer_that_is_back_says_at_once_what_it_wants(
+        server: socket.socket, connection: RelayConnection) -> None:
+    connection.want(['/b', '/a'])
+    connection.start()
+    for _ in range(2):
+        with server.accept()[0] as there:
+            frame = first_frame(there)
+            assert frame.kind == Kind.WANT and frame.json() == {'topics': ['/a', '/b']}
+
+
+def test_a_loss_says_when_anything_came_last(
+        server: socket.socket, connection: RelayConnection, losses: Losses) -> None:
+    begin_s = time.monotonic()
+    connection.start()
+    with server.accept()[0] as there:
+        there.sendall(GREETING)
+        first_frame(there)  # it has connected, and says something from time to time
+    reason, heard_s = losses.told.get(timeout=PATIENCE_S)
+    assert begin_s <= heard_s <= time.monotonic()
+    assert losses.told.get(timeout=PATIENCE_S)[1] >= heard_s
+
+
+def test_large_packets_that_are_lost_are_told(
+        server: socket.socket, connection: RelayConnection, losses: Losses,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(relay_connection, '_DEAD_S', 0.2)
+    connection.start()
+    with server.accept()[0] as there:
+        there.sendall(GREETING)
+        assert 'only small packets arrive' in losses.told.get(timeout=PATIENCE_S)[0]
+
+
+def test_an_attempt_that_is_not_answered_holds_up_no_other(
+        server: socket.socket, connection: RelayConnection,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    connect, unanswered = relay_connection._attempt, cast(List[socket.socket], [])
+
+    def attempt(found: Any) -> socket.socket:
+        if len(unanswered) == 4:
+            return connect(found)
+        here, there = socket.socketpair()
+        here.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            while True:
+                here.send(bytes(1 << 16))
+        unanswered.append(there)
+        return here
+
+    monkeypatch.setattr(relay_connection, '_CONNECT_S', PATIENCE_S)
+    monkeypatch.setattr(relay_connection, '_NO_ANSWER_S', PATIENCE_S)
+    monkeypatch.setattr(relay_connection, '_ATTEMPT_S', 0.01)
+    monkeypatch.setattr(relay_connection, '_attempt', attempt)
+    connection.start()
+    with server.accept()[0] as there:
+        assert there.recv(len(GREETING)) == GREETING
+        for end in unanswered:  # all are closed
+            with end:
+                end.settimeout(PATIENCE_S)
+                wait_until(lambda it=end: not it.recv(1 << 20), 'its end')  # type: ignore[misc]
+
+
+class Link:
+    """A viewer that has been silent for some time."""
+
+    def __init__(self, silent_s: float) -> None:
+        self.silent_s, self.is_closed = silent_s, False
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+def test_a_silent_viewer_gives_its_place_to_another_one() -> None:
+    relay = ViewRelay('127.0.0.1', range(1 << 15, 1 << 16), '', '')
+    links = [Link(9.0 if number == 3 else 0.1) for number in range(view_relay._MAX_VIEWERS)]
+    relay._links.update(cast(List[ViewerLink], links))
+    assert relay._has_room()
+    assert [number for number, it in enumerate(links) if it.is_closed] == [3]
+    relay._links.add(cast(ViewerLink, Link(0.1)))
+    assert not relay._has_room()
+    relay._listener.close()
