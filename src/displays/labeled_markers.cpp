@@ -134,8 +134,8 @@ std::optional<SceneLabel> LabeledMarkers::sceneLabel(const Label& label,
   const auto anchor = anchorOf(label);
   const bool is_always_seen = always_->getBool();
   if (!anchor && !is_always_seen) return {};
-  SceneLabel shown{label.key, anchor.value_or(Ogre::Vector3::ZERO),
-                   static_cast<float>(label.height_m), {}, {}, is_always_seen};
+  const Ogre::Vector3 place = anchor.value_or(Ogre::Vector3::ZERO);
+  SceneLabel shown{label.key, place, static_cast<float>(label.height_m), {}, {}, is_always_seen};
   for (const LabelLine& line : label.lines) {
     if (hidden.count(line.marker_namespace) > 0) continue;
     shown.lines.push_back({line.text, {line.color.r, line.color.g, line.color.b}});

@@ -16,7 +16,6 @@ from rosgraph.network import (
     write_ros_handshake_header,
 )
 
-
 _WHOLE_FACTOR = 10.0
 _MAX_ANSWER_BYTES = 64 << 20
 

@@ -138,9 +138,9 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
     return f'{address} cannot be reached: {error.strerror or error}'
 
 
-NOT_THE_CELL = ('what answers there is not the cell of this program, or one of another version')
-SAYS_NOTHING = ('it accepts the connection, but says nothing: another program listens there, or the '
-                'cell is stopped')
+NOT_THE_CELL = 'what answers there is not the cell of this program, or one of another version'
+SAYS_NOTHING = ('it accepts the connection, but says nothing: another program listens there, or '
+                'the cell is stopped')
 
 
 def only_small_packets(host: str) -> str:

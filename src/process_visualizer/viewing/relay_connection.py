@@ -8,7 +8,18 @@ import socket
 import threading
 import time
 from collections import deque
-from typing import Any, Callable, Collection, Deque, Dict, List, NamedTuple, Optional, Protocol, Tuple
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Deque,
+    Dict,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Tuple,
+)
 
 from process_visualizer.remote.frames import (
     GREETING,
