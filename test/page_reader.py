@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 _ELEMENT = r'<script type="[a-z/]+" id="{}">(.*?)</script>'
-_TURN_STEPS, _STEPS = 32_767, 65_535
+_TURN_STEPS = 32_767
 
 
 class PageReader:
@@ -29,9 +29,9 @@ class PageReader:
         values = np.frombuffer(self._bytes, f'<{reference["of"]}', reference['n'],
                                reference['at'])
         if reference.get('as') == 'times':
-            return (reference['begin'] + np.cumsum(values.astype(np.int64))) / 1e6
+            return (reference['begin'] + np.cumsum(values.astype(np.int64))) / 1e9
         if reference.get('as') == 'scaled':
-            rows = values.reshape(-1, len(reference['low'])) / _STEPS
+            rows = values.reshape(-1, len(reference['low'])) / np.iinfo(values.dtype).max
             return np.array(reference['low']) + rows * np.array(reference['size'])
         return values if width == 1 else values.reshape(-1, width)
 
@@ -60,7 +60,10 @@ class PageReader:
         times_s = self.column(entry['times'])
         rows = np.hstack((self.column(entry['positions']),
                           self.column(entry['turns'], 4) / _TURN_STEPS))
-        found = np.array([np.interp(time_s, times_s, column) for column in rows.T])
+        if entry.get('between'):
+            found = np.array([np.interp(time_s, times_s, column) for column in rows.T])
+        else:
+            found = rows[max(int(np.searchsorted(times_s, time_s, 'right')) - 1, 0)]
         return found[:3], found[3:] / np.linalg.norm(found[3:])
 
     def links(self, run: int) -> List[Tuple[str, str, int]]:

@@ -8,6 +8,7 @@ from typing import Any, Iterator, List
 
 import numpy as np
 import pytest
+from page_reader import PageReader
 from selenium.webdriver import Chrome
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
@@ -190,6 +191,35 @@ def test_numbers_are_those_of_the_launcher_wherever_it_comes_from(browser: Brows
                 assert text == _words(quantity, label, value)
     finally:
         values.close()
+
+
+LINKS = """const parts = (entries, shown) => entries.map((it, row) => [
+    it.place, shown[row].mesh.visible, Array.from(shown[row].mesh.matrix.elements)]);
+  return [...parts(page.run.parts, page.scene.parts),
+    ...parts(page.run.ghost.parts, page.scene.ghost.parts)];"""
+
+
+def test_links_are_where_the_data_has_them(browser: Browser, shared: Shared) -> None:
+    """Those of the run where the last message had them, those of the ghost between two rows."""
+    reader = PageReader(shared.path.read_text(encoding='utf-8'))
+    for time_s in np.random.default_rng(6).uniform(0.6, 17.5, 8).tolist():
+        browser.seek(time_s)
+        links = browser.run(LINKS)
+        assert all(is_visible for _, is_visible, _ in links)
+        for number, _, elements in links:
+            position, _ = reader.place(0, number, browser.run('return page.transport.time'))
+            assert elements[12:15] == pytest.approx(position.tolist(), abs=1e-5)
+
+
+@pytest.mark.parametrize(('between', 'x_m'), [(True, 0.8), (False, 0.0)])
+def test_the_ghost_moves_between_rows_however_far_apart(browser: Browser, between: bool,
+                                                        x_m: float) -> None:
+    """As in RViz; what was recorded of the run stays where it was."""
+    browser.seek(2.0)
+    browser.run(f"""page.scene.parts[0].place = {{times: [0, 10], positions: [0, 0, 0, 1, 0, 0],
+        turns: [0, 0, 0, 32767, 0, 0, 0, 32767], between: {json.dumps(between)}}};""")
+    browser.seek(8.0)
+    assert browser.run('return page.scene.parts[0].mesh.matrix.elements[12]') == pytest.approx(x_m)
 
 
 def _words(quantity: str, label: str, value: float) -> str:

@@ -74,6 +74,24 @@ def test_an_even_motion_is_exact_at_any_time(steps: List[float], share: float) -
         assert np.allclose(turning, TURNING, atol=1e-5)
 
 
+@pytest.mark.parametrize('rate_hz', [50.0, 125.0, 500.0])
+def test_a_stamp_as_float_seconds_since_1970_says_the_same(rate_hz: float) -> None:
+    """A window is a whole number of periods: its begin must not hang on the last bit of a stamp."""
+    begin_s = 1_700_000_000.0
+    exact_s = np.arange(round(2.0 * rate_hz)) / rate_hz
+    rounded_s = (begin_s + exact_s) - begin_s
+    positions = np.column_stack((np.sin(5.0 * exact_s), np.cos(5.0 * exact_s), exact_s ** 3))
+    exact, rounded = RecordedVelocity(exact_s, positions), RecordedVelocity(rounded_s, positions)
+    for time_s in np.arange(0.3, 1.7, 0.013):
+        assert rounded.velocity(time_s) == pytest.approx(exact.velocity(time_s), abs=2e-5)
+    live = VelocityEstimator(WINDOW_S)
+    for number, (time_s, position) in enumerate(zip(rounded_s.tolist(), positions)):
+        live.add(time_s, position)
+        if time_s > 2.0 * WINDOW_S:
+            middle_s = exact_s[number] - 0.5 * WINDOW_S
+            assert live.velocity() == pytest.approx(exact.velocity(middle_s), abs=2e-5)
+
+
 def test_it_follows_the_motion_without_delay() -> None:
     times_s = np.arange(0.0, 5.0, PERIOD_S)
     path_m = 0.1 * np.sin(2.0 * times_s)

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import List, Optional, Tuple
 
 import numpy as np
 import pytest
+import rosbag
+from geometry_msgs.msg import PoseStamped
 from hypothesis import example, given
 from hypothesis import strategies as st
+from rospy import Time
+from std_msgs.msg import Header
 
+from process_visualizer.bagio.number_places import FieldLocator
+from process_visualizer.bagio.recording import Recording
+from process_visualizer.curves.samples import part_numbers
 from process_visualizer.robot.recorded_velocity import (
     WINDOW_S,
     measuring_times,
@@ -101,6 +109,21 @@ def test_a_part_of_a_recording_has_the_times_of_the_whole() -> None:
     whole = measuring_times(arrival_s, none)
     part = measuring_times(arrival_s[1000:1300], none[1000:1300], sending_period_s(arrival_s))
     assert part[20:200] == pytest.approx(whole[1020:1200], abs=1e-9)
+
+
+def test_stamps_are_read_to_the_nanosecond(tmp_path: Path) -> None:
+    """A velocity's window is a whole number of periods: it must not hang on rounding."""
+    stamps = [Time(1_700_000_000, 8_000_000 * number + 1) for number in range(50)]
+    path = str(tmp_path / 'a.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        for stamp in stamps:
+            bag.write('/pose', PoseStamped(header=Header(stamp=stamp)), stamp)
+    with Recording([path]) as recording:
+        connection = recording.index.connections[0]
+        locator = FieldLocator(connection.type, connection.message_definition,
+                               [f'pose.position.{axis}' for axis in 'xyz'])
+        found = part_numbers(recording, {0: locator})
+    assert found.stamps_ns.tolist() == [it.to_nsec() for it in stamps]
 
 
 def test_stamps_are_used_where_they_can_be() -> None:

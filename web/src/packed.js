@@ -14,7 +14,6 @@ const TYPES = {
   f4: Float32Array, f8: Float64Array, i1: Int8Array, u1: Uint8Array, i2: Int16Array,
   u2: Uint16Array, i4: Int32Array, u4: Uint32Array,
 };
-const STEPS = 65535;
 
 /**
  * Turns base64 of gzip into bytes.
@@ -52,10 +51,10 @@ export class Columns {
 /** @param {Numbers} steps  @param {number} begin */
 function times(steps, begin) {
   const found = new Float64Array(steps.length);
-  let us = begin;
+  let ns = begin;
   for (let row = 0; row < steps.length; ++row) {
-    us += steps[row];
-    found[row] = us / 1e6;
+    ns += steps[row];
+    found[row] = ns / 1e9;
   }
   return found;
 }
@@ -63,9 +62,10 @@ function times(steps, begin) {
 /** @param {Numbers} shares  @param {number[]} low  @param {number[]} size */
 function scaled(shares, low, size) {
   const width = low.length;
+  const steps = 2 ** (8 * shares.BYTES_PER_ELEMENT) - 1;
   const found = new Float32Array(shares.length);
   for (let i = 0; i < shares.length; ++i) {
-    found[i] = low[i % width] + shares[i] / STEPS * size[i % width];
+    found[i] = low[i % width] + shares[i] / steps * size[i % width];
   }
   return found;
 }

@@ -9,7 +9,7 @@ import {
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {cssColor} from './css_color.js';
-import {between, isWithin, placeAt, rowAt} from './tracks.js';
+import {between, held, isWithin, placeAt, rowAt} from './tracks.js';
 
 ColorManagement.enabled = false;  // colours are those of the files, as in RViz
 
@@ -102,7 +102,7 @@ export class CellScene {
     this.columns = columns;
     this.places = run.places.map((/** @type {any} */ it) => it.at ? it : {
       times: columns.of(it.times), positions: columns.of(it.positions),
-      turns: columns.of(it.turns)});
+      turns: columns.of(it.turns), between: it.between});
     this.parts = run.parts.map((/** @type {any} */ it) => this.part(it, this.plain))
       .filter(Boolean);
     this.arrows = run.arrows.map((/** @type {any} */ it) => this.arrow(it));
@@ -149,9 +149,10 @@ export class CellScene {
     this.world.add(mesh);
     return {mesh, frame: this.places[entry.frame], foot: this.places[entry.footFrame],
       offset: new Vector3(...entry.foot ?? []), times: this.columns.of(entry.times),
-      vectors: this.columns.of(entry.vectors), diameter: entry.diameter, beside: entry.beside,
-      device: entry.device, quantity: entry.quantity, tip: new Vector3(),
-      feet: entry.feet ?? null, colors: entry.colors ?? null};
+      vectors: this.columns.of(entry.vectors), vectorAt: entry.between ? between : held,
+      diameter: entry.diameter, beside: entry.beside, device: entry.device,
+      quantity: entry.quantity, tip: new Vector3(), feet: entry.feet ?? null,
+      colors: entry.colors ?? null};
   }
 
   /** @param {any} entry */
@@ -434,7 +435,7 @@ function setArrow(arrow, time, isShown) {
   const foot = placed(arrow.foot, time);
   const at = arrow.offset.clone().applyQuaternion(foot.turn).add(foot.at);
   arrow.tip.copy(at);
-  mesh.visible = isShown && between(arrow.times, arrow.vectors, time, three);
+  mesh.visible = isShown && arrow.vectorAt(arrow.times, arrow.vectors, time, three);
   if (!mesh.visible) return;
   const vector = new Vector3(...three).applyQuaternion(placed(arrow.frame, time).turn);
   if (arrow.beside > 0) at.addScaledVector(sideways(vector), arrow.beside);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What holds at a moment: the newest row, or what lies between two of them.
+// What is shown at a moment: the newest row, as in RViz, or what lies between two of them.
 
-/** Between two rows that are farther apart nothing is known: what was there stays. */
-const LONGEST_GAP_S = 1.0;
 const TURN_STEPS = 32767;
 
 /**
@@ -45,9 +43,24 @@ export function between(times, rows, time, found) {
 }
 
 /**
- * A place: fixed, or one that moves.
+ * Writes what rows of numbers are at a time: those of the last row.
+ * @param {ArrayLike<number>} times
+ * @param {ArrayLike<number>} rows  with as many numbers each as `found`
+ * @param {number} time
+ * @param {number[]} found
+ * @returns {boolean} false before the first row, and where there is nothing (NaN)
+ */
+export function held(times, rows, time, found) {
+  const row = rowAt(times, time);
+  if (row < 0) return false;
+  for (let i = 0; i < found.length; ++i) found[i] = rows[row * found.length + i];
+  return !found.some(Number.isNaN);
+}
+
+/**
+ * A place: fixed, or one that moves; it stays until the next row, or lies between two of them.
  * @typedef {{at: number[]}|{times: ArrayLike<number>, positions: ArrayLike<number>,
- *   turns: ArrayLike<number>}} Place
+ *   turns: ArrayLike<number>, between?: boolean}} Place
  */
 
 /**
@@ -65,7 +78,7 @@ export function placeAt(place, time, found) {
   const row = Math.max(rowAt(times, time), 0);
   const next = Math.min(row + 1, times.length - 1);
   const span = times[next] - times[row];
-  const share = span > 0 && span <= LONGEST_GAP_S
+  const share = place.between && span > 0
     ? Math.min(Math.max((time - times[row]) / span, 0), 1) : 0;
   for (let i = 0; i < 3; ++i) {
     const first = positions[3 * row + i];

@@ -118,7 +118,7 @@ class _Pattern:
             return np.zeros(len(begin), np.int64)
         seconds, nanoseconds = (_column(batch.buffer, begin, Place(at + part, '<u4'))
                                 for part in (0, 4))
-        return (seconds * 1_000_000_000 + nanoseconds).astype(np.int64)
+        return seconds.astype(np.int64) * 1_000_000_000 + nanoseconds.astype(np.int64)
 
 
 def _column(buffer: np.ndarray, begin: np.ndarray, place: Place) -> np.ndarray:

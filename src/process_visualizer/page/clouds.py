@@ -206,8 +206,9 @@ def _in_cell(points: Points, roi: Optional[RegionOfInterest], places: FramePlace
 
 
 def _at(place: Place, time_s: float) -> Placements:
+    """Where a frame was, as tf has it: between two messages too."""
     return constant(place) if isinstance(place, Placement) else resampled(
-        place, np.array([time_s]))
+        place._replace(is_between=True), np.array([time_s]))
 
 
 def _fixed(positions: np.ndarray) -> Placements:

@@ -11,8 +11,9 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.curve_sources import Quantity, curve_sources
 from process_visualizer.curves.samples import Samples, found_series, read_samples
-from process_visualizer.page.numbers import held, velocity_rows
+from process_visualizer.page.numbers import held
 from process_visualizer.page.robots import PageSpan
+from process_visualizer.robot.recorded_velocity import velocity_rows
 from process_visualizer.runs.recorded.robot_series import robot_series
 
 TIME_COLUMNS = ('time [s]', 'stamp [s]')

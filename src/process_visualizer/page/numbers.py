@@ -27,13 +27,10 @@ from process_visualizer.robot.arrows import (
     format_value,
     variable_text,
 )
-from process_visualizer.robot.recorded_velocity import WINDOW_S, segments, slope_windows
-from process_visualizer.robot.velocity import GAP_S
+from process_visualizer.robot.recorded_velocity import velocity_rows
 from process_visualizer.runs.comparison.ghost import ReferenceArrow
 
 _MOMENT_S = MOMENT_NS / 1e9
-_AFTER_S = 1e-6
-"""So much after the last row of a stretch there is nothing any more."""
 
 
 class SourceSamples(NamedTuple):
@@ -102,28 +99,6 @@ def _speed(device: Device, samples: Samples, packed: Packed, span: PageSpan) -> 
     return {'times': packed.times(times_s[rows]),
             'vectors': packed.plain(slopes[rows].astype(np.float32)),
             'format': {'label': style.label, 'unit': style.unit, 'decimals': style.decimals}}
-
-
-def velocity_rows(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (n,) and velocities (n, 3) between which there are straight lines.
-
-    They are those of RecordedVelocity; NaN where there is none.
-    """
-    gap_s = max(GAP_S, 2.0 * WINDOW_S)
-    windows = slope_windows(times_s, positions, WINDOW_S, gap_s)
-    segment = segments(times_s, gap_s)
-    parts: List[Tuple[np.ndarray, np.ndarray]] = []
-    for number in np.unique(windows.segment).tolist():
-        inside, own = windows.segment == number, times_s[segment == number]
-        middle_s, slope = windows.middle_s[inside], windows.slope[inside]
-        begin_s = min(own[0] - 0.5 * WINDOW_S, middle_s[0])
-        end_s = max(own[-1] + 0.5 * WINDOW_S, middle_s[-1])
-        parts.append((np.concatenate(([begin_s], middle_s, [end_s, end_s + _AFTER_S])),
-                      np.vstack((slope[:1], slope, slope[-1:], np.full((1, 3), np.nan)))))
-    if not parts:
-        return np.empty(0), np.empty((0, 3))
-    joined_s, slopes = (np.concatenate(column) for column in zip(*parts))
-    return np.maximum.accumulate(joined_s), slopes
 
 
 def _texts(device: Device, source: CurveSource, found: SourceSamples,
@@ -198,24 +173,23 @@ def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color
 def arrow_entries(
     cell: Cell,
     arrows: Sequence[ReferenceArrow],
-    begin_s: float,
     sources: Sequence[CurveSource],
     places: FramePlaces,
     packed: Packed,
     span: PageSpan,
 ) -> List[Dict[str, Any]]:
-    """Return the arrows of a run, which began at ``begin_s`` of its recording."""
+    """Return the arrows of a recording; a velocity's lies between two rows, others hold."""
     found = []
     for arrow in arrows:
         device = _device_of(cell, arrow)
-        moved = arrow._replace(times_s=arrow.times_s + begin_s)
-        entry = None if device is None else _entry(moved, places, packed, span)
+        entry = None if device is None else _entry(arrow, places, packed, span)
         if entry is None or device is None:
             continue
         quantity = arrow.name[len(device.name) + 1:]
         diameter_m = configured_arrow(device, quantity).diameter_m \
             if quantity in ('velocity', 'force') else VARIABLE_DIAMETER_M
-        found.append({**entry, 'device': device.name, 'quantity': quantity,
+        found.append({**entry, **({'between': True} if quantity == 'velocity' else {}),
+                      'device': device.name, 'quantity': quantity,
                       'color': list(color_of(device, arrow.name, sources)),
                       'diameter': diameter_m, 'beside': 0.0})
     return found
@@ -233,7 +207,7 @@ def ghost_arrow_entries(
     for arrow in arrows:
         device, entry = _device_of(cell, arrow), _entry(arrow, places, packed, span)
         if entry is not None and device is not None:
-            found.append({**entry, 'device': device.name,
+            found.append({**entry, 'between': True, 'device': device.name,
                           'quantity': arrow.name[len(device.name) + 1:],
                           'color': list(GHOST_ARROW_COLOR[:3]),
                           'diameter': GHOST_ARROW_DIAMETER_M, 'beside': BESIDE_M})

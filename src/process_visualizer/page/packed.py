@@ -12,10 +12,12 @@ Reference = Dict[str, Union[str, int, float, List[float]]]
 """Where a column is, of what type, and how its numbers are to be read."""
 
 _ALIGNMENT = 8
-_US_PER_S = 1e6
-_STEPS = 65_535
-_MAX_S = 2_000.0
-"""Between two times; what is farther away is kept as near as this, which is out of sight."""
+_NS_PER_S = 1e9
+_STEPS = {'u2': 65_535, 'u4': 4_294_967_295}
+_LARGE = 6.0
+"""What extends further [m] has 32 bits, so that 16 are exact to 0.05 mm."""
+_SHORT_NS = 2**31 - 1
+"""Steps between two times up to this need four bytes."""
 
 
 class Packed:
@@ -39,21 +41,22 @@ class Packed:
         return self.plain(short if np.array_equal(short, values, equal_nan=True) else values)
 
     def times(self, times_s: np.ndarray) -> Reference:
-        """Add rising times [s], to the microsecond."""
-        us = np.rint(np.asarray(times_s, float) * _US_PER_S).astype(np.int64)
-        begin = int(us[0]) if len(us) else 0
-        steps = np.diff(us, prepend=begin)
-        limit = int(_MAX_S * _US_PER_S)
-        return {**self.plain(np.clip(steps, -limit, limit).astype(np.int32)), 'as': 'times',
+        """Add rising times [s], to the nanosecond: so a step to a message shows that message."""
+        ns = np.rint(np.asarray(times_s, float) * _NS_PER_S).astype(np.int64)
+        begin = int(ns[0]) if len(ns) else 0
+        steps = np.diff(ns, prepend=begin)
+        is_short = not len(steps) or np.abs(steps).max() <= _SHORT_NS
+        return {**self.plain(steps.astype(np.int32 if is_short else np.float64)), 'as': 'times',
                 'begin': begin}
 
     def scaled(self, values: np.ndarray) -> Reference:
-        """Add rows of numbers (n, k) in 16 bits between the least and the greatest of a column."""
+        """Add rows of numbers (n, k) as parts of the way from a column's least to its greatest."""
         known = np.nan_to_num(values, nan=0.0)
         low = known.min(axis=0) if len(known) else np.zeros(values.shape[1])
         size = known.max(axis=0) - low if len(known) else np.zeros(values.shape[1])
         share = np.divide(known - low, size, out=np.zeros_like(known), where=size > 0.0)
-        found = self.plain(np.rint(share * _STEPS).astype(np.uint16))
+        name = 'u2' if not len(size) or size.max() <= _LARGE else 'u4'
+        found = self.plain(np.rint(share * _STEPS[name]).astype(f'<{name}'))
         return {**found, 'as': 'scaled', 'low': low.tolist(), 'size': size.tolist()}
 
     def column(self, reference: Reference, width: int = 1) -> np.ndarray:
@@ -62,10 +65,10 @@ class Packed:
         end = begin + int(reference['n']) * kind.itemsize  # type: ignore[arg-type]
         values = np.frombuffer(self._data[begin:end], kind)
         if reference.get('as') == 'times':
-            return np.asarray((reference['begin'] + np.cumsum(values.astype(np.int64))) / _US_PER_S)
+            return np.asarray((reference['begin'] + np.cumsum(values.astype(np.int64))) / _NS_PER_S)
         if reference.get('as') == 'scaled':
             low, size = np.array(reference['low']), np.array(reference['size'])
-            return np.asarray(low + values.reshape(-1, len(low)) / _STEPS * size)
+            return np.asarray(low + values.reshape(-1, len(low)) / _STEPS[kind.str[1:]] * size)
         return values if width == 1 else values.reshape(-1, width)
 
     def text(self) -> str:

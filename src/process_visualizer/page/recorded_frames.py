@@ -101,14 +101,14 @@ def _pairs(recording: Recording, positions: np.ndarray) -> Iterator[Tuple[str, s
 
 
 def _read(recording: Recording, sent: Dict[str, _Sent]) -> Dict[str, Moving]:
-    """Return where frames are in their parents over the time of the recording."""
+    """Return where frames are in their parents from when each message came, as in RViz."""
     series: List[Series] = []
     for frame, it in sent.items():
         source = CurveSource('', frame, '', (0.0, 0.0, 0.0), Quantity.NUMBER, '')
         series.append(Series(source, SourceLocators((
             {number: TransformLocator(it.parent, frame) for number in it.connections},))))
     found: Dict[str, Moving] = {}
-    for samples in read_samples(recording, series, by_stamp=True):
+    for samples in read_samples(recording, series):
         rows = np.isfinite(samples.values).all(axis=1) & (samples.values[:, 3:].any(axis=1))
         times_s, values = samples.times_s[rows], samples.values[rows]
         times_s, first = np.unique(times_s, return_index=True)

@@ -2,7 +2,8 @@
 """Poses of models' links: by the recorded joints, in the run and in its reference."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+import math
+from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -32,10 +33,14 @@ class PageSpan(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """A place at ``times_s`` (n,), rising; between two of them it is on the straight line."""
+    """A place at ``times_s`` (n,), rising; it stays there until the next of them.
+
+    One ``is_between`` is on the straight line between two of them.
+    """
 
     times_s: np.ndarray
     places: Placements
+    is_between: bool = False
 
 
 Place = Union[Placement, Moving]
@@ -81,6 +86,7 @@ class FramePlaces:
         rows = self._span.rows(place.times_s)
         positions, turns = (column[rows] for column in _whole(place))
         return {'times': self._packed.times(place.times_s[rows]),
+                **({'between': True} if place.is_between else {}),
                 'positions': self._packed.scaled(positions),
                 'turns': self._packed.plain(np.rint(
                     _TURN_STEPS * _continuous(turns)).astype(np.int16))}
@@ -107,10 +113,40 @@ _MAX_BETWEEN = 50
 
 
 class RowsOfJoints(NamedTuple):
-    """Positions [rad or m] by joint (n,) at ``times_s`` (n,)."""
+    """Positions [rad or m] by joint (n,) at ``times_s`` (n,), which hold until the next of them.
+
+    Those that are ``is_between`` change evenly from one to the next.
+    """
 
     times_s: np.ndarray
     positions: Dict[str, np.ndarray]
+    is_between: bool = False
+
+
+_MAX_ROWS = 60_000
+"""Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
+
+
+def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpan) -> RowsOfJoints:
+    """Return the rows of joints, of which each has its last position, as the robot in RViz has it.
+
+    Args:
+        joints: when a joint's messages came [s] (n,), rising, and its positions (n,).
+        span: the part of the recording that counts.
+    """
+    known = {name: (times_s[rows], values[rows]) for name, (times_s, values) in joints.items()
+             for rows in [span.rows(times_s)] if len(times_s)}
+    if not known:
+        return RowsOfJoints(np.empty(0), {})
+    times_s = np.unique(np.concatenate([it for it, _ in known.values()]))
+    times_s = times_s[::math.ceil(len(times_s) / _MAX_ROWS)]
+    return RowsOfJoints(times_s, {
+        name: values[rows_held(own_s, times_s)] for name, (own_s, values) in known.items()})
+
+
+def rows_held(known_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+    """Return which of rising times holds at others (m,): the last one, before all the first."""
+    return np.maximum(np.searchsorted(known_s, times_s, side='right') - 1, 0)
 
 
 def fine_rows(track: JointTrack) -> RowsOfJoints:
@@ -131,7 +167,7 @@ def fine_rows(track: JointTrack) -> RowsOfJoints:
         times_s = (1.0 - share) * times_s[first] + share * times_s[behind]
         share = share[:, np.newaxis]
         positions = (1.0 - share) * positions[first] + share * positions[behind]
-    return RowsOfJoints(times_s, dict(zip(track.joints, positions.T)))
+    return RowsOfJoints(times_s, dict(zip(track.joints, positions.T)), True)
 
 
 def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict[str, Place]:
@@ -160,13 +196,17 @@ def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
     if joint.name in rows.positions:
         moved = of_joint(joint, rows.positions[joint.name])
         outer = constant(parent) if isinstance(parent, Placement) else parent.places
-        return Moving(rows.times_s, outer.then(moved))
+        return Moving(rows.times_s, outer.then(moved), rows.is_between)
     return carried(parent, joint.placement({joint.name: 0.0}) or Placement())
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:
     """Return where something is at other times (n,); outside its own times it stands still."""
-    rows = np.hstack(_whole(place))
+    positions, turns = _whole(place)
+    if not place.is_between:
+        held = rows_held(place.times_s, times_s)
+        return Placements(positions[held], turns[held])
+    rows = np.hstack((positions, turns))
     inside_s = np.clip(times_s, place.times_s[0], place.times_s[-1])
     found = interpolated(inside_s, place.times_s, rows, np.inf, slice(3, 7))
     return Placements(found[:, :3], found[:, 3:])
@@ -175,9 +215,10 @@ def resampled(place: Moving, times_s: np.ndarray) -> Placements:
 def moved_along(parent: Place, inner: Moving) -> Moving:
     """Return where something is that moves in a frame, which may move too."""
     if isinstance(parent, Placement):
-        return Moving(inner.times_s, constant(parent).then(inner.places))
+        return inner._replace(places=constant(parent).then(inner.places))
     times_s = np.union1d(parent.times_s, inner.times_s)
-    return Moving(times_s, resampled(parent, times_s).then(resampled(inner, times_s)))
+    return Moving(times_s, resampled(parent, times_s).then(resampled(inner, times_s)),
+                  parent.is_between or inner.is_between)
 
 
 def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
@@ -187,16 +228,21 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
     if not len(rows.times_s):
         return base, RowsOfJoints(base.times_s, {})
     times_s = np.union1d(base.times_s, rows.times_s)
+    if not rows.is_between:
+        held = rows_held(rows.times_s, times_s)
+        return base._replace(times_s=times_s, places=resampled(base, times_s)), RowsOfJoints(
+            times_s, {name: values[held] for name, values in rows.positions.items()})
     times_s = times_s[(times_s >= rows.times_s[0]) & (times_s <= rows.times_s[-1])]
-    return Moving(times_s, resampled(base, times_s)), RowsOfJoints(times_s, {
-        name: np.interp(times_s, rows.times_s, values) for name, values in rows.positions.items()})
+    return Moving(times_s, resampled(base, times_s), True), RowsOfJoints(times_s, {
+        name: np.interp(times_s, rows.times_s, values)
+        for name, values in rows.positions.items()}, True)
 
 
 def carried(parent: Place, inner: Placement) -> Place:
     """Return where something fixed to a frame is."""
     if isinstance(parent, Placement):
         return parent.then(inner)
-    return Moving(parent.times_s, parent.places.then(constant(inner)))
+    return parent._replace(places=parent.places.then(constant(inner)))
 
 
 def base_place(device: Device) -> Placement:
@@ -207,9 +253,8 @@ def base_place(device: Device) -> Placement:
     return Placement(device.base.pose.xyz, (x, y, z, w))
 
 
-def joints_without_data(kinematics: Kinematics, track: Optional[JointTrack]) -> List[str]:
-    """Return the joints of a model that nothing was recorded of."""
-    known = () if track is None else track.joints
+def joints_without_data(kinematics: Kinematics, known: Collection[str]) -> List[str]:
+    """Return the joints of a model that are not among those of which something was recorded."""
     return [name for name in kinematics.joint_names if name not in known]
 
 

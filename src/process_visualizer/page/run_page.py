@@ -12,6 +12,7 @@ from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.curves import colored
 from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import found_series, read_samples
+from process_visualizer.curves.source_locators import joint_matching
 from process_visualizer.page.clouds import cloud_entries
 from process_visualizer.page.lanes import alarm_entries, curves_of, grid_over, lane_entries
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
@@ -19,6 +20,7 @@ from process_visualizer.page.numbers import (
     SourceSamples,
     arrow_entries,
     ghost_arrow_entries,
+    held,
     is_whole,
     number_entry,
 )
@@ -33,6 +35,7 @@ from process_visualizer.page.robots import (
     carried,
     deviation_entry,
     fine_rows,
+    held_rows,
     joints_without_data,
     link_places,
     shown_spans,
@@ -48,7 +51,6 @@ from process_visualizer.runs.comparison.ghost import (
     arms,
     ghost_arrows,
     ghost_tracks,
-    reference_tracks,
     run_arrows,
 )
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
@@ -59,6 +61,8 @@ from process_visualizer.runs.comparison.wording import (
     unjudged_texts,
     verdict,
 )
+from process_visualizer.runs.recorded.robot_series import joint_series
+from process_visualizer.runs.recorded.run_reader import as_received
 from process_visualizer.runs.run import Run
 
 MAX_ROWS = 12
@@ -99,7 +103,6 @@ def _moments(run: Run, span: PageSpan) -> List[Dict[str, Any]]:
 
 
 _NORMAL_STEPS = 127
-_NO_ROWS = RowsOfJoints(np.empty(0), {})
 
 
 class Judged(NamedTuple):
@@ -169,33 +172,35 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
+    read = _read(shared, recording)
     places = FramePlaces(packed, span)
     places.add(cell.frame, Placement())
     for device in cell.devices:
         if device.base is not None:
             places.add(device.base.frame, base_place(device))
-    arrows = run_arrows(cell, run, shared.models)
+    arrows = run_arrows(cell, as_received(recording, cell, [it.samples for it in read.numbers]),
+                        shared.models)
     add_recorded_frames(places, recording, [
         *(it.root for it in shared.arms.values()),
         *(frame for it in arrows for frame in (it.frame, it.foot_frame)),
         *(it.roi.frame for it in cell.devices if it.roi is not None and with_clouds)])
-    tracks = {it.device: it for it in reference_tracks(cell, run, shared.models)}
     for name, arm in shared.arms.items():
         if places.find(arm.root) is None and arm.device.base is None:
             notes.append(f'{name}: the recording does not say where its frame {arm.root} is; '
                          f'shown at {cell.frame}')
-        track = tracks.get(name)
-        rows = _NO_ROWS if track is None else fine_rows(track.there)
-        rows = rows._replace(times_s=rows.times_s + run.begin_s)
-        unknown = joints_without_data(arm.kinematics, None if track is None else track.there)
+        joints = read.joints.get(name, {})
+        unknown = joints_without_data(arm.kinematics, joints)
         if unknown:
             notes.append(f'{name}: no positions of {", ".join(unknown[:4])}'
                          f'{" …" if len(unknown) > 4 else ""} were recorded; shown at 0')
-        _add_arm(places, arm, rows, _base(places, arm))
+        _add_arm(places, arm, held_rows(joints, span), _base(places, arm))
     clouds, missing = cloud_entries(cell.devices, recording, places, packed, span) \
         if with_clouds else ([], [])
     notes += missing
-    samples, entries = _numbers(cell, recording, packed, span)
+    by_name = {it.name: it for it in cell.devices}
+    samples = read.numbers
+    entries = [number_entry(by_name[it.samples.source.device], it, packed, span)
+               for it in samples if len(it.samples.times_s)]
     sources = [it.samples.source for it in samples]
     grid = grid_over(duration_s, span)
     curves = curves_of([it.samples for it in samples], grid)
@@ -208,9 +213,9 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
         'lanes': lane_entries(curves, labels, bands, grid, packed),
         'alarms': alarm_entries(cell.devices, curves, span),
         'parts': [{**part, 'place': places.number(str(part['link']))} for part in shared.parts],
-        'arrows': arrow_entries(cell, arrows, run.begin_s, sources, places, packed, span),
+        'arrows': arrow_entries(cell, arrows, sources, places, packed, span),
         'tools': {name: {'place': number, 'up': upwards(base_place(arm.device))}
-                  for name, arm in shared.arms.items() if name in tracks
+                  for name, arm in shared.arms.items() if name in read.joints
                   for number in [places.number(arm.tool)] if number is not None},
         'clouds': clouds, 'ghost': _ghost(shared, judged, places, packed, span)}
     entry['places'] = places.entries
@@ -234,15 +239,29 @@ def _add_arm(places: FramePlaces, arm: GhostArm, rows: RowsOfJoints, base: Place
             places.add(frame, carried(found[fixed[0]], fixed[1]))
 
 
-def _numbers(cell: Cell, recording: Recording, packed: Packed,
-             span: PageSpan) -> Tuple[List[SourceSamples], List[Dict[str, Any]]]:
+class _Read(NamedTuple):
+    """What a recording has: numbers, and by robot and joint the times [s] and positions (n,)."""
+
+    numbers: List[SourceSamples]
+    joints: Dict[str, Dict[str, Tuple[np.ndarray, np.ndarray]]]
+
+
+def _read(shared: PageCell, recording: Recording) -> _Read:
+    """Read it at once; messages count from when they came, as for what RViz shows."""
+    cell = shared.cell
     series = colored(found_series(recording, curve_sources(cell.devices), cell.devices))
-    samples = [SourceSamples(found, is_whole(recording, it))
-               for it, found in zip(series, read_samples(recording, series))]
-    by_name = {it.name: it for it in cell.devices}
-    entries = [number_entry(by_name[it.samples.source.device], it, packed, span)
-               for it in samples if len(it.samples.times_s)]
-    return samples, entries
+    of_joints = [(arm.device, joint, it) for name, arm in shared.arms.items()
+                 for joint, it in joint_series(recording, arm.device, shared.models[name]).items()]
+    samples = read_samples(recording, [*series, *(it for _, _, it in of_joints)])
+    joints: Dict[str, Dict[str, Tuple[np.ndarray, np.ndarray]]] = {}
+    for (device, joint, _), found in zip(of_joints, samples[len(series):]):
+        times_s, values = held(found)
+        known = np.isfinite(values)
+        if known.any():
+            offset = joint_matching(device, shared.models[device.name]).offset(joint)
+            joints.setdefault(device.name, {})[joint] = times_s[known], values[known] + offset
+    return _Read([SourceSamples(found, is_whole(recording, it))
+                  for it, found in zip(series, samples)], joints)
 
 
 def _ghost(shared: PageCell, judged: Judged, places: FramePlaces, packed: Packed,

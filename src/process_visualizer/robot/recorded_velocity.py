@@ -8,7 +8,7 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tup
 import numpy as np
 
 from process_visualizer.robot.rotations import Quaternion, Triple
-from process_visualizer.robot.velocity import GAP_S, slope_of_rotations
+from process_visualizer.robot.velocity import GAP_S, TIE_S, slope_of_rotations
 
 # Least-squares slopes over the windows of a whole series, as VelocityEstimator takes them.
 
@@ -48,7 +48,7 @@ def slope_windows(times_s: np.ndarray, values: np.ndarray, window_s: float,
         values: (n, d).
         window_s, gap_s: [s].
     """
-    rows = np.flatnonzero(_without_repetitions(times_s, values, 0.5 * window_s))
+    rows = np.flatnonzero(_without_repetitions(times_s, values, 0.5 * window_s - TIE_S))
     segment = segments(times_s, gap_s)[rows]
     times_s, values = times_s[rows], values[rows]
     first, behind = _window_bounds(times_s, segment, window_s)
@@ -77,7 +77,7 @@ def _without_repetitions(times_s: np.ndarray, values: np.ndarray, hold_s: float)
 def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
             window_s: float) -> Tuple[np.ndarray, np.ndarray]:
     """Return the first sample (m,) of each window that is long enough, and the one behind it."""
-    first = np.searchsorted(times_s, times_s - window_s, side='right') - 1
+    first = np.searchsorted(times_s, times_s - window_s + TIE_S, side='right') - 1
     first = np.maximum(first, np.searchsorted(segment, segment, side='left'))
     behind = np.searchsorted(segment, segment, side='right')
     # Behind the windows that end with each sample, those that begin later than the last of them.
@@ -86,7 +86,7 @@ def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
                        kind='stable')
     first = np.concatenate((first, begin_late))[order]
     behind = np.concatenate((np.arange(len(times_s)) + 1, behind[begin_late]))[order]
-    known = times_s[behind - 1] - times_s[first] >= 0.5 * window_s
+    known = times_s[behind - 1] - times_s[first] >= 0.5 * window_s - TIE_S
     return first[known], behind[known]
 
 
@@ -264,6 +264,32 @@ class RecordedVelocity:
     def _slope_of_rotations(self, windows: SlopeWindows, window: int) -> Triple:
         rows = windows.rows[windows.first[window]:windows.behind[window]]
         return slope_of_rotations(self._times_s[rows].tolist(), self._quaternions[rows].tolist())
+
+
+_AFTER_S = 1e-6
+"""So much after the last row of a stretch there is nothing any more."""
+
+
+def velocity_rows(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return times [s] (n,) and velocities (n, 3) between which there are straight lines.
+
+    They are those of RecordedVelocity; NaN where there is none.
+    """
+    gap_s = max(GAP_S, 2.0 * WINDOW_S)
+    windows = slope_windows(times_s, positions, WINDOW_S, gap_s)
+    segment = segments(times_s, gap_s)
+    parts: List[Tuple[np.ndarray, np.ndarray]] = []
+    for number in np.unique(windows.segment).tolist():
+        inside, own = windows.segment == number, times_s[segment == number]
+        middle_s, slope = windows.middle_s[inside], windows.slope[inside]
+        begin_s = min(own[0] - 0.5 * WINDOW_S, middle_s[0])
+        end_s = max(own[-1] + 0.5 * WINDOW_S, middle_s[-1])
+        parts.append((np.concatenate(([begin_s], middle_s, [end_s, end_s + _AFTER_S])),
+                      np.vstack((slope[:1], slope, slope[-1:], np.full((1, 3), np.nan)))))
+    if not parts:
+        return np.empty(0), np.empty((0, 3))
+    joined_s, slopes = (np.concatenate(column) for column in zip(*parts))
+    return np.maximum.accumulate(joined_s), slopes
 
 
 def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[float], List[float]]:

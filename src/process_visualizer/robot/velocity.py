@@ -17,6 +17,9 @@ from process_visualizer.robot.rotations import (
 )
 
 GAP_S = 1.0  # greater ones between two poses end what a velocity is found from
+TIE_S = 1e-6
+"""A sample this near to the begin of a window is at it: many periods divide a window, and a stamp
+that is a float64 number of seconds since 1970 is exact to a quarter of this."""
 
 
 class _Sample(NamedTuple):
@@ -92,7 +95,7 @@ class VelocityEstimator:
         if samples and self._is_repetition(sample, samples[-1]):
             return
         samples.append(sample)
-        while len(samples) > 2 and abs(samples[1].time_s - time_s) >= self._window_s:
+        while len(samples) > 2 and abs(samples[1].time_s - time_s) >= self._window_s - TIE_S:
             samples.popleft()
 
     def velocity(self) -> Optional[Triple]:
@@ -115,12 +118,12 @@ class VelocityEstimator:
 
     def _is_known(self) -> bool:
         times = [sample.time_s for sample in self._samples]
-        return len(times) > 1 and max(times) - min(times) >= 0.5 * self._window_s
+        return len(times) > 1 and max(times) - min(times) >= 0.5 * self._window_s - TIE_S
 
     def _is_repetition(self, sample: _Sample, last: _Sample) -> bool:
         """Return whether a pose repeats the last one, for less than half a window."""
         return (sample.position == last.position and sample.quaternion == last.quaternion
-                and abs(sample.time_s - last.time_s) < 0.5 * self._window_s)
+                and abs(sample.time_s - last.time_s) < 0.5 * self._window_s - TIE_S)
 
 
 def slope(times_s: Sequence[float], vectors: Sequence[Triple]) -> Triple:

@@ -12,7 +12,8 @@ from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.page.lanes import lane_scale
-from process_visualizer.page.numbers import color_of, velocity_rows
+from process_visualizer.page.numbers import color_of
+from process_visualizer.robot.recorded_velocity import velocity_rows
 
 CELL = '''<visualizer>
   <device type="other" name="machine">

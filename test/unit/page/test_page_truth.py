@@ -6,10 +6,15 @@ import math
 from pathlib import Path
 from typing import Dict, List
 
+import genpy
 import numpy as np
 import pytest
+import rosbag
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 from page_reader import PageReader, between
+from sensor_msgs.msg import JointState
 from sewing_runs import CELL, write_sewing_run
+from std_msgs.msg import Header
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
@@ -17,6 +22,7 @@ from process_visualizer.curves.position_values import PositionValues, key_of
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.page.robots import base_place
 from process_visualizer.robot.description import describe_device
+from process_visualizer.robot.joints import JointTrack
 from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.rotations import rotation_vector_between
 from process_visualizer.runs.comparison.comparison import GoodRuns
@@ -70,7 +76,7 @@ def test_texts_are_in_the_words_of_rviz(shared: Shared) -> None:
         assert page.text(edge, time_s) == f'upper edge {page.value(edge, time_s):.0f}'
 
 
-def test_links_are_where_the_kinematics_have_them(shared: Shared) -> None:
+def test_links_are_where_the_last_joints_have_them(shared: Shared) -> None:
     cell = XmlParser().parse(str(CELL))
     run, = ChosenRuns(cell).runs([f'{shared.poor}#1'])
     tracks = {it.device: it.there for it in reference_tracks(cell, run)}
@@ -83,8 +89,8 @@ def test_links_are_where_the_kinematics_have_them(shared: Shared) -> None:
     assert {device for device, _, _ in links} == set(models)
     for time_s in POSITIONS_S:
         for device, link, number in links:
-            joints = {} if device not in tracks else tracks[device].at(time_s - run.begin_s)
-            assert joints is not None
+            joints = {} if device not in tracks else last_joints(
+                tracks[device], time_s - run.begin_s)
             inner = models[device].placement(link, models[device].links[0], joints)
             assert inner is not None
             place = base_place(cell.device(device)).then(inner)
@@ -92,6 +98,55 @@ def test_links_are_where_the_kinematics_have_them(shared: Shared) -> None:
             assert math.dist(position, place.position) < 2e-4
             angle = math.hypot(*rotation_vector_between(place.quaternion, tuple(turn.tolist())))
             assert math.degrees(angle) < 0.05
+
+
+def last_joints(track: JointTrack, time_s: float) -> Dict[str, float]:
+    """As robot_state_publisher has them."""
+    row = int(np.searchsorted(track.times_s, time_s, side='right')) - 1
+    return dict(zip(track.joints, track.positions[row].tolist()))
+
+
+ARM = '<robot name="arm"><link name="foot"/>' + ''.join(
+    f'''<link name="{link}"><visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual></link>
+<joint name="{joint}" type="prismatic"><parent link="{parent}"/><child link="{link}"/>
+<axis xyz="{axis}"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'''
+    for joint, parent, link, axis in (('reach', 'foot', 'hand', '1 0 0'),
+                                      ('grip', 'hand', 'jaw', '0 1 0'))) + '</robot>'
+ARM_CELL = '''<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>
+<base frame="foot"/><tool frame="hand"/><topic name="joints" type="joint_states"/>
+<topic name="grip" type="joint_states"/>
+<topic name="wrench" type="force_sensor" msg="geometry_msgs/WrenchStamped"/></device>
+</visualizer>'''
+LATE_S = 0.03
+"""Between stamp and arrival."""
+
+
+def test_messages_count_from_when_they_came_and_each_joint_has_its_last(tmp_path: Path) -> None:
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(ARM_CELL, encoding='utf-8')
+    (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(40):
+            came_s, step = 100.0 + 0.1 * number, 0.1 * number
+            header = Header(stamp=genpy.Time.from_sec(came_s - LATE_S), frame_id='hand')
+            came = genpy.Time(nsecs=round(came_s * 1e9) + 7)
+            file.write('/joints', JointState(header, ['reach'], [step], [], []), came)
+            file.write('/wrench', WrenchStamped(header, Wrench(force=Vector3(step, 0, 0))), came)
+            if number % 5 == 0:
+                file.write('/grip', JointState(header, ['grip'], [-step], [], []), came)
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    reader = PageReader(page.read_text(encoding='utf-8'))
+    places = {link: number for _, link, number in reader.links(0)}
+    arrow = next(it for it in reader.data['runs'][0]['arrows'] if it['quantity'] == 'force')
+    forces_s = reader.column(arrow['times'])
+    assert not arrow.get('between')
+    for time_s, last in ((1.0, 10), (1.05, 10), (1.075, 10), (1.0999999, 10), (1.1, 11), (3.0, 30)):
+        reach, grip = 0.1 * last, -0.5 * (last // 5)
+        assert reader.place(0, places['hand'], time_s)[0] == pytest.approx(
+            [reach, 0.0, 0.0], abs=1e-4)
+        assert reader.place(0, places['jaw'], time_s)[0] == pytest.approx(
+            [reach, grip, 0.0], abs=1e-4)
+        assert np.searchsorted(forces_s, time_s, side='right') == last + 1
 
 
 def test_the_ghost_is_as_far_away_as_in_rviz(shared: Shared) -> None:

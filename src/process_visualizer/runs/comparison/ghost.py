@@ -30,7 +30,7 @@ from process_visualizer.robot.description import RobotDescription, usable_descri
 from process_visualizer.robot.frames import meant_frame
 from process_visualizer.robot.joints import JointTrack
 from process_visualizer.robot.kinematics import Kinematics, Placement
-from process_visualizer.robot.recorded_velocity import WINDOW_S, slope_windows
+from process_visualizer.robot.recorded_velocity import velocity_rows
 from process_visualizer.robot.rotations import Triple, matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.robot.tool_frame import base_frame, tool_frame
 from process_visualizer.runs.comparison.comparison import Comparison
@@ -273,11 +273,10 @@ def _robot_arrows(
 
 def _velocity_arrow(arm: GhostArm, motion: ToolMotion) -> ReferenceArrow:
     """It is in the base frame, as the robot processor has it."""
-    windows = slope_windows(motion.times_s, motion.positions, WINDOW_S)
+    times_s, slopes = velocity_rows(motion.times_s, motion.positions)
     base = arm.device.base
     turn = np.eye(3) if base is None else matrix_from_quaternion(quaternion_from_ypr(base.pose.ypr))
-    return _tool_arrow(arm, 'velocity', base_frame(arm.device), windows.middle_s,
-                       windows.slope @ turn)
+    return _tool_arrow(arm, 'velocity', base_frame(arm.device), times_s, slopes @ turn)
 
 
 def _force_arrow(arm: GhostArm, force: ToolForce) -> ReferenceArrow:

@@ -15,7 +15,7 @@ from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.message_values import message_values
 from process_visualizer.bagio.number_places import FieldLocator, Locator
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.cell.model import Device, DeviceType, Topic, TopicFunction
+from process_visualizer.cell.model import Device, DeviceType, TopicFunction
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Series, found_series
 from process_visualizer.curves.source_locators import SourceLocators, joint_locator, joint_matching
@@ -39,17 +39,19 @@ def robot_series(recording: Recording, devices: Sequence[Device]) -> List[Series
     found: List[Series] = []
     for device in robots:
         description = usable_description(device)
-        topics = device.topics_for(TopicFunction.JOINT_STATES)
-        if description is not None and topics:
-            found += _joints(recording, device, topics, description)
+        if description is not None:
+            found += joint_series(recording, device, description).values()
         if description is not None:
             found += _lags(recording, device, description)
     return found + found_series(recording, list(_torques(robots)), devices)
 
 
-def _joints(recording: Recording, device: Device, topics: Sequence[Topic],
-            description: RobotDescription) -> Iterator[Series]:
+def joint_series(recording: Recording, device: Device,
+                 description: RobotDescription) -> Dict[str, Series]:
+    """Return the series of a robot's joints by their names, as far as a recording has them."""
+    topics = device.topics_for(TopicFunction.JOINT_STATES)
     matching = joint_matching(device, description)
+    found: Dict[str, Series] = {}
     connections = [number for topic in topics
                    for number in recording.index.connections_of(topic.name)]
     for joint in matching.joints:
@@ -59,8 +61,10 @@ def _joints(recording: Recording, device: Device, topics: Sequence[Topic],
             if locator is not None:
                 located[number] = locator
         if located:
-            yield Series(_source(device, description, joint, '', Quantity.JOINT, topics[0].name),
-                         SourceLocators((located,)))
+            found[joint] = Series(
+                _source(device, description, joint, '', Quantity.JOINT, topics[0].name),
+                SourceLocators((located,)))
+    return found
 
 
 def _source(device: Device, description: RobotDescription, joint: str, suffix: str,

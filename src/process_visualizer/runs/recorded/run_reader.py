@@ -165,6 +165,17 @@ def read_run(recording: Recording, cell: Cell,
                             for it in cell.phases))
 
 
+def as_received(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Run:
+    """Return what a recording has as numbers that hold from when they came, as RViz shows them.
+
+    Its times are those of the recording, of speeds when they were measured.
+    """
+    return Run(os.path.basename(recording.paths[0]),
+               (recording.end_ns - recording.begin_ns) / 1e9, _distinct(samples),
+               tuple(_motions(recording, cell, samples)), recording=recording.paths,
+               forces=tuple(_forces(recording, samples, Quantity.FORCE)))
+
+
 def _is_unmeasured(samples: Samples) -> bool:
     """Return whether a sensor of forces only sends no torques, or no joint has a command."""
     return samples.source.quantity in (Quantity.TORQUE, Quantity.LAG) and not bool(
