@@ -241,7 +241,9 @@ class Trial:
         with Recording([str(self._scene.bag)]) as recording:
             times_ns = recording.index.time_ns
             begin_ns = recording.begin_ns
-        for number in range(self._count):
+        number = found = 0
+        while found < self._count:
+            number += 1
             player.seek(round(self._chance.uniform(begin_s + 0.3, end_s - 0.3), 4))
             way = ('sought', 'forwards', 'sought', 'backwards')[number % 4]
             try:
@@ -257,6 +259,7 @@ class Trial:
             position_ns = begin_ns + round(position_s * 1e9)
             if way != 'sought' and np.count_nonzero(times_ns == position_ns) > 1:
                 continue  # between messages of one time, which no time tells apart
+            found += 1
             yield way, position_s
 
     @staticmethod

@@ -9,9 +9,11 @@ from typing import Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 import numpy as np
 import pytest
-from recorded_rows import BEGIN_S, Row, write_bag
+from recorded_rows import BEGIN_S, Row, stamp, write_bag
 from robot_stage import RobotStage, array, transform
+from sensor_msgs.msg import JointState
 from simulated_player import SimulatedPlayer
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.player.bag_player import HEAD_START_NS
@@ -28,6 +30,9 @@ PARAMETERS: Dict[str, Mapping[str, object]] = {
     # a driver that sends what it measured 0.1 s before
     'l': {'base_frame': 'n/base', 'topics': {'tool_center_frame': {'name': '/n/tcf',
                                                                    'latency': 0.1}}},
+    # joints and a model alone
+    'j': {'base_frame': 'j/base', 'tool_frame': 'j/tip', 'topics': {'joint_states': {
+        'name': '/j/q', 'msg': 'sensor_msgs/JointState'}}},
     # the same arrays in the frame of a maker, which is turned by half a turn
     'm': {'base_frame': 'left_base_link', 'tool_frame': 'left_tool', 'link_prefix': 'left_',
           'topics': {'tool_center_frame': {'name': '/n/tcf', 'parent_frame': 'base'}}}}
@@ -246,6 +251,28 @@ def test_a_tool_on_tf(stage: Callable[..., Shown]) -> None:
         before, after = (np.array(place(1000 * (position_s + by))) for by in (-0.05, 0.05))
         np.testing.assert_allclose(shown.robot.velocity()[:2], (after - before)[:2] / 0.1,
                                    atol=0.005)
+
+
+SLIDE = '''<robot name="j"><link name="j/base"/><link name="j/tip"/>
+<joint name="reach" type="prismatic"><parent link="j/base"/><child link="j/tip"/>
+<axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="9"/></joint></robot>'''
+
+
+def test_a_tool_by_joints_alone_has_the_velocity_of_its_curve(
+        stage: Callable[..., Shown], tmp_path: Path) -> None:
+    times_s = np.arange(0.0, 12.0, 0.008)
+    reach_m = 0.3 * np.sin(4.0 * times_s)
+    played = write_bag(tmp_path / 'joints.bag', [
+        Row('/j/q', round(1000 * time_s), JointState(
+            Header(stamp=stamp(1000 * time_s)), ['reach'], [x_m], [], []))
+        for time_s, x_m in zip(times_s.tolist(), reach_m.tolist())])
+    shown = stage('j', SLIDE, played)
+    curve = RecordedVelocity(times_s, np.outer(reach_m, (1.0, 0.0, 0.0)))
+    for position_s in (4.0, 11.0, 0.5):
+        shown.seek(position_s)
+        shown.robot.node.advance(0.2)
+        np.testing.assert_allclose(shown.robot.velocity(), curve.velocity(position_s),
+                                   atol=NEAR_M_PER_S)
 
 
 def test_a_driver_with_a_latency(stage: Callable[..., Shown]) -> None:

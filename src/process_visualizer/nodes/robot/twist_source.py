@@ -103,7 +103,10 @@ class RecordedJoints(NamedTuple):
 
 SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
-"""At most this rate of joint states is used, as by robot_state_publisher."""
+"""At most this rate of joint states is used beside poses, as by robot_state_publisher.
+
+Of a tool that is found by joints alone each state counts, as for its curve.
+"""
 ANSWER_S = 5.0
 _NS = 1e-9
 _SHORTEST = 0.9  # of a period: joint states come unevenly
@@ -219,6 +222,7 @@ class RecordedReader:
     def _joint_events(self, decoder: PoseDecoder, topic: str, joints: TopicPart
                       ) -> Iterator[_Event]:
         assert self._joints is not None
+        shortest_s = _SHORTEST / JOINTS_HZ if self._has_poses else 0.0
         new: Dict[str, float] = {}
         next_s = -math.inf
         for recorded_s, message in joints.messages:
@@ -229,7 +233,7 @@ class RecordedReader:
                 continue  # joint_proc reports it when it is played
             new.update(found.positions)
             if new and recorded_s >= next_s:
-                next_s = recorded_s + _SHORTEST / JOINTS_HZ
+                next_s = recorded_s + shortest_s
                 yield _Event(recorded_s, partial(decoder.take_joints, new, found.stamp),
                              joints.period_s)
                 new = {}
