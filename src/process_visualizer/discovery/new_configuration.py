@@ -8,6 +8,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Container, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -155,6 +156,9 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
 
 _EVALUATED = re.compile(r'\$+(?=[{(])')
 """What xacro evaluates; with one more sign of the dollar it stands for itself."""
+_SAFE_NAME, _SAFE_VALUE = re.compile(r'\w+'), re.compile(r"[^'\"\\\\$\x00-\x1f]*")
+"""Of arguments that stand in an expression of Python."""
+_NOT_GIVEN = '(not given)'
 
 
 def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
@@ -164,9 +168,9 @@ def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
     as they were read with limits, and nothing in them is evaluated once more.
 
     Raises:
-        ValueError: two devices need different texts of one file.
+        ValueError: two devices need different texts of one file, and cannot have them.
     """
-    texts: Dict[str, str] = {}
+    variants: Dict[str, Dict[Tuple[Tuple[str, str], ...], str]] = {}
     remarks: List[str] = []
     for device in cell.devices:
         model = device.model
@@ -174,16 +178,34 @@ def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
             continue
         path = os.path.realpath(model_path(model))
         description = load_robot_description(path, model.arguments, confined_to=model.confined_to)
-        text = description.text
-        if path.endswith('.xacro'):
-            mentioned = ' '.join(f'$(arg {name})' for name, _ in model.arguments)
-            text = _EVALUATED.sub(r'\g<0>$', text) + (
-                f'\n<!-- These arguments are in it already: {mentioned} -->\n' if mentioned else '')
-        if texts.setdefault(path, text) != text or '--' in ''.join(dict(model.arguments)):
-            raise ValueError(f'the arguments of {os.path.basename(path)} cannot be kept')
+        variants.setdefault(path, {})[tuple(sorted(dict(model.arguments).items()))] = \
+            description.text
         remarks += [f'The model of {device.name} had the mesh or texture "{it}", which is not in '
                     'an installed package.' for it in description.ignored]
-    return texts, remarks
+    return {path: _one_text(os.path.basename(path), texts) for path, texts in variants.items()
+            }, remarks
+
+
+def _one_text(name: str, texts: Mapping[Tuple[Tuple[str, str], ...], str]) -> str:
+    """Return a model's text for each choice of its arguments as one text that has them all."""
+    if not name.endswith('.xacro'):
+        return next(iter(texts.values()))
+    names = sorted({argument for given in texts for argument, _ in given})
+    values = [value for given in texts for _, value in given] if len(texts) > 1 else []
+    if not (all(map(_SAFE_NAME.fullmatch, names)) and all(map(_SAFE_VALUE.fullmatch, values))):
+        raise ValueError(f'the arguments of {name} cannot be kept')
+    plain = [(dict(given), ElementTree.fromstring(_EVALUATED.sub(r'\g<0>$', text)))
+             for given, text in texts.items()]
+    robot = ElementTree.Element('robot', plain[0][1].attrib)
+    robot.set('xmlns:xacro', 'http://www.ros.org/wiki/xacro')
+    for it in names:
+        ElementTree.SubElement(robot, 'xacro:arg', {'name': it, 'default': _NOT_GIVEN})
+    for given, root in plain:
+        alike = ' and '.join(f"'$(arg {it})' == '{given.get(it, _NOT_GIVEN)}'" for it in names)
+        part = robot if len(plain) == 1 else ElementTree.SubElement(
+            robot, 'xacro:if', {'value': f'${{{alike}}}'})
+        part.extend(root)
+    return ElementTree.tostring(robot, 'unicode')
 
 
 def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:

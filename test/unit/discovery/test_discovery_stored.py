@@ -2,6 +2,7 @@
 """A configuration that a bag holds is what a new one begins from."""
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any, Dict
@@ -126,6 +127,33 @@ def test_a_model_is_what_was_read_of_it_with_limits(tmp_path: Path) -> None:
     assert 'y="${1 + 1} $(env HOME) v"' in description.text
     assert 'later' not in description.text and '127.0.0.1' not in description.text
     assert 'http://127.0.0.1:9/a.dae' in (tmp_path / 'new' / 'cell.xml').read_text()
+
+
+TWO = '''<visualizer><arg name="speed" />
+<device type="robot" name="arm"><model path="arm.xacro" /><base frame="base" />
+<topic ns="driver" name="joint_states" type="joint_states" /></device>
+<device type="robot" name="other"><model path="arm.xacro"><arg name="n" value="{value}" /></model>
+<base frame="right_base" /><topic ns="second" name="joint_states" type="joint_states" /></device>
+</visualizer>'''
+
+
+def write_two(tmp_path: Path, value: str) -> str:
+    (tmp_path / 'was').mkdir()
+    (tmp_path / 'was' / 'arm.xacro').write_text(re.sub(
+        '(name|link)="(base|tool|j)"', r'\1="$(arg n)\2"', XACRO))
+    return write_bag(tmp_path, TWO.format(value=value), {'speed': '1'})
+
+
+def test_two_devices_with_one_model_have_their_own_arguments(tmp_path: Path) -> None:
+    devices = new_cell(write_two(tmp_path, 'right_'), tmp_path / 'new').devices
+    found = [describe_device(it) for it in devices]
+    assert [it and it.links for it in found] == [('base', 'tool'), ('right_base', 'right_tool')]
+
+
+def test_an_argument_is_no_expression_of_a_model(tmp_path: Path) -> None:
+    bag = write_two(tmp_path, "' + str(1) + '")
+    assert main(['new', bag, '-o', str(tmp_path / 'cell.xml')]) == 0
+    assert not list(tmp_path.glob('*.xacro'))  # it is made from what the topics say
 
 
 def test_frames_that_were_calibrated(tmp_path: Path) -> None:
