@@ -37,6 +37,7 @@ from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIE
 _MAX_VIEWERS = 16
 _GIVES_WAY_S = 1.5
 """A viewer that is silent for so long, which says something twice a second, has lost its link."""
+_GREETS_S = 6.0
 _TOPICS_PERIOD_S = 1.0
 
 
@@ -97,6 +98,9 @@ class ViewRelay:
                              name=f'welcome {where[0]}', daemon=True).start()
 
     def _welcome(self, connection: socket.socket, name: str) -> None:
+        if not _says_something(connection):
+            connection.close()
+            return
         if not self._has_room():
             _refuse(connection, f'{_MAX_VIEWERS} viewers watch this cell already')
             return
@@ -189,6 +193,15 @@ def _content(path: str) -> bytes:
         return Path(path).read_bytes()
     except OSError:
         return b''
+
+
+def _says_something(connection: socket.socket) -> bool:
+    """Wait for the first byte: of several attempts to connect a viewer keeps one."""
+    try:
+        connection.settimeout(_GREETS_S)
+        return bool(connection.recv(1, socket.MSG_PEEK))
+    except OSError:
+        return False
 
 
 def _refuse(connection: socket.socket, reason: str) -> None:

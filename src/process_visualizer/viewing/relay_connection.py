@@ -177,8 +177,6 @@ class RelayConnection:
                 now_s = time.monotonic()
                 if now_s - begin_s > max(_NO_ANSWER_S, lasting_s):
                     break
-                while attempts and now_s - attempts[0][0] > lasting_s:
-                    attempts.popleft()[1].close()
                 if now_s >= next_s:
                     next_s = now_s + _ATTEMPT_S
                     attempts.append((now_s, _attempt(found[count % len(found)])))
@@ -186,6 +184,8 @@ class RelayConnection:
                 ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
                 if ready:
                     return _answered(ready[0].dup(), lasting_s)
+                while attempts and now_s - attempts[0][0] > lasting_s:  # nor was it answered now
+                    attempts.popleft()[1].close()
         finally:
             for _, attempt in attempts:
                 attempt.close()

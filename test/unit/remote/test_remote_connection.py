@@ -135,3 +135,17 @@ def test_a_silent_viewer_gives_its_place_to_another_one() -> None:
     relay._links.add(cast(ViewerLink, Link(0.1)))
     assert not relay._has_room()
     relay._listener.close()
+
+
+def test_who_connects_and_says_nothing_costs_no_work() -> None:
+    relay = ViewRelay('127.0.0.1', range(1 << 15, 1 << 16), '/no/such/view', '')
+    here, there = socket.socketpair()
+    there.close()
+    relay._welcome(here, 'viewer')
+    assert here.fileno() == -1, 'it is closed'
+    here, there = socket.socketpair()
+    with there:
+        there.sendall(GREETING)
+        relay._welcome(here, 'viewer')
+        assert first_frame(there).kind == Kind.REFUSED, 'the view was read'
+    relay._listener.close()
