@@ -7,6 +7,7 @@
 # prepare_checkers   nothing is built, for what reads only the sources
 # build_sanitized    the tests with sanitizers, into the folder $sanitized
 
+export HOME="${HOME:-$(getent passwd "$(id -u)" | cut -d: -f6)}"  # env -i has none
 cache="${XDG_CACHE_HOME:-$HOME/.cache}/process_visualizer"
 workspace="$cache/workspace-$(printf %s "$repository" | sha256sum | cut -c1-12)"
 venv="$cache/venv"
