@@ -231,6 +231,18 @@ def test_messages_that_were_held_up_are_no_fault_of_the_process(learned: GoodRun
             assert good.compare(held_up(made_run(77), at_s, late_s)).departures == ()
 
 
+@pytest.mark.parametrize('at_s', [6.8, 7.0, 7.2])
+def test_messages_that_were_held_up_at_an_edge_are_no_fault(at_s: float) -> None:
+    """The mean over a longer time: what is beside the gap is that of the edge, and tells little."""
+    def edged(seed: int) -> Run:
+        late_s = 0.03 * abs(np.random.default_rng([seed, 5]).standard_normal())
+        return made_run(seed, noise=0.5, value=lambda process_s, values: values + 60.0 * (
+            process_s > 5.0 + late_s))
+    good = GoodRuns(edged(1), [held_up(edged(seed), 1.0 + 0.45 * seed, 0.09)
+                               for seed in range(2, 25)])
+    assert good.compare(held_up(edged(77), at_s, 0.09)).departures == ()
+
+
 def test_a_fault_beside_a_gap_is_found(learned: GoodRuns) -> None:
     found = learned.compare(interrupted(made_run(77, value=pushed), 7.0, 8.0))
     assert found.departures[0].signal.name == 'robot tool force'

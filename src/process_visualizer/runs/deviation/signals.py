@@ -285,29 +285,24 @@ def _is_slow(channel: Channel) -> bool:
 
 
 def _with_means(reference: Columns, found: Columns) -> Columns:
-    """The signals of a channel and their means over longer times.
-
-    Where a run has no data for a moment, it counts as being as far from the reference as around.
-    """
+    """The signals of a channel and their means over longer times."""
     means: Columns = {}
     for signal, values in found.items():
         for over_s in _OVER_S.get(signal.kind, ()):
             rows = int(over_s * RATE_HZ)
             if rows < len(values):
-                filled = _filled(values, reference.get(signal, values))
-                mean = mean_of_last(filled, rows)
-                mean[np.isnan(mean_of_last(values, rows))] = np.nan
-                means[signal._replace(over_s=over_s)] = mean
+                means[signal._replace(over_s=over_s)] = _mean_beside(
+                    reference.get(signal, values), values, rows)
     return {**found, **means}
 
 
-def _filled(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    known = np.isfinite(values) & np.isfinite(reference)
-    if known.all() or not known.any():
-        return values
-    rows = np.arange(len(values))
-    away = np.interp(rows, rows[known], (values - reference)[known])
-    result: np.ndarray = np.where(np.isfinite(values), values, reference + away)
+def _mean_beside(reference: np.ndarray, values: np.ndarray, rows: int) -> np.ndarray:
+    """The means (n,) of the reference over so many rows, and of how far the values are from it.
+
+    Only what both have counts. Where one has no data, the other one may have an edge, and what is
+    beside the gap says less of the run than all that is known in the window.
+    """
+    result: np.ndarray = mean_of_last(reference, rows) + mean_of_last(values - reference, rows)
     return result
 
 
