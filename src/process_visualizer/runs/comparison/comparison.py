@@ -34,6 +34,7 @@ from process_visualizer.runs.deviation.band import (
     BandLearner,
     SignalBand,
     TooFewRuns,
+    common,
     fewest_runs,
     most_of,
     signal_tolerance,
@@ -46,6 +47,7 @@ from process_visualizer.runs.deviation.channel_faults import (
     vibration_hz,
 )
 from process_visualizer.runs.deviation.departures import (
+    BESIDE,
     MIN_LASTING_ROWS,
     Departure,
     Nearness,
@@ -86,6 +88,8 @@ _SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
 """Tools are at the same place when so many are so near, and not soon before or after."""
 _ELSEWHERE_M = 0.01
 """A run whose tools are mostly farther from the reference's has its path at another place."""
+_AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
+_TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
 _ROUGH_KNOWN_S = 0.1
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
@@ -255,16 +259,18 @@ class GoodRuns:
     def _hold_beside(self, runs: Sequence[Run], most_left_out: int) -> None:
         self._good: List[_Good] = []
         self._first_of_place: Dict[Context, Tuple[Run, Alignment]] = {}
+        self._times_by_place = _tell_times_by_place([it.place for it in runs])
         aligned_runs = []
         for run in runs:
+            if run.place != self.reference.place and run.place not in self._first_of_place:
+                self._first_of_place[run.place] = run, self._aligned(run, ())
             alignment, columns = self._columns(run)
             aligned_runs.append((run, alignment.time_map))
-            if run.place != self.reference.place:
-                self._first_of_place.setdefault(run.place, (run, alignment))
             self._good.append(_Good(run, fingerprint(run), columns, alignment.means,
                                     _states(self.reference, run, alignment)))
-        self._learner = BandLearner([_without_place(it, self.reference) for it in self._good],
-                                    self._tolerance, most_left_out)
+        self._learner = BandLearner(
+            [self._beside_place(_without_place(it, self.reference), it.run.place, row)
+             for row, it in enumerate(self._good)], self._tolerance, most_left_out)
         common = _where_places_are_alike(self._good)
         self._common_learner = BandLearner(common, self._tolerance) if common else None
         self._stuck = StuckSensors(self.times_s, aligned_runs)
@@ -302,9 +308,11 @@ class GoodRuns:
         own = next((row for row, it in enumerate(self._good) if it.fingerprint == own_print), None)
         if len(self._good) <= MIN_RUNS:  # so few others are no measure
             own = None
+        columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         if alignment.means is AlignmentMethod.STATES:
             band = _wider_in_time(band, self.reference, self.times_s)
+        band = _less_sure_beside(band, columns, self.reference, self.times_s)
         found = ranked([*(_rough_since(_smooth_since(it, alignment), run, alignment, band)
                           for it in departures(self.times_s, columns, band)),
                         *self._state_departures(run, alignment, own),
@@ -338,7 +346,9 @@ class GoodRuns:
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
         if not self._is_displaced or run is self.reference:
             alignment = self._aligned(run, anchors)
-            return alignment, signals(self.reference, run, alignment.time_map)
+            first = self._first_of_place.get(run.place)
+            usual = first[1].time_map if first and self._times_by_place and not anchors else None
+            return alignment, signals(self.reference, run, alignment.time_map, usual)
         found = displacement(self.reference, run)
         beside = run if found is None else found.of_run(run)
         alignment = self._aligned(beside, anchors)
@@ -356,7 +366,9 @@ class GoodRuns:
         So what is wrong in finding the moments of a way to another place is the same for all.
         """
         first = self._first_of_place.get(run.place)
-        if anchors or first is None or first[0] is run:
+        if first is not None and first[0] is run and not anchors:
+            return first[1]
+        if anchors or first is None:
             by_states = None
             if not anchors and run.place != self.reference.place:
                 by_states = aligned_by_states(self.reference, run)
@@ -396,12 +408,28 @@ class GoodRuns:
                 if signal not in of_all:
                     found[signal] = limits
                     continue
-                common = _holding(of_all[signal], [self._good[row].columns[signal]
+                held = _holding(of_all[signal], [self._good[row].columns[signal]
                                                    for row in alike])
                 found[signal] = SignalBand(*(
-                    np.where(np.isfinite(common.half_width), one, other)
-                    for one, other in zip(common[:2], limits[:2])))
+                    np.where(np.isfinite(held.half_width), one, other)
+                    for one, other in zip(held[:2], limits[:2])))
         return band._replace(signals=found)
+
+    def _beside_place(self, columns: Columns, place: Context, own: Optional[int]) -> Columns:
+        """The columns of a run, in which time is lost beside the good runs of its place.
+
+        The map of time to another place is less exact, and as wrong for each run that goes there:
+        taken for a deviation of these runs, it would make good ones stand out, or leave the band,
+        all at the same moment. A good run without another one of its place tells nothing of it.
+        """
+        if not self._times_by_place:
+            return columns
+        others = [it.columns[_TIME_LOST] for row, it in enumerate(self._good)
+                  if it.run.place == place and row != own]
+        if not others and own is None:
+            return columns
+        usual = common(np.stack(others)).astype(np.float32) if others else np.float32(np.nan)
+        return {**columns, _TIME_LOST: columns[_TIME_LOST] - usual}
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
         """Return tool places; with a margin, as time is found by the motion to another place."""
@@ -521,6 +549,36 @@ def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
         elif signal.kind in _OF_PLACE:
             found[signal] = widened(limits)
     return band._replace(signals=found)
+
+
+def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.ndarray) -> Band:
+    """The band for a run whose tools are beside their paths, farther than those of good runs.
+
+    Moments are found by where on its path a tool is. One that is beside it may as well be earlier
+    or later, by as long as it takes for that way.
+    """
+    away, passed = np.zeros((2, len(times_s)))
+    for motion in reference.motions:
+        for signal, limits in band.signals.items():
+            if signal.device == motion.device and signal.label in BESIDE and signal in columns:
+                beyond_m = np.abs(columns[signal] - limits.middle) - limits.half_width
+                away += np.square(np.maximum(np.nan_to_num(beyond_m), 0.0))
+        if len(motion.times_s):
+            passed += np.square(tool_speed(motion, times_s))
+    speed_m_s = np.sqrt(moving_maximum(passed, _AROUND_ROWS))
+    unsure_s = np.where(speed_m_s > 0.0, np.sqrt(away) / np.maximum(speed_m_s, _MIN_SPEED_M_S), 0.0)
+    unsure_s = moving_maximum(unsure_s, 2 * _AROUND_ROWS)
+    if _TIME_LOST not in band.signals or not unsure_s.any():
+        return band
+    limits = band.signals[_TIME_LOST]
+    wider = limits._replace(half_width=limits.half_width + unsure_s)
+    return band._replace(signals={**band.signals, _TIME_LOST: wider})
+
+
+def _tell_times_by_place(places: Sequence[Context]) -> bool:
+    """Return whether so many good runs have another one of their place that these tell of times."""
+    return len(set(places)) > 1 and sum(
+        list(places).count(it) > 1 for it in places) >= MIN_RUNS
 
 
 def _without_place(good: _Good, reference: Run) -> Columns:

@@ -312,14 +312,15 @@ class BandLearner:
     def _ratios(self, scores: np.ndarray) -> np.ndarray:
         """Return how many times as far as the others may be each run is (s, n)."""
         rows = np.arange(scores.shape[1])
-        return np.stack([scores[:, row] / self._usual_highest(scores[:, rows != row])
+        known = np.nan_to_num(scores)
+        return np.stack([known[:, row] / self._usual_highest(scores[:, rows != row])
                          for row in rows], axis=1)
 
     def _usual_highest(self, scores: np.ndarray) -> np.ndarray:
         """Return how far (s,) good runs are; of ten, one beside the judged one may be none."""
         others = int(_SHARE_OF_NONE * (scores.shape[1] + 1) + 1e-9)
         return np.maximum(_limits(scores, self._signals, USUAL_RATE, True),
-                          np.sort(scores, axis=1)[:, -1 - others])
+                          np.sort(np.nan_to_num(scores), axis=1)[:, -1 - others])
 
 
 def learned_band(good: Sequence[Columns], rate: float) -> Band:
@@ -356,25 +357,35 @@ def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
         rate: of all signals together.
         robust: one of the runs may be none.
     """
-    runs = scores.shape[1]
-    if runs < 2 or not len(signals):
+    known = np.isfinite(scores)
+    runs = known.sum(axis=1)
+    if scores.shape[1] < 2 or not len(signals):
         return np.full(len(signals), np.nan)
     if robust:
-        middle = np.median(scores, axis=1)
-        spread = 1.4826 * np.median(np.abs(scores - middle[:, np.newaxis]), axis=1)
+        middle = _median(scores.T)
+        spread = 1.4826 * _median(np.abs(scores - middle[:, np.newaxis]).T)
     else:
-        middle, spread = scores.mean(axis=1), scores.std(axis=1, ddof=1)
+        middle = common(scores.T)
+        away = np.where(known, scores - middle[:, np.newaxis], 0.0)
+        spread = np.sqrt((away * away).sum(axis=1) / np.maximum(runs - 1, 1))
+    tells = runs > 1
     sorts = np.array([it.sort for it in signals])
-    weight = runs / (runs + _RUNS_ALIKE)
+    weight = np.where(tells, runs / (runs + _RUNS_ALIKE), 0.0)
     for sort in np.unique(sorts):
         rows = sorts == sort
-        alike = float(np.median(middle[rows])), float(np.sqrt(np.mean(spread[rows] ** 2)))
-        middle[rows] = weight * middle[rows] + (1.0 - weight) * alike[0]
-        spread[rows] = np.sqrt(weight * spread[rows] ** 2 + (1.0 - weight) * alike[1] ** 2)
-    quantile = student_quantile(_SURE_SHARE * rate / len(signals), runs - 1.0 + _RUNS_ALIKE)
+        if not tells[rows].any():
+            continue
+        alike = (float(np.median(middle[rows & tells])),
+                 float(np.mean(spread[rows & tells] ** 2)))
+        own = np.where(tells[rows], middle[rows], 0.0), np.where(tells[rows], spread[rows], 0.0)
+        share = weight[rows]
+        middle[rows] = share * own[0] + (1.0 - share) * alike[0]
+        spread[rows] = np.sqrt(share * own[1] ** 2 + (1.0 - share) * alike[1])
+    quantile = np.array([student_quantile(_SURE_SHARE * rate / len(signals),
+                                          max(it - 1.0, 0.0) + _RUNS_ALIKE) for it in runs])
     middle = np.maximum(middle, _MIN_SCORE)
-    limits = highest_of_runs(middle, np.sqrt(1.0 + 1.0 / runs) * spread, quantile)
-    return limits if robust else np.maximum(limits, scores.max(axis=1))
+    limits = highest_of_runs(middle, np.sqrt(1.0 + 1.0 / np.maximum(runs, 1)) * spread, quantile)
+    return limits if robust else np.fmax(limits, np.max(np.where(known, scores, 0.0), axis=1))
 
 
 class LearnedSignal:
@@ -398,7 +409,6 @@ class LearnedSignal:
         usual, deviation = self._deviation(values, robust)
         squares = deviation * deviation
         whole = usual_square(squares, robust)
-        runs = len(values)
         if robust:
             square = np.broadcast_to(whole, values.shape)
         else:
@@ -406,9 +416,12 @@ class LearnedSignal:
             count = known.sum(axis=0) - known
             total = np.where(known, squares, 0.0)
             square = np.where(count > 0, (total.sum(axis=0) - total) / np.maximum(count, 1), np.nan)
-        spread = smoothed(square, usual, runs - 1, self.signal.over_s > 0.0, self._least)
+        spread = smoothed(square, usual, max(_telling(values) - 1, 1), self.signal.over_s > 0.0,
+                          self._least)
         with np.errstate(invalid='ignore'):
-            return sustained(np.abs(deviation) / spread)
+            found = sustained(np.abs(deviation) / spread)
+        found[~np.isfinite(deviation).any(axis=1)] = np.nan  # of what it has not, it tells nothing
+        return found
 
     def band(self, kept: np.ndarray, limit: float) -> SignalBand:
         """Return the band of so many spreads of the kept runs."""
@@ -420,7 +433,7 @@ class LearnedSignal:
         margin = self._margin(values)
         if len(values) > 1:
             usual, deviation = self._deviation(values, False)
-            spread = smoothed(common(deviation * deviation), usual, len(values),
+            spread = smoothed(common(deviation * deviation), usual, _telling(values),
                               self.signal.over_s > 0.0, self._least)
             farthest = float(sustained(np.abs(deviation)).max())
             margin = np.maximum(margin, np.minimum(limit * spread, _TIMES_FARTHEST * farthest))
@@ -458,6 +471,11 @@ class LearnedSignal:
         if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
             return max(margin, _TURNED_DEG_OF_ONE)
         return max(margin, _NOISE_SPREADS * _fine_spread(values))
+
+
+def _telling(values: np.ndarray) -> int:
+    """Return how many runs (n, t) have any value."""
+    return int(np.isfinite(values).any(axis=1).sum())
 
 
 def _median(values: np.ndarray) -> np.ndarray:

@@ -163,7 +163,7 @@ _SAME_TIME_S = 0.25
 _ONE_EVENT_S = 2.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
 """A departure so faint comes last beside one that is twice as strong: it may be chance."""
-_BESIDE = ('tool sideways', 'tool up')
+BESIDE = ('tool sideways', 'tool up')
 _LESS_EXACT_S = 0.08
 """Noise of a time around a jump leaves before the value itself does."""
 _EDGE_ROWS = 25
@@ -423,7 +423,7 @@ def _in_order(found: Sequence[Departure],
         together = [it for it in waiting
                     if began_s[id(it)] <= began_s[first] + _SAME_TIME_S
                     or began_in_run_s[id(it)] <= began_in_run_s[first] + _SAME_TIME_S]
-        beside = max((it.severity for it in together if it.signal.label in _BESIDE), default=0.0)
+        beside = max((it.severity for it in together if it.signal.label in BESIDE), default=0.0)
         ranks = {id(it): _rank(it, beside, together) for it in together}
         together.sort(key=lambda it: (ranks[id(it)], -_size(it)))
         ranked.append(together[0])

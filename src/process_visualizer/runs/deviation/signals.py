@@ -132,13 +132,16 @@ def grid_s(reference: Run) -> np.ndarray:
     return np.arange(int(reference.duration_s * RATE_HZ) + 1) / RATE_HZ
 
 
-def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
+def signals(reference: Run, run: Run, time_map: TimeMap,
+            usual: Optional[TimeMap] = None) -> Columns:
     """Return the signals of a run on the reference's clock.
 
     A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
     Time lost is how much longer the run needed for the last half second of the reference than it
-    usually needs; how much longer that is than the reference's, is how much slower it is. Noise is
-    the natural logarithm of the roughness of a channel: 0.7 more is twice as rough. What lasts is
+    usually needs; how much longer that is than the reference's, is how much slower it is. With
+    ``usual``, the map of a run that goes the same way, what that one needed counts instead of the
+    half second: of another way the map itself is less exact, and equally so for both. Noise is the
+    natural logarithm of the roughness of a channel: 0.7 more is twice as rough. What lasts is
     seen in means over longer times. States have the value that holds.
     """
     times_s = grid_s(reference)
@@ -146,8 +149,8 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
     others = {motion.device: motion for motion in run.motions}
     unsure = _unsure(reference, run, times_s, run_s)
-    waits = _waits(reference, times_s)
-    found = _timing(times_s, run_s, unsure | waits)
+    found = _timing(times_s, run_s, times_s if usual is None else usual.to_run(times_s), unsure,
+                    _waits(reference, times_s, 0.0))
     run_s = np.where(unsure | _passed_over(run_s), np.nan, run_s)
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
@@ -167,7 +170,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
             found.update(values if _is_slow(channel) else _with_means(own, values))
     for signal, values in found.items():
         if signal.kind is SignalKind.NOISE:  # a second is none of the reference's there
-            values[waits] = np.nan
+            values[_waits(reference, times_s, _NEAR_WAIT_S)] = np.nan
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
@@ -190,23 +193,34 @@ def _passed_over(run_s: np.ndarray) -> np.ndarray:
     return stands[1:] & stands[:-1]
 
 
-def _waits(reference: Run, times_s: np.ndarray) -> np.ndarray:
+def _waits(reference: Run, times_s: np.ndarray, behind_s: float) -> np.ndarray:
     """Return where (t,) (bool) the process may take any time."""
     found = np.zeros(len(times_s), bool)
     for begin_s, end_s in reference.waits_s:
-        found |= (times_s >= begin_s - _NEAR_WAIT_S) & (times_s <= end_s + _NEAR_WAIT_S)
+        found |= (times_s >= begin_s - _NEAR_WAIT_S) & (times_s <= end_s + behind_s)
     return found
 
 
-def _timing(times_s: np.ndarray, run_s: np.ndarray, unsure: np.ndarray) -> Columns:
-    rows = int(_LOST_WITHIN_S * RATE_HZ)
-    took_s = np.full(len(times_s), np.nan)
-    took_s[rows:] = run_s[rows:] - run_s[:-rows]
-    took_s[moving_maximum(unsure.astype(float), rows) > 0.0] = np.nan
-    known = took_s[np.isfinite(took_s)]
-    usual_s = float(np.median(known)) if len(known) else _LOST_WITHIN_S
-    slower = np.where(np.isfinite(run_s), usual_s / _LOST_WITHIN_S - 1.0, np.nan)
-    return {Signal('', TIMING_LABEL, 's', SignalKind.TIMING): took_s - usual_s,
+def _timing(times_s: np.ndarray, run_s: np.ndarray, usual_s: np.ndarray, unsure: np.ndarray,
+            waits: np.ndarray) -> Columns:
+    """How much longer the last half second took than usual, and how much slower the whole run was.
+
+    What a wait took is not judged, but what follows is from its end on: a robot that starts late.
+    """
+    rows, here = int(_LOST_WITHIN_S * RATE_HZ), np.arange(len(times_s))
+    last_wait = np.maximum.accumulate(np.where(waits, here, -1))
+    begin = np.maximum(here - rows, last_wait + 1)
+    is_known = (here >= rows) & (here > begin) & \
+        ~(moving_maximum(unsure.astype(float), rows) > 0.0)
+    took_s, needed_s = (np.where(is_known, it - it[np.minimum(begin, here)], np.nan)
+                        for it in (run_s, usual_s))
+    with np.errstate(invalid='ignore'):
+        known = np.isfinite(took_s) & (needed_s > _STANDS * (here - begin) / RATE_HZ)
+    whole = known & (here - begin == rows)
+    pace = float(np.median(took_s[whole] / needed_s[whole])) if whole.any() else 1.0
+    half_s = float(np.median(took_s[whole])) if whole.any() else _LOST_WITHIN_S
+    slower = np.where(np.isfinite(run_s), half_s / _LOST_WITHIN_S - 1.0, np.nan)
+    return {Signal('', TIMING_LABEL, 's', SignalKind.TIMING): took_s - pace * needed_s,
             Signal('', SLOWER_LABEL, '', SignalKind.TIMING): slower}
 
 
