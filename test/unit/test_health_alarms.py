@@ -25,7 +25,7 @@ from process_visualizer.health.alarm_conditions import (
     watch_conditions,
 )
 from process_visualizer.health.device_state import Level, Line
-from process_visualizer.health.node_warnings import NodeWarning, Severity
+from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, Severity
 from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
@@ -318,3 +318,22 @@ def test_messages_that_are_left_out_for_some_time_are_an_alarm() -> None:
     for now_s, found in ((10.5, []), (12.0, [f'arm: {text}'])):
         conditions = message_conditions('arm', [left_out, line, frame], now_s)
         assert [it.said for it in conditions] == found
+
+
+def test_a_message_problem_whose_words_count_seconds_is_one_alarm() -> None:
+    said = NodeWarnings()
+    board = AlarmBoard()
+    for second in range(1, 5):
+        said.take_state('/arm/joint_proc', '/arm/joint_proc: /arm/q', Severity.WARNING,
+                        f'a message on /arm/q is shown, but none of joint 1 has come for {second} '
+                        's', float(second), {'messages': '5', 'for_s': str(second + 1)})
+        board = board.seen(message_conditions('arm', said.present(second), second), second)
+    assert len(board.events) == 1
+    assert board.alarms[0].condition.text.endswith('for 4 s')
+
+
+def test_what_two_nodes_say_in_the_same_words_is_one_alarm() -> None:
+    said = [NodeWarning(node, Severity.WARNING, 'a message on /arm/q is left out', 5, 0.0, 2.0,
+                        {'for_s': '2.0'}, f'{node}: /arm/q')
+            for node in ('/arm/joint_proc', '/arm/robot_proc')]
+    assert len(message_conditions('arm', said, 2.0)) == 1

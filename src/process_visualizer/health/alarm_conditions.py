@@ -129,14 +129,19 @@ def message_conditions(device: str, warnings: Iterable[NodeWarning],
                        now_s: float) -> List[Condition]:
     """Return which messages of a device its nodes leave out or doubt, for some time already.
 
+    What several nodes say in the same words is said once.
+
     Args:
         device: its name.
         warnings: of its nodes.
         now_s: the time of their clock.
     """
-    return [Condition(device, it.text.partition(':')[0], it.text, Level.WARNING)
-            for it in warnings if it.count and _STATE_KEY in it.values
-            and CONFLICT_KEY not in it.values and now_s - it.since_s >= _TRANSIENT_S]
+    found: Dict[str, Condition] = {}
+    for it in warnings:
+        if it.count and _STATE_KEY in it.values and CONFLICT_KEY not in it.values \
+                and now_s - it.since_s >= _TRANSIENT_S:
+            found.setdefault(it.text, Condition(device, it.about, it.text, Level.WARNING))
+    return list(found.values())
 
 
 def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:

@@ -33,7 +33,8 @@ class NodeWarning:
     """A present warning or error of a node; times are those of time.monotonic() [s].
 
     ``count`` is the number of log lines, or of messages if the node counts them; 0: unknown.
-    ``values`` are for programs.
+    ``values`` are for programs. ``about`` is the name under which a node states it: it stays the
+    same while the text changes, as that may count seconds; empty for lines of a log.
     """
 
     node: str
@@ -43,6 +44,7 @@ class NodeWarning:
     since_s: float
     last_s: float
     values: Mapping[str, str] = field(default_factory=dict)
+    about: str = ''
 
 
 class NodeWarnings:
@@ -85,7 +87,7 @@ class NodeWarnings:
             since_s = now_s - _number(values, 'for_s') if 'for_s' in values or before is None \
                 else before.since_s
             self._found[about] = NodeWarning(node, severity, text, int(_number(values, 'messages')),
-                                             since_s, now_s, values)
+                                             since_s, now_s, values, name)
             self._remember(node, text)
 
     def present(self, now_s: float) -> Tuple[NodeWarning, ...]:
