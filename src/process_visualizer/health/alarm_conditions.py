@@ -45,14 +45,18 @@ def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[C
     found: List[Condition] = []
     for part, title in part_titles(mode).items():
         report = reports.get(part)
-        restart = Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
         ends = {} if report is None else {node.name: node for node in report.nodes}
-        for it in [] if report is None else part_conditions(title, report, restart):
+        for it in [] if report is None else part_conditions(title, report, own_restart(part)):
             words = _END_WORDS.get(title)
             if words is not None and it.node:
                 it = it._replace(text=words(ends[it.node]), is_clause=True)
             found.append(it)
     return found
+
+
+def own_restart(part: str) -> Action:
+    """Return the remedy for a part that belongs to no device."""
+    return Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
 
 
 def part_titles(mode: Mode) -> Dict[str, str]:
@@ -175,8 +179,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         part = parts.get(name, FRAMES_PART)
         source = titles.get(part, part)
         is_alone = part in (RVIZ_PART, BAG_PART)
-        action = Action.RESTART_RVIZ if part == RVIZ_PART else \
-            Action.RESTART_PART if part in titles else Action.RESTART_DEVICE
+        action = own_restart(part) if part in titles else Action.RESTART_DEVICE
         text = _SILENT if is_alone else _about_node(source, name, _SILENT)
         found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
                                is_clause=is_alone))

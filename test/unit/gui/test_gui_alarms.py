@@ -65,7 +65,7 @@ class Stand:
         self.said = NodeWarnings()
         self.session = Session()
         self.warnings = WarningsModel(self.said, self.session, clock_s=lambda: self.now_s)
-        self.launch = LaunchModel(HeldTasks(), self.session)
+        self.launch = LaunchModel(HeldTasks(), self.session, clock_s=lambda: self.now_s)
         self.states = DeviceStatesModel(self.launch, self.warnings, self.session)
         self.model = AlarmsModel(self.launch, self.states, lambda: NOON_S + self.now_s,
                                  lambda: self.now_s, lambda: 'anna')

@@ -15,6 +15,7 @@ from process_visualizer.generate.plan import Part, Plan, PlanError
 from process_visualizer.gui.cell import launch_model
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.session import Session
+from process_visualizer.health.node_history import STARTS_WITHIN_S
 from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
@@ -30,7 +31,8 @@ class Launching:
     def __init__(self) -> None:
         self.tasks = HeldTasks()
         tasks: Any = self.tasks
-        self.model = LaunchModel(tasks, Session())
+        self.now_s = 100.0
+        self.model = LaunchModel(tasks, Session(), clock_s=lambda: self.now_s)
         self.told: List[str] = []
         self.problems: List[Any] = []
         self.stops = 0
@@ -144,3 +146,16 @@ def test_what_comes_after_cleaning_up_comes_in_any_case(launching: Launching,
         launching.fail(PermissionError('the folder of ROS cannot be written'))
     assert begun == [True]
     assert len(launching.told) == 1
+
+
+def test_a_node_that_never_gets_up_keeps_nobody_waiting(launching: Launching) -> None:
+    hanging = PartReport('robot').starting(['/robot/driver'])
+    launching.model.launch(FIRST)
+    launching.model._reported.emit(hanging)
+    launching.answer(Plan(parts={'robot': PART}))
+    launching.now_s += STARTS_WITHIN_S - 1.0
+    launching.model.look()
+    assert launching.model.phase is LaunchPhase.LAUNCHING
+    launching.now_s += 1.0
+    launching.model.look()
+    assert launching.model.phase is LaunchPhase.RUNNING

@@ -7,7 +7,7 @@ import os
 import time
 from typing import Callable, Collection, FrozenSet, List, Sequence, Set, Tuple
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
@@ -24,15 +24,19 @@ from process_visualizer.health.alarm_conditions import (
     loss_conditions,
     message_conditions,
     own_part_conditions,
+    own_restart,
     part_conditions,
+    part_titles,
     recorded_conditions,
     silence_conditions,
     topic_conditions,
     watch_conditions,
 )
+from process_visualizer.launching.part_report import PartReport
 
 Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
+_LOOK_MS = 1000
 _UP = LaunchPhase.LAUNCHING, LaunchPhase.RUNNING
 
 
@@ -61,6 +65,8 @@ class AlarmsModel(QObject):
         self._played: RecordedAlarms = ()
         self._position_s = 0.0
         states.changed.connect(self.look)
+        self._timer = QTimer(self, interval=_LOOK_MS)  # some alarms begin and end with time alone
+        self._timer.timeout.connect(self.look)
         self._could_replay = False
         launch.changed.connect(self._follow_mode)
 
@@ -166,6 +172,10 @@ class AlarmsModel(QObject):
         return end_words(condition, lost)
 
     def _follow_mode(self) -> None:
+        if self._launch.phase not in _UP:
+            self._timer.stop()
+        elif not self._timer.isActive():
+            self._timer.start()
         if self._recorded or self.can_replay != self._could_replay:
             self._could_replay = self.can_replay
             self.changed.emit()
@@ -177,6 +187,9 @@ class AlarmsModel(QObject):
         if board.events != before.events:
             self.happened.emit()
 
+    def _history(self, source: str, report: PartReport, restart: Action) -> List[Condition]:
+        return self._launch.history.conditions(source, report, restart, self._clock_s())
+
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
         if running is None or self._launch.phase not in _UP:
@@ -186,8 +199,12 @@ class AlarmsModel(QObject):
             report = self._launch.reports.get(device.name)
             if report is not None:
                 found += part_conditions(device.name, report, Action.RESTART_DEVICE)
+                found += self._history(device.name, report, Action.RESTART_DEVICE)
                 found += topic_conditions(device.name, self._states.state(device).topics)
         found += own_part_conditions(running.mode, self._launch.reports)
+        for part, title in part_titles(running.mode).items():
+            if part in self._launch.reports:
+                found += self._history(title, self._launch.reports[part], own_restart(part))
         silent = silence_conditions(self._states.watch_warnings())
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from enum import Enum
 from typing import Callable, Collection, Dict, List, Optional, Tuple
 
@@ -18,6 +19,7 @@ from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.mixed_sources import mixture_text, others_before, others_beside
+from process_visualizer.health.node_history import NodeHistory
 from process_visualizer.health.other_publishers import Others, described
 from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
 from process_visualizer.launching.launched_cell import LaunchedCell
@@ -25,6 +27,7 @@ from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
 _LINE = 'launch'
+_LOOK_MS = 1000
 _END_TIMEOUT_S = 60.0
 
 
@@ -48,9 +51,11 @@ class LaunchModel(QObject):
     """Every node has ended."""
     _reported = pyqtSignal(object)
 
-    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
+                 clock_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(parent)
-        self._tasks = tasks
+        self._tasks, self._clock_s = tasks, clock_s
+        self.history = NodeHistory()
         self.folder = new_run_folder()
         self._record = RunRecord()
         self._launched = LaunchedCell(self.folder, self._reported.emit)
@@ -60,6 +65,9 @@ class LaunchModel(QObject):
         self.reports: Dict[str, PartReport] = {}
         self.warnings: Tuple[Problem, ...] = ()
         self._reported.connect(self._take_report)
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self.look)
+        self.changed.connect(self._remember)
         self.changed.connect(lambda: session.set_run(self.running, self.is_running, self.reports))
 
     def prepare(self, then: Callable[[], None] = lambda: None) -> None:
@@ -152,10 +160,27 @@ class LaunchModel(QObject):
         self._look_whether_up()
         self.changed.emit()
 
+    def look(self) -> None:
+        """Look whether what is still starting is to be waited for."""
+        before = self.phase
+        self._look_whether_up()
+        if self.phase is not before:
+            self.changed.emit()
+
+    def _remember(self) -> None:
+        self.history.take(self.reports.values(), self._clock_s())
+        if self.phase is not LaunchPhase.LAUNCHING:
+            self._timer.stop()
+        elif not self._timer.isActive():
+            self._timer.start()
+
     def _look_whether_up(self) -> None:
-        """Everything is launched when no part is starting any more, failed or not."""
-        starting = any(report.state is PartState.STARTING for report in self.reports.values())
-        if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and not starting:
+        """Everything is launched when no part is starting any more, failed or not.
+
+        A node that does not get up keeps nobody waiting.
+        """
+        is_up = all(self.history.is_up(it, self._clock_s()) for it in self.reports.values())
+        if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and is_up:
             self.phase = LaunchPhase.RUNNING
 
     def _not_changed(self, error: Exception, phase: LaunchPhase, running: Optional[Choice]) -> None:
