@@ -6,12 +6,13 @@ node nor a child of roslaunch, so what stops all of those does not stop it.
 """
 from __future__ import annotations
 
+import math
 import selectors
 import socket
 import threading
 import time
 import xmlrpc.client
-from typing import Callable, Collection, Dict, FrozenSet, Iterable, NamedTuple, Optional
+from typing import Callable, Collection, Dict, FrozenSet, Iterable, NamedTuple, Optional, Set
 from urllib.parse import urlsplit
 
 import rosgraph
@@ -23,6 +24,7 @@ from process_visualizer.ros_names import SCENE_WATCH
 
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
+"""On a computer that is not busy. On a busy one, all nodes answer late: see `Patience`."""
 STARTS_WITHIN_S = 5.0
 """Of a node that should be there, and has not answered yet."""
 ENDED, SILENT = 'stopped', 'is not responding'
@@ -73,6 +75,31 @@ def connecting(uri: str) -> socket.socket:
     return connection
 
 
+class Patience:
+    """How long to wait for an answer [s]: longer while other nodes answer slowly, too."""
+
+    MOST_S = 2.0
+    _FACTOR, _REMEMBERED_S = 3.0, 10.0
+
+    def __init__(self) -> None:
+        """Nothing is known of this computer yet."""
+        self._slowest_s = self._slowest_before_s = 0.0
+        self._since_s = -math.inf
+
+    def learn(self, answer_s: float, now_s: float) -> None:
+        """Take how long an answer took."""
+        if now_s - self._since_s > self._REMEMBERED_S:
+            self._slowest_before_s, self._slowest_s = self._slowest_s, 0.0
+            self._since_s = now_s
+        self._slowest_s = max(self._slowest_s, answer_s)
+
+    @property
+    def answer_within_s(self) -> float:
+        """Return how long a node may take."""
+        slowest_s = max(self._slowest_s, self._slowest_before_s)
+        return min(max(ANSWER_WITHIN_S, self._FACTOR * slowest_s), self.MOST_S)
+
+
 class NodePulse:
     """One node, and whether it answered."""
 
@@ -87,8 +114,8 @@ class NodePulse:
         self._silent_uri: Optional[str] = None  # of one that hangs
         self._received = b''
         self._connection: Optional[socket.socket] = None
-        self._due_s = self._deadline_s = 0.0
-        self._is_late = False
+        self._due_s = self._deadline_s = self._asked_s = 0.0
+        self._is_late = self._has_news = self._is_overdue = False
 
     @property
     def has_answered(self) -> bool:
@@ -105,16 +132,30 @@ class NodePulse:
         """Return when something must be done for this node."""
         return self._deadline_s if self._connection else self._due_s
 
-    def act(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector) -> None:
-        """Ask the node if it is time; give up a question that was not answered in time."""
+    def take_answer_s(self, now_s: float) -> Optional[float]:
+        """Return how long a new answer took, once."""
+        has_news, self._has_news = self._has_news, False
+        return now_s - self._asked_s if has_news else None
+
+    def act(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector,
+            answer_within_s: float = ANSWER_WITHIN_S) -> None:
+        """Ask the node if it is time.
+
+        One that does not answer in time is silent; the question is given up later, as an answer
+        that is late shows that the computer is busy.
+        """
         if now_s < self.next_s():
             return
         if self._told_from_s is None:
             self._told_from_s = now_s + STARTS_WITHIN_S
         self._is_late = now_s >= self._told_from_s
-        if self._connection is not None:
+        if self._connection is not None and not self._is_overdue:
+            self._is_overdue, self._deadline_s = True, now_s + Patience.MOST_S - answer_within_s
+            self._note(SILENT)
+        elif self._connection is not None:
             self._end(selector, SILENT)
         else:
+            self._deadline_s = now_s + answer_within_s
             self._ask(now_s, lookup, selector)
 
     def receive(self, selector: selectors.BaseSelector) -> None:
@@ -134,7 +175,7 @@ class NodePulse:
             self._end(selector, '' if self._received else ENDED)
 
     def _ask(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector) -> None:
-        self._due_s, self._deadline_s = now_s + PERIOD_S, now_s + ANSWER_WITHIN_S
+        self._asked_s, self._due_s = now_s, now_s + PERIOD_S
         try:
             self._uri = self._uri or lookup(self.name)
         except LookupUnanswered:
@@ -144,7 +185,7 @@ class NodePulse:
         if self._uri is None:
             self._note(ENDED)
             return
-        self._received, self._is_sent = b'', False
+        self._received, self._is_sent, self._is_overdue = b'', False, False
         try:
             self._connection = self._connect(self._uri)
         except OSError as error:
@@ -175,7 +216,7 @@ class NodePulse:
         if problem:
             self._uri = None  # a restarted node has another address
         else:
-            self._seen = True
+            self._seen = self._has_news = True
         self._note(problem)
 
     def _note(self, problem: str) -> None:
@@ -197,6 +238,7 @@ class Pulses:
         self._lookup, self._connect = lookup, connect
         self._selector = selectors.DefaultSelector()
         self._listened_s: Optional[float] = None
+        self._patience = Patience()
         self.nodes: Dict[str, NodePulse] = {}
 
     def watch(self, names: Iterable[str], are_expected: bool = False) -> None:
@@ -216,9 +258,13 @@ class Pulses:
         late_s = 0.0 if self._listened_s is None else now_s - self._listened_s
         self._listened_s = now_s
         for node in self.nodes.values():
+            answer_s = node.take_answer_s(now_s)
             if late_s > ANSWER_WITHIN_S:
                 node.postpone(late_s)
-            node.act(now_s, self._lookup, self._selector)
+            elif answer_s is not None:
+                self._patience.learn(answer_s, now_s)
+        for node in self.nodes.values():
+            node.act(now_s, self._lookup, self._selector, self._patience.answer_within_s)
         next_s = min((node.next_s() for node in self.nodes.values()), default=now_s + longest_s)
         self._receive(min(max(next_s - now_s, 0.0), longest_s))
 
@@ -233,6 +279,8 @@ def _is_complete(answer: bytes) -> bool:
 
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
+_REFUSES_S = 3.0
+"""A node that ends is known to roslaunch sooner; one that only refuses connections is still there."""
 _MAX_FAILURES = 2
 """Most questions in a row without an answer; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '
@@ -267,6 +315,7 @@ class CellWatch:
         self._lookup = MasterLookup(self._master)
         self._pulses = Pulses(self._lookup, connect)
         self._look = CellLook()
+        self._refused_from_s: Dict[str, float] = {}
         self._process_id: Optional[int] = None
         self._failures = 0
         self._is_other = False
@@ -301,7 +350,16 @@ class CellWatch:
         self._pulses.watch(running, are_expected=True)
         self._pulses.step(now_s, longest_s)
         silent = {name for name in running if self._pulses.nodes[name].problem == SILENT}
-        self._tell(CellLook(frozenset(silent), self._master_problem()))
+        self._tell(CellLook(frozenset(silent | self._refusing(running, now_s)),
+                            self._master_problem()))
+
+    def _refusing(self, running: Collection[str], now_s: float) -> Set[str]:
+        """Return the nodes whose process runs, but which take no questions any more."""
+        self._refused_from_s = {
+            name: self._refused_from_s.get(name, now_s) for name in running
+            if self._pulses.nodes[name].problem == ENDED and not self._is_other}
+        return {name for name, from_s in self._refused_from_s.items()
+                if now_s - from_s >= _REFUSES_S}
 
     def _run(self) -> None:
         while not self._closed.is_set():

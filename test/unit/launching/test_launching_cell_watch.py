@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 from contextlib import suppress
-from typing import Any, Dict, List, Set
+from typing import Any, Dict, List, Set, Tuple
 
 import pytest
 import rosgraph
@@ -27,10 +27,12 @@ class Cell:
 
     def __init__(self) -> None:
         self.running, self.hanging = set(NODES), set()  # type: Set[str], Set[str]
+        self.refusing: Set[str] = set()
+        self.answers_after_s = 0.0
         self.master_id, self.now_s = 7, 100.0
         self.told: List[CellLook] = []
         self.watch = CellWatch(lambda: self.running, self.told.append, self, self.connect)
-        self._asked: Dict[socket.socket, str] = {}
+        self._asked: Dict[socket.socket, Tuple[str, float]] = {}
 
     # The master.
 
@@ -54,9 +56,11 @@ class Cell:
     # The nodes.
 
     def connect(self, node: str) -> socket.socket:
+        if node in self.refusing:
+            raise ConnectionRefusedError
         ours, theirs = socket.socketpair()
         ours.setblocking(False)
-        self._asked[theirs] = node
+        self._asked[theirs] = node, self.now_s + self.answers_after_s
         return ours
 
     def let_pass(self, duration_s: float) -> CellLook:
@@ -64,7 +68,8 @@ class Cell:
         end_s = self.now_s + duration_s
         while self.now_s < end_s:
             self.watch.step(self.now_s, 0.0)
-            for theirs in [it for it, node in self._asked.items() if node not in self.hanging]:
+            for theirs in [it for it, (node, due_s) in self._asked.items()
+                           if node not in self.hanging and self.now_s >= due_s]:
                 del self._asked[theirs]
                 with suppress(BrokenPipeError):  # nobody waits for it any longer
                     theirs.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
@@ -126,3 +131,39 @@ def test_nothing_is_told_after_the_end(cell: Cell) -> None:
     cell.hanging = set(NODES)
     cell.let_pass(NOTICED_S)
     assert not cell.told
+
+
+def test_one_that_runs_but_takes_no_questions_is_told(cell: Cell) -> None:
+    cell.refusing = {'/bag_recorder'}
+    assert cell.let_pass(2.5) == CellLook()  # roslaunch may be about to tell its end
+    assert cell.let_pass(1.0) == CellLook(frozenset(cell.refusing))
+    cell.refusing = set()
+    assert cell.let_pass(NOTICED_S) == CellLook()
+
+
+def test_one_that_was_started_again_is_not_told_for_its_last_process(cell: Cell) -> None:
+    cell.running, cell.refusing = NODES - {'/bag_recorder'}, {'/bag_recorder'}
+    cell.let_pass(10.0)
+    cell.running, cell.refusing = set(NODES), set()
+    cell.let_pass(2.0)
+    assert not cell.told
+
+
+def test_on_a_busy_computer_nobody_is_called_silent_who_answers_as_late_as_the_others(
+        cell: Cell) -> None:
+    cell.answers_after_s = 0.3
+    cell.let_pass(5.0)
+    cell.answers_after_s = 0.7
+    cell.let_pass(5.0)
+    assert not cell.told
+    cell.answers_after_s = 1.5
+    cell.let_pass(5.0)
+    assert not cell.told
+    cell.hanging = {'/bag_recorder'}
+    assert cell.let_pass(3.0) == CellLook(frozenset(cell.hanging))
+
+
+def test_an_answer_that_is_too_late_is_heard_and_teaches_patience(cell: Cell) -> None:
+    cell.answers_after_s = 0.9
+    assert cell.let_pass(20.0) == CellLook()
+    assert len(cell.told) == 2  # at first nobody could know

@@ -141,5 +141,6 @@ class WatchModel(QObject):
 
     def _running(self) -> Set[str]:
         """The nodes that are up; called in the thread."""
-        return {node.name for report in self._launch.reports.values() for node in report.nodes
-                if node.state is NodeState.RUNNING}
+        return {node.name for report in self._launch.reports.values()
+                if report.state is not PartState.STOPPING
+                for node in report.nodes if node.state is NodeState.RUNNING}
