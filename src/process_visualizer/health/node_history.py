@@ -7,7 +7,7 @@ the master, or is no ROS node, is starting forever.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, Iterable, List
+from typing import Dict, Iterable, List, Optional
 
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level
@@ -24,6 +24,7 @@ STARTS_WITHIN_S = 30.0
 STEADY_AFTER_S = 20.0
 """A node that was started again is not trusted before."""
 _NEVER_UP = f'is still starting after {STARTS_WITHIN_S:.0f} s: it may hang, or be no ROS node'
+_UP = NodeState.STARTING, NodeState.RUNNING
 
 
 @dataclass
@@ -32,7 +33,7 @@ class _Known:
     restarts: int
     since_s: float  # of the state
     restarted_s: float = 0.0
-    exit_code: 'int | None' = None
+    exit_code: Optional[int] = None
 
 
 class NodeHistory:
@@ -68,8 +69,8 @@ class NodeHistory:
             words, level = '', Level.WARNING
             if self._is_overdue(report.part, node, now_s):
                 words = _NEVER_UP
-            elif known is not None and node.restarts and now_s - known.restarted_s < STEADY_AFTER_S \
-                    and node.state in (NodeState.STARTING, NodeState.RUNNING):
+            elif known is not None and node.restarts and node.state in _UP \
+                    and now_s - known.restarted_s < STEADY_AFTER_S:
                 words = f'{exit_words(known.exit_code)}, and was started again{_times(node)}'
                 level = Level.BAD if known.exit_code else Level.WARNING
             if words:
@@ -87,7 +88,7 @@ class NodeHistory:
                 and now_s - known.since_s >= STARTS_WITHIN_S)
 
 
-def _next(before: '_Known | None', node: NodeReport, now_s: float) -> _Known:
+def _next(before: Optional[_Known], node: NodeReport, now_s: float) -> _Known:
     if before is None or node.restarts < before.restarts:
         return _Known(node.state, node.restarts, now_s, now_s, node.exit_code)
     is_same = node.state is before.state and node.restarts == before.restarts

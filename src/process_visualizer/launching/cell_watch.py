@@ -280,7 +280,7 @@ def _is_complete(answer: bytes) -> bool:
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
 _REFUSES_S = 3.0
-"""A node that ends is known to roslaunch sooner; one that only refuses connections is still there."""
+"""Of a node that has ended, roslaunch tells sooner; one that refuses for so long is still there."""
 _MAX_FAILURES = 2
 """Most questions in a row without an answer; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '

@@ -2,13 +2,19 @@
 """The connection to the master: made, lost when it is gone, hangs or is another, and back again."""
 from __future__ import annotations
 
-from typing import Any, List, Optional
+import shutil
+from typing import Any, Iterator, List, Optional
 
 import pytest
 from held_tasks import HeldTasks
 
-from process_visualizer.gui.cell.master_model import MasterModel
+from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.gui.cell.launch_model import LaunchModel
+from process_visualizer.gui.cell.master_model import MasterModel, WatchModel
 from process_visualizer.gui.ros.ros_link import RosLinkError
+from process_visualizer.gui.session import Session
+from process_visualizer.launching.cell_watch import CellLook
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
 
@@ -146,3 +152,59 @@ def test_a_master_that_hangs_is_asked_once_and_given_up(stand: Stand) -> None:
     assert stand.told == ['connected', 'lost'] and len(stand.tasks.held) == 1
     stand.tasks.end_all()
     assert stand.told[-1] == 'returned'
+
+
+# Whether RViz draws
+
+RVIZ_SILENT = CellLook(frozenset({'/rviz'}))
+
+
+class Drawing:
+    """The watch over a cell with RViz, and what it has found."""
+
+    def __init__(self) -> None:
+        tasks: Any = HeldTasks()
+        self.launch = LaunchModel(tasks, Session())
+        self.watch = WatchModel(self.launch)
+        self.found: List[CellLook] = []
+        self.watch.found.connect(self.found.append)
+        self.run(PartState.RUNNING)
+
+    def run(self, state: PartState) -> None:
+        node = NodeReport('/rviz', NodeState.RUNNING)
+        self.launch.reports = {RVIZ_PART: PartReport(RVIZ_PART, state, (node,))}
+
+    def look(self, times: int, draws: bool = False) -> None:
+        for _ in range(times):
+            if draws:
+                self.watch.take_drawing()
+            self.watch.look_at_drawing()
+
+
+@pytest.fixture
+def drawing(qtbot: Any) -> Iterator[Drawing]:
+    made = Drawing()
+    yield made
+    shutil.rmtree(made.launch.folder)
+
+
+def test_a_picture_that_stands_still_is_told_though_rviz_answers(drawing: Drawing) -> None:
+    drawing.look(10, draws=True)
+    drawing.look(5)
+    assert drawing.found == []
+    drawing.look(3)
+    assert drawing.found == [RVIZ_SILENT]
+    drawing.watch._asked.emit(CellLook(frozenset({'/driver'})))
+    assert drawing.found[-1] == CellLook(frozenset({'/rviz', '/driver'}))
+    drawing.look(1, draws=True)
+    assert drawing.found[-1] == CellLook(frozenset({'/driver'}))
+
+
+def test_rviz_is_not_missed_before_it_has_drawn_or_while_it_is_stopped(drawing: Drawing) -> None:
+    drawing.look(20)
+    drawing.look(1, draws=True)
+    drawing.run(PartState.STOPPING)
+    drawing.look(20)
+    drawing.run(PartState.RUNNING)  # another one, which still loads
+    drawing.look(20)
+    assert drawing.found == []

@@ -23,7 +23,7 @@ from process_visualizer.health.node_history import NodeHistory
 from process_visualizer.health.other_publishers import Others, described
 from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
 from process_visualizer.launching.launched_cell import LaunchedCell
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import PartReport
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
 _LINE = 'launch'

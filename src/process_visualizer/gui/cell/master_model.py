@@ -9,9 +9,10 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.launching.cell_watch import CellWatch
-from process_visualizer.launching.part_report import NodeState
+from process_visualizer.launching.cell_watch import CellLook, CellWatch
+from process_visualizer.launching.part_report import NodeState, PartState
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+from process_visualizer.ros_names import RVIZ
 
 _LINE = 'master'
 _FAREWELL_LINE = 'farewell'
@@ -21,6 +22,9 @@ _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MAX_FAILURES = 3
 """Most failed checks in a row; a busy master may miss one."""
+_DRAWING_LOOK_MS = 500
+_MAX_MISSED_LOOKS = 6
+"""RViz tells twice a second that it draws; a busy one may be late."""
 _SILENT = 'The ROS master is not responding'
 _OTHER = 'The ROS master was started anew'
 
@@ -121,26 +125,64 @@ class MasterModel(QObject):
 
 
 class WatchModel(QObject):
-    """Asks in a thread; ``found`` is delivered in the window's."""
+    """Asks in a thread; ``found`` is delivered in the window's.
+
+    RViz answers questions in one thread and draws in another. If that hangs, its picture stands
+    still and nothing can be written in it, so what it tells of itself while it draws is missed,
+    too. Its silence is counted in looks, not in seconds: a window that hung itself missed nothing.
+    """
 
     found = pyqtSignal(object)
     """A CellLook, other than the last one."""
+    _asked = pyqtSignal(object)
 
     def __init__(self, launch: LaunchModel) -> None:
         super().__init__(launch)
         self._launch = launch
-        self._watch = CellWatch(self._running, self.found.emit)
+        self._watch = CellWatch(self._running, self._asked.emit)
+        self._look = self._told = CellLook()
+        self._asked.connect(self._take_look)
+        self._draws = False  # RViz has told that it does, since it was started
+        self._missed = 0
+        self._timer = QTimer(self, interval=_DRAWING_LOOK_MS)
+        self._timer.timeout.connect(self.look_at_drawing)
+
+    def take_drawing(self) -> None:
+        """RViz has told that it draws."""
+        self._draws, self._missed = True, 0
+
+    def look_at_drawing(self) -> None:
+        """Look whether RViz has told anything since the last look."""
+        if f'/{RVIZ}' in self._running():
+            self._missed += 1
+        else:
+            self._draws = False
+        self._tell()
+
+    def _take_look(self, look: CellLook) -> None:
+        self._look = look
+        self._tell()
+
+    def _tell(self) -> None:
+        stands_still = self._draws and self._missed > _MAX_MISSED_LOOKS
+        silent = self._look.silent | {f'/{RVIZ}'} if stands_still else self._look.silent
+        look = self._look._replace(silent=silent)
+        if look != self._told:
+            self._told = look
+            self.found.emit(look)
 
     def begin(self) -> None:
         """Start asking."""
         self._watch.begin()
+        self._timer.start()
 
     def close(self) -> None:
         """Stop asking."""
         self._watch.close()
+        self._timer.stop()
 
     def _running(self) -> Set[str]:
-        """The nodes that are up; called in the thread."""
+        """The nodes that are up; also called in the thread."""
         return {node.name for report in self._launch.reports.values()
                 if report.state is not PartState.STOPPING
                 for node in report.nodes if node.state is NodeState.RUNNING}
