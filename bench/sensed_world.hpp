@@ -203,6 +203,8 @@ class SensedWorld {
     }
   }
 
+  const Eigen::Isometry3f& pose() const { return pose_; }
+
   /// What each pixel shows, and where that is in the world, before the sensor gets it wrong.
   const std::vector<int>& things() const { return things_; }
   Eigen::Vector3f place(std::size_t pixel) const { return pose_ * (ray(pixel) * depths_[pixel]); }

@@ -12,10 +12,19 @@ neighbors and clouds share in part, holes, shadows and mixed pixels; from above 
 low (0.9 m high) and on a link of the robot. All combinations with 5, 10 and 30 Hz. Everything
 runs in one process, on simulated time.
 
-A thing is due when 80 of its pixels are seen in the region and it is 8 cm from the robot. It is
-seen late if neither of the first two clouds in which it is due shows it. A size is wrong beyond
+A thing is due when 80 of its pixels are seen in the region, what is seen of it is larger than 5 cm
+in two directions, it is 8 cm from the robot, and nobody walks through it. It is seen late if
+neither of the first two clouds in which it is due shows it. Its number is that which it had when it
+was seen last, as long as an object with it shows the thing, else that of the largest object: then
+it is exchanged (Bernardin and Stiefelhagen 2008). A person with two numbers at once is seen as
+several. An object is false if less than half of its points show things. A size is wrong beyond
 1 cm + 1 % of the range, for what stands and is not cut off. A distance is too large by 2 cm and
-three standard deviations of the sensor beside that of what is seen, or was seen last. The plain
+three standard deviations of the sensor beside that of what is measured, or was measured last
+(pixels on edges that the sensor mixes with what is behind do not count); it is the least of all
+objects in whose box the place is that is nearest to the robot. The last five figures
+are counted as in the tables of before 2026-11-26: a false object is one whose middle is at no
+thing; each further number of a thing is exchanged; 80 pixels are due; the distance is that of the
+nearest object whose middle is at the thing. The plain
 pipeline is that of any textbook: region, grid of 1 cm, planes by RANSAC, Euclidean clusters.
 """
 from __future__ import annotations

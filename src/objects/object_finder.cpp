@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/objects/object_finder.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -251,43 +252,107 @@ bool areNear(const Cluster& one, const Cluster& other) {
   });
 }
 
-/// Groups one above the other, such as the legs and the chest of a person between which too little
-/// is seen; parts of one object that is followed, such as an arm that swings; and what is new, long
-/// and near to somebody, such as an arm of which the shoulder hides a part.
-std::vector<Bridge> bridgesByPlace(const std::vector<Thing>& things,
-                                   const std::vector<std::optional<std::size_t>>& owners,
-                                   const std::vector<ExpectedObject>& expected) {
-  std::vector<AlignedBox3f> boxes(things.size());
-  std::vector<Cluster> coarse;
-  for (std::size_t group = 0; group < things.size(); ++group) {
-    for (const Vector3f& place : things[group].places) boxes[group].extend(place);
-    coarse.push_back(thinned(things[group].places, kLimbGap / 5));
+/// Whether points are as slender as a limb along their principal axes.
+bool isSlender(const Cluster& points) {
+  Vector3f middle = Vector3f::Zero();
+  for (const Vector3f& point : points) middle += point / static_cast<float>(points.size());
+  Eigen::Matrix3f spread = Eigen::Matrix3f::Zero();
+  for (const Vector3f& point : points) spread += (point - middle) * (point - middle).transpose();
+  const Eigen::Matrix3f axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f>(spread).eigenvectors();
+  AlignedBox3f box;
+  for (const Vector3f& point : points) box.extend(axes.transpose() * point);
+  const Vector3f lengths = box.sizes();
+  return lengths.minCoeff() < kThickest &&
+         lengths.sum() - lengths.minCoeff() - lengths.maxCoeff() < kWidest;
+}
+
+/// What groups are like that may be parts of one thing.
+struct Group {
+  AlignedBox3f box;
+  Cluster coarse;                    ///< its points, thinned
+  bool is_slender;                   ///< as a limb is, in its own direction: a leg may swing
+  std::optional<std::size_t> owner;  ///< the expected object of which it is a part
+};
+
+std::vector<Group> groupsOf(const std::vector<Thing>& things,
+                            const std::vector<std::optional<std::size_t>>& owners) {
+  std::vector<Group> groups;
+  for (std::size_t number = 0; number < things.size(); ++number) {
+    const Cluster& places = things[number].places;
+    Group group{{}, thinned(places, kLimbGap / 5), isSlender(places), owners[number]};
+    for (const Vector3f& place : places) group.box.extend(place);
+    groups.push_back(std::move(group));
   }
-  const auto isSomebody = [&](std::size_t group) {
-    if (!owners[group]) return boxes[group].sizes().z() > kTall;
-    const ExpectedObject& owner = expected[*owners[group]];
-    return owner.box.size.z() > kTall || (!owner.stands && owner.box.size.maxCoeff() > kLimbed);
-  };
-  const auto isLimb = [&](std::size_t group) {
-    const Vector3f size = boxes[group].sizes();
-    const float middle = size.sum() - size.maxCoeff() - size.minCoeff();
-    return (size.minCoeff() < kThickest && middle < kWidest) || isSomebody(group);
-  };
-  std::vector<Bridge> bridges;
-  for (std::uint32_t other = 0; other < things.size(); ++other) {
+  return groups;
+}
+
+/// Whether something may be a person, or a large part of one. What is known to stand and is lower
+/// is none: it has no limbs that come in later.
+bool isSomebody(const AlignedBox3f& box, const ExpectedObject* owner) {
+  if (!owner) return box.sizes().z() > kTall;
+  return owner->box.size.z() > kTall || (!owner->stands && owner->box.size.maxCoeff() > kLimbed);
+}
+
+const ExpectedObject* ownerIn(const std::vector<ExpectedObject>& expected,
+                              const std::optional<std::size_t>& owner) {
+  return owner ? &expected[*owner] : nullptr;
+}
+
+/// Calls a function with all pairs of groups, the smaller number first, and how far apart they are
+/// seen from above and in height, m.
+template <typename Look>
+void forPairs(const std::vector<Group>& groups, const Look& look) {
+  for (std::uint32_t other = 0; other < groups.size(); ++other) {
     for (std::uint32_t one = 0; one < other; ++one) {
-      const float aside =
-          std::max(gapAlong(boxes[one], boxes[other], 0), gapAlong(boxes[one], boxes[other], 1));
-      const float apart = gapAlong(boxes[one], boxes[other], 2);
-      const bool is_above = aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap;
-      const bool is_same =
-          owners[one] && owners[one] == owners[other] && std::max(aside, apart) < kPartGap;
-      const bool is_limb =
-          ((isSomebody(one) && isLimb(other)) || (isSomebody(other) && isLimb(one))) &&
-          aside < kLimbGap && apart < kLimbGap && areNear(coarse[one], coarse[other]);
-      if (is_above || is_same || is_limb) bridges.push_back({one, other, is_above || is_limb});
+      const AlignedBox3f &a = groups[one].box, &b = groups[other].box;
+      look(one, other, std::max(gapAlong(a, b, 0), gapAlong(a, b, 1)), gapAlong(a, b, 2));
     }
   }
+}
+
+/// Groups one above the other that are as high as a person together, such as legs and a chest
+/// between which too little is seen; what is lower together may be an arm above a box. And parts of
+/// one object that is followed, such as an arm that swings.
+std::vector<Bridge> bridgesByPlace(const std::vector<Group>& groups,
+                                   const std::vector<ExpectedObject>& expected) {
+  std::vector<Bridge> bridges;
+  forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
+    const Group &a = groups[one], &b = groups[other];
+    const AlignedBox3f both = a.box.merged(b.box);
+    const bool is_above =
+        aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap &&
+        (both.sizes().z() > kTall || isSomebody(both, ownerIn(expected, a.owner)) ||
+         isSomebody(both, ownerIn(expected, b.owner)));
+    const bool is_same = a.owner && a.owner == b.owner && std::max(aside, apart) < kPartGap;
+    if (is_above || is_same) bridges.push_back({one, other, is_above});
+  });
+  return bridges;
+}
+
+/// What is new, long and near to somebody, such as an arm of which the shoulder hides a part.
+/// \param firsts  of each group the first one of its thing so far: legs and a chest that are two
+/// groups are somebody together
+std::vector<Bridge> bridgesOfLimbs(const std::vector<Group>& groups,
+                                   const std::vector<ExpectedObject>& expected,
+                                   const std::vector<std::uint32_t>& firsts) {
+  std::vector<AlignedBox3f> boxes(groups.size());
+  std::vector<bool> has_somebody(groups.size());
+  for (std::size_t group = 0; group < groups.size(); ++group)
+    boxes[firsts[group]].extend(groups[group].box);
+  for (std::size_t group = 0; group < groups.size(); ++group)
+    if (isSomebody(boxes[firsts[group]], ownerIn(expected, groups[group].owner)))
+      has_somebody[firsts[group]] = true;
+  const auto isBody = [&](std::uint32_t group) { return has_somebody[firsts[group]]; };
+  const auto isLimb = [&](std::uint32_t group) {
+    return groups[group].is_slender || isBody(group);
+  };
+  std::vector<Bridge> bridges;
+  forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
+    if ((isBody(one) && isLimb(other)) || (isBody(other) && isLimb(one)))
+      if (aside < kLimbGap && apart < kLimbGap && areNear(groups[one].coarse, groups[other].coarse))
+        bridges.push_back({one, other, true});
+  });
   return bridges;
 }
 
@@ -306,8 +371,10 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
                                    global_from_cloud.linear() * it.outwards, it.is_cut});
     owners.push_back(ownerOf(things[group].places, expected));
   }
-  std::vector<Bridge> bridges = bridgesByPlace(things, owners, expected);
+  const std::vector<Group> parts = groupsOf(things, owners);
+  std::vector<Bridge> bridges = bridgesByPlace(parts, expected);
   append(bridges, occlusions.bridges);
+  append(bridges, bridgesOfLimbs(parts, expected, wholes(owners, expected, bridges)));
   return joined(std::move(things), wholes(owners, expected, bridges));
 }
 

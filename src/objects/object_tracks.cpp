@@ -40,7 +40,7 @@ void Motion::fit() {
   velocity_.setZero();
   bend_ = turn_ = 0;
   const double last = sights_.back().stamp, span = last - sights_.front().stamp;
-  if (sights_.size() < kFewestSights || span < kShortest) return;
+  if (!isKnown()) return;
   const auto count = static_cast<Eigen::Index>(sights_.size());
   Eigen::MatrixX3f powers(count, 3);
   Eigen::MatrixX4f states(count, 4);
@@ -64,6 +64,11 @@ void Motion::fit() {
   const float square = std::max(speed.squaredNorm(), kSlowest * kSlowest);
   bend_ = (speed.x() * change.y() - speed.y() * change.x()) / square;
   bend_ = std::clamp(bend_, -kSharpestBend, kSharpestBend);
+}
+
+bool Motion::isKnown() const {
+  return sights_.size() >= kFewestSights &&
+         sights_.back().stamp - sights_.front().stamp >= kShortest;
 }
 
 Vector3f Motion::shiftAt(double stamp) const {
@@ -259,7 +264,9 @@ constexpr double kApproach = 0.5;     // s: in which it is seen whether a distan
 constexpr double kShortestApproach = 0.09;  // s
 constexpr float kSlowestApproach = 0.05F;   // m/s
 constexpr float kSizeWeight = 0.5F;         // of a difference in size, beside one in place
+constexpr float kMissingWeight = 0.1F;      // of a size of which a part has left the view
 constexpr float kNewestShare = 0.2F;        // of the newest value in the mean
+constexpr float kWithParts = 0.5F;          // m: what is so large and moves may be somebody
 constexpr float kPartReach = 0.04F;  // m: so far beside an object a part of it may seem to be
 constexpr float kWhole = 0.015F;     // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;        // s
@@ -339,11 +346,22 @@ bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject
   return seen.cwiseAbs().maxCoeff() > kWhole;
 }
 
+bool ObjectTracks::Track::stands() const {
+  return motion.isKnown() && motion.velocity().norm() < kMoving;
+}
+
+/// Whether a found object may be what is left in view of somebody who goes away: it is smaller, and
+/// goes on beyond the picture or behind something.
+bool ObjectTracks::Track::mayBeRestOf(const UprightBox& expected, const FoundObject& found) const {
+  return number && motion.velocity().norm() > kMoving && expected.size.maxCoeff() > kWithParts &&
+         found.isCut() && found.box.size.norm() < expected.size.norm();
+}
+
 /// Whether what was seen of it so far may be a part of something larger, such as the hand of
 /// somebody who comes in.
 bool ObjectTracks::Track::mayBePartOf(const UprightBox& expected, const UprightBox& found) const {
-  const bool stands = times >= kTimesUntilSure && motion.velocity().norm() < kMoving;
-  return !is_whole && !stands && found.size.norm() > expected.size.norm();
+  const bool is_still = times >= kTimesUntilSure && stands();
+  return !is_whole && !is_still && found.size.norm() > expected.size.norm();
 }
 
 /// The box that a found object would have as this one.
@@ -434,8 +452,7 @@ std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
   for (const Track& track : tracks_) {
     const bool is_moving = track.motion.velocity().norm() > kMoving;
     if (track.number)
-      expected.push_back({track.expectedAt(stamp), track.is_whole, is_moving,
-                          !is_moving && track.times >= kTimesUntilSure});
+      expected.push_back({track.expectedAt(stamp), track.is_whole, is_moving, track.stands()});
   }
   return expected;
 }
@@ -477,7 +494,13 @@ Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>
         away = std::min(away, distanceTo(box, expected.center));
         is_alike = true;
       }
-      if (away < farthest && is_alike) costs(track, object) = away + kSizeWeight * grown;
+      if (tracks_[track].mayBeRestOf(expected, found[object])) {
+        const float beside = distanceTo(expected, found[object].box.center);
+        const float missing = (expected.size - found[object].box.size).norm();
+        if (beside < farthest) costs(track, object) = beside + kMissingWeight * missing;
+      }
+      if (away < farthest && is_alike)
+        costs(track, object) = std::min(costs(track, object), away + kSizeWeight * grown);
     }
   }
   return costs;

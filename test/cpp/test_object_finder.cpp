@@ -123,6 +123,28 @@ TEST_F(ObjectFinderTest, AnArmBesideSomebodyIsNoObjectOfItsOwn) {
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
+/// It reaches 0.5 m to the side, and is as thin as any leg.
+TEST_F(ObjectFinderTest, ALegThatSwingsBesideSomebodyIsNoObjectOfItsOwn) {
+  cell_.add({0.3F, 0.3F, 0.9F}, at({-0.5F, 0.2F, 0.45F}));
+  cell_.add({0.08F, 0.08F, 0.75F},
+            at({-0.45F, -0.12F, 0.42F}) * Eigen::AngleAxisf(0.6F, Vector3f::UnitY()));
+  EXPECT_EQ(cell_.find(random_).size(), 1U);
+}
+
+/// Legs and a chest are two groups, and neither is as high as a person.
+TEST_F(ObjectFinderTest, AFootBesideTheLegsOfSomebodyIsNoObjectOfItsOwn) {
+  cell_.add({0.3F, 0.3F, 0.4F}, at({-0.5F, 0.2F, 0.7F}));
+  cell_.add({0.2F, 0.2F, 0.3F}, at({-0.32F, 0.2F, 0.15F}));
+  cell_.add({0.2F, 0.08F, 0.08F}, at({-0.32F, -0.1F, 0.04F}));
+  EXPECT_EQ(cell_.find(random_).size(), 1U);
+}
+
+TEST_F(ObjectFinderTest, AnArmAboveABoxIsNoPartOfIt) {
+  cell_.add({0.2F, 0.2F, 0.15F}, at({-0.5F, 0.2F, 0.075F}));
+  cell_.add({0.5F, 0.08F, 0.08F}, at({-0.5F, 0.3F, 0.38F}));
+  EXPECT_EQ(cell_.find(random_).size(), 2U);
+}
+
 TEST_F(ObjectFinderTest, WhatReachesBeyondThePictureIsCut) {
   cell_.add({0.4F, 0.2F, 0.1F}, at({1.2F, 0.3F, 0.05F}));
   cell_.add({0.4F, 0.2F, 0.1F}, at({-0.5F, 0.3F, 0.05F}));

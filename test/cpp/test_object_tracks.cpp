@@ -163,6 +163,27 @@ TEST(ObjectTracks, APartIsSeenAlsoAlone) {
   EXPECT_TRUE(found[0].is_seen);
 }
 
+/// Somebody leaves: a foot is seen apart from the rest, and then only the legs.
+TEST(ObjectTracks, WhatIsLeftInViewOfSomebodyKeepsTheNumber) {
+  const auto cutObject = [](const Vector3f& place, const Vector3f& size) {
+    FoundObject it = object(place, size);
+    it.rim = {{place, {1, 0, 0}, true}};
+    it.places = {place - size / 2, place + size / 2};
+    return it;
+  };
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 4; ++frame)
+    tracks.update(0.2 * frame,
+                  {cutObject({0.24F * static_cast<float>(frame), 0, 0.85F}, {0.6F, 0.5F, 1.7F})});
+  tracks.update(0.8, {cutObject({0.81F, -0.06F, 0.76F}, {0.5F, 0.45F, 1.2F}),
+                      cutObject({1.42F, -0.09F, 0.16F}, {0.1F, 0.06F, 0.06F})});
+  const auto found = tracks.update(1, {cutObject({1.17F, 0, 0.45F}, {0.2F, 0.32F, 0.66F})});
+  const auto first = std::find_if(found.begin(), found.end(),
+                                  [](const TrackedObject& it) { return it.number == 1; });
+  ASSERT_NE(first, found.end());
+  EXPECT_TRUE(first->is_seen);
+}
+
 TEST(ObjectTracks, ThePartThatIsNearestToARobotCounts) {
   ObjectTracks tracks;
   FoundObject part = object({0.2F, 0, 0}, {0.1F, 0.1F, 0.1F});

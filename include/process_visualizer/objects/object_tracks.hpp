@@ -27,6 +27,9 @@ class Motion {
   /// less than what noise may look like.
   Eigen::Vector3f shiftAt(double stamp) const;
 
+  /// Whether it has been seen for long enough to tell how it moves.
+  bool isKnown() const;
+
   /// How fast it moved when it was seen last, m/s; nothing where it stands, or is seen too shortly.
   Eigen::Vector3f velocity() const;
 
@@ -126,6 +129,8 @@ class ObjectTracks {
     UprightBox expectedAt(double stamp) const;
     float farthestAt(double stamp) const;
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
+    bool stands() const;
+    bool mayBeRestOf(const UprightBox& expected, const FoundObject& found) const;
     bool mayBePartOf(const UprightBox& expected, const UprightBox& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
