@@ -39,6 +39,7 @@ from process_visualizer.clients.ghost_client import show_ghost
 from process_visualizer.clients.player_client import PlayerClient, PlayerError
 from process_visualizer.curves.position_values import PositionValues, key_of
 from process_visualizer.film.headless_browser import HeadlessBrowser
+from process_visualizer.msg import PlayerState
 from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.robot.arrows import format_value, variable_text
 from process_visualizer.robot.kinematics import Placement
@@ -51,19 +52,21 @@ PATIENCE_S, START_S = 8.0, 30.0
 POSITION_M, TURN_DEG, GHOST_M = 0.0002, 0.05, 0.001
 """How far a link and its turn may be off, and a link of the ghost."""
 _MOST_EXAMPLES = 20
+SIZE = 480, 320  # what is drawn does not matter
 LABELS = {'speed': 'v', 'force': 'F'}
 
-AT = '''new Promise((done) => {
+AT = '''(() => {
   page.transport.pause();
   page.transport.seek(%r);
   const parts = (entries, shown) => entries.filter((it) => it.place !== null).map((it, row) => [
     it.device, it.link, shown[row].mesh.visible, Array.from(shown[row].mesh.matrix.elements)]);
-  requestAnimationFrame(() => requestAnimationFrame(() => done({
+  page.draw(page.transport.time);
+  return {
     time: page.transport.time,
     numbers: Array.from(document.querySelectorAll('#numbers td'), (it) => it.textContent),
     links: parts(page.run.parts, page.scene.parts),
-    ghost: page.run.ghost ? parts(page.run.ghost.parts, page.scene.ghost.parts) : []})));
-})'''
+    ghost: page.run.ghost ? parts(page.run.ghost.parts, page.scene.ghost.parts) : []};
+})()'''
 ENTRIES = 'page.run.numbers.map((it) => [it.device, it.quantity, it.label, it.topic])'
 BESIDE = 'page.run.ghost ? page.run.ghost.deviations.map((it) => it.device) : []'
 
@@ -208,7 +211,7 @@ class Trial:
         self._values = PositionValues([str(scene.bag)], self._cell.devices)
         shown = Shown(self._cell)
         try:
-            with HeadlessBrowser(page, (1280, 720)) as browser, \
+            with HeadlessBrowser(page, SIZE) as browser, \
                     played(scene.configuration, scene.bag, self._folder / 'cell.log') as player:
                 links = browser.evaluate('page.run.parts.map((it) => it.link)')
                 shown.wait_for(lambda: None not in map(shown.place, links), START_S)
@@ -244,7 +247,9 @@ class Trial:
         number = found = 0
         while found < self._count:
             number += 1
-            player.seek(round(self._chance.uniform(begin_s + 0.3, end_s - 0.3), 4))
+            wanted_s = round(self._chance.uniform(begin_s + 0.3, end_s - 0.3), 4)
+            player.seek(wanted_s)
+            position_s = _settled(player, lambda it, at=wanted_s: abs(it.position - at) < 1e-7)
             way = ('sought', 'forwards', 'sought', 'backwards')[number % 4]
             try:
                 if way != 'sought':
@@ -253,22 +258,15 @@ class Trial:
                         player.step(count=count)
                     else:
                         player.step(duration_s=0.0037 * count)
+                    now_s = time.time()
+                    position_s = _settled(player, lambda it, at=now_s: it.stamp.to_sec() >= at)
             except PlayerError:
                 continue  # at an end
-            position_s = self._settled(player)
             position_ns = begin_ns + round(position_s * 1e9)
             if way != 'sought' and np.count_nonzero(times_ns == position_ns) > 1:
                 continue  # between messages of one time, which no time tells apart
             found += 1
             yield way, position_s
-
-    @staticmethod
-    def _settled(player: PlayerClient) -> float:
-        """The position once the player has said it."""
-        asked_s = time.time()
-        state = player.wait_for(lambda it: it.stamp.to_sec() >= asked_s and it.paused, TIMEOUT_S)
-        assert state is not None
-        return float(state.position)
 
     def _compare(self, page: Dict[str, Any], position_s: float, shown: Shown) -> None:
         self._compare_numbers(page['numbers'], position_s, shown)
@@ -372,6 +370,13 @@ class Trial:
             if not text.startswith(words):
                 figures.wrong_distances += 1
                 figures.say(f'{position_s:.6f} s: {device} {text!r}, RViz {words!r}')
+
+
+def _settled(player: PlayerClient, is_there: Callable[[PlayerState], bool]) -> float:
+    """The position once the player has said it."""
+    state = player.wait_for(lambda it: it.paused and is_there(it), TIMEOUT_S)
+    assert state is not None
+    return float(state.position)
 
 
 def _description(device: str) -> str:

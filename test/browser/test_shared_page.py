@@ -8,6 +8,7 @@ from typing import Any, Iterator, List
 
 import numpy as np
 import pytest
+from page_faults import axe_script, faults
 from page_reader import PageReader
 from selenium.webdriver import Chrome
 from selenium.webdriver.chrome.options import Options
@@ -268,6 +269,24 @@ def test_no_value_is_cut_in_a_narrow_window(shared: Shared, width: int) -> None:
                 .map(it => it.textContent)""") == []
         assert browser.run('return document.documentElement.scrollWidth '
                            '<= document.documentElement.clientWidth')
+    finally:
+        browser.driver.quit()
+
+
+@pytest.mark.parametrize(('size', 'flags', 'state'), [
+    (WIDE, WITH_WEBGL, ''), (PHONE, WITH_WEBGL, ''), (WIDE, WITHOUT_WEBGL, ''),
+    (WIDE, WITH_WEBGL, 'page.toggleTheme()'), (WIDE, WITH_WEBGL, 'page.help.showModal()')])
+def test_everybody_can_use_it(shared: Shared, size: 'tuple[int, int]', flags: 'tuple[str, ...]',
+                              state: str) -> None:
+    axe = axe_script()
+    if axe is None:
+        pytest.skip('axe-core-python is not installed')
+    browser = Browser(shared, *flags, size=size)
+    try:
+        browser.driver.execute_cdp_cmd('Page.setBypassCSP', {'enabled': True})
+        browser.open('')
+        browser.run(state)
+        assert faults(browser.driver, axe) == []
     finally:
         browser.driver.quit()
 

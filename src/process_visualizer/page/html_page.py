@@ -68,27 +68,30 @@ def page_html(parts: PageParts) -> str:
 def _words(parts: PageParts) -> List[str]:
     """Return what is read without any script."""
     shown = 'shown'
-    found = [f'<h1>{escape(parts.title)}</h1>', f'<p class="sub">{escape(parts.subtitle)}</p>']
+    found = ['<header>', f'<h1>{escape(parts.title)}</h1>',
+             f'<p class="sub">{escape(parts.subtitle)}</p>']
     found += [f'<p class="note">{escape(it)}</p>' for it in parts.notes]
     if len(parts.runs) + len(parts.listed) > 1:
         found.append(_summary(parts))
     for number, run in enumerate(parts.runs):
         found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
                   f'<p class="verdict {run["state"]}">{_verdict(run)}</p>', '</section>']
-    found += ['<main>', '<div id="player"></div>', '<aside id="side">']
+    found += ['</header>', '<main>', '<div id="player"></div>',
+              '<section id="side" aria-label="Departures and values">']
     for number, run in enumerate(parts.runs):
         if run['departures']:
             found += [f'<section data-run="{number}" id="departures" class="panel '
                       f'{shown if number == 0 else ""}">' if number == 0 else
                       f'<section data-run="{number}" class="panel">',
-                      '<h3>What differed, the first one first</h3>',
+                      '<h2>What differed, the first one first</h2>',
                       _departures(number, run), '</section>']
-    found += ['<section class="panel" id="values"><h3>At this moment</h3>'
-              '<table><tbody id="numbers"></tbody></table></section>', '</aside>', '</main>']
+    found += ['<section class="panel" id="values"><h2>At this moment</h2>'
+              '<table><tbody id="numbers"></tbody></table></section>', '</section>', '</main>',
+              '<aside aria-label="Notes">']
     for number, run in enumerate(parts.runs):
         found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
                   *(f'<p class="note">{escape(it)}</p>' for it in run['notes']), '</section>']
-    return found
+    return [*found, '</aside>']
 
 
 def _verdict(run: Dict[str, Any]) -> str:
@@ -123,7 +126,8 @@ def _departures(number: int, run: Dict[str, Any]) -> str:
             f'<td>{_link(number, it["worst_s"], it["worst"])}</td></tr>'
             for row, it in enumerate(run['departures'], start=1)]
     more = f'<p class="note">and {run["more"]} more</p>' if run.get('more') else ''
-    return ('<div class="departures"><table><tr><th></th><th>what, and by how much</th>'
+    return ('<div class="departures">'
+            '<table><tr><td></td><th>what, and by how much</th>'
             '<th>began</th><th>was worst</th></tr>' + ''.join(rows) + f'</table>{more}</div>')
 
 
@@ -176,17 +180,17 @@ def live_html(title: str, notes: Sequence[str]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f'<title>{escape(title)}</title>', '<link rel="icon" href="data:,">',
         '<link rel="stylesheet" href="page.css">', '</head>', '<body>',
-        f'<h1>{escape(title)}</h1>',
+        '<header>', f'<h1>{escape(title)}</h1>',
         '<p class="link" id="link" role="status">Connecting …</p>',
         '<noscript><p class="verdict poor">This page needs JavaScript.</p></noscript>',
-        '<p class="verdict plain" id="verdict" hidden></p>',
-        '<main>', '<div id="player"></div>', '<aside id="side">',
+        '<p class="verdict plain" id="verdict" hidden></p>', '</header>',
+        '<main>', '<div id="player"></div>', '<section id="side" aria-label="Values and events">',
         '<section class="panel" id="values"><h2>At this moment</h2>'
         '<table><tbody id="numbers"></tbody></table></section>',
         '<section class="panel" id="happened"><h2>Alarms</h2><ul id="alarms"></ul>'
         '<h2>Recording</h2><p class="sub" id="recording"></p>'
-        '<h2>What happened</h2><ul id="events"></ul></section>', '</aside>', '</main>',
-        *(f'<p class="note">{escape(it)}</p>' for it in notes),
-        '<footer>This page only shows: nothing on it changes the cell. '
+        '<h2>What happened</h2><ul id="events"></ul></section>', '</section>', '</main>',
+        '<footer>', *(f'<p class="note">{escape(it)}</p>' for it in notes),
+        'This page only shows: nothing on it changes the cell. '
         '<span id="viewers"></span></footer>',
         '<script src="page.js" defer></script>', '</body>', '</html>', ''])
