@@ -128,10 +128,11 @@ def _parsed(words: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
     options, rest = parser.parse_known_args(words)
     repeated = getattr(options, getattr(options, 'repeated', ''), None)
-    if rest and (repeated is None or any(word.startswith('-') for word in rest)):
+    if not rest:
+        return options
+    if repeated is None or any(word.startswith('-') for word in rest):
         parser.error(f'unrecognized arguments: {" ".join(rest)}')
-    if rest:
-        repeated.extend(rest)
+    repeated.extend(rest)
     return options
 
 
