@@ -163,6 +163,18 @@ def test_the_onset_of_steps_and_ramps(shape: str, begin: int, seed: int, sign: f
     assert found.uncertainty_s >= 0.0
 
 
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('begin_s', [3.4, 4.0, 6.0])
+def test_what_grows_by_a_share_did_not_begin_where_its_level_steps(begin_s: float,
+                                                                   seed: int) -> None:
+    """A gain that drifts: where the value doubles, so does what it is beside it."""
+    level = np.where(TIMES_S < 1.0, 0.0, np.where(TIMES_S < 5.0, 3.0, 6.0))
+    share = 0.1 * np.maximum(TIMES_S - begin_s, 0.0)
+    deviation = level * share + 0.05 * smooth_noise(np.random.default_rng(seed))
+    left = int(np.flatnonzero(deviation > 0.55)[0])
+    assert onset(TIMES_S, deviation, left, level).time_s == pytest.approx(begin_s, abs=0.35)
+
+
 def test_a_gap_in_a_drift_is_no_jump() -> None:
     drift = np.maximum(TIMES_S - 3.0, 0.0) + 0.02 * smooth_noise(np.random.default_rng(1))
     drift[300:308] = np.nan

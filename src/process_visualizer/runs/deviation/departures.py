@@ -6,7 +6,7 @@ from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from process_visualizer.runs.deviation.band import Band, SignalBand
+from process_visualizer.runs.deviation.band import EDGE_ROWS, Band, SignalBand, envelope
 from process_visualizer.runs.deviation.signals import (
     FORCE_DIRECTION,
     NOISE_SUFFIX,
@@ -25,6 +25,10 @@ _SMALL = 0.3
 """The deviation was small where it was this share of what it is when it leaves."""
 _MIN_ROWS = 8
 _JUMP_S, _JUMP_SHARE = 0.1, 0.6
+_MIN_LEVEL, _LEVEL_CHANGES = 0.2, 1.2
+"""A share of a level is known where that is so far from zero; it tells more if that changes."""
+_AS_EVEN = 1.5
+"""So much greater errors may be those of the same noise, of a dozen independent values (F test)."""
 _WORSE = 1.5
 """Moments at which a fit is so much worse than the best, per degree of freedom, are possible."""
 
@@ -36,37 +40,72 @@ class Onset(NamedTuple):
     uncertainty_s: float
 
 
-def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int) -> Onset:
+def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
+          level: Optional[np.ndarray] = None) -> Onset:
     """Return when a deviation began that leaves the band at a row.
 
     Where most of the deviation came at one jump, that is the moment. Otherwise, from as long before
-    the last small deviation as it grew since, the deviation is
-    taken as constant before, and as stepping or beginning to grow evenly there; the moment is that
-    of the better fit (least squares).
+    the last small deviation as it grew since, the deviation is taken as constant before, and as
+    stepping or beginning to grow evenly there; the moment is that of the better fit (least
+    squares). If it was as even before that, an even growth is seen better from as long before it
+    began as it has grown since. What is wrong by a share steps where its level does, without
+    anything beginning there: the same is fitted to shares of the level.
 
     Args:
         times_s: (t,), even.
         deviation: (t,), NaN where unknown; signed.
         left_row: where it leaves.
+        level: (t,) of what is usual, in the deviation's unit.
     """
     rate_hz = 1.0 / (times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
+    reach = int(_BEHIND_S * rate_hz)
+    end = min(_peak(deviation, left_row, reach) + 1, len(times_s))
+    share = None if level is None else _share(deviation, level, left_row, rate_hz)
+    known = np.isfinite(deviation if share is None else share)
     last_small = _last_small(deviation, left_row, rate_hz)
-    begin = max(last_small - max(left_row - last_small, int(_MIN_BEFORE_S * rate_hz)), 0)
-    end = min(_peak(deviation, left_row, int(_BEHIND_S * rate_hz)) + 1, len(times_s))
     jump = _jump(deviation, last_small, left_row, rate_hz)
-    if jump is not None:
+    if share is not None:
+        row = left_row + int(known[left_row:].argmax())
+        last_small = min(last_small, _last_small(share, row, rate_hz))
+        end = max(end, min(_peak(share, row, reach) + 1, len(times_s)))
+    least = int(_MIN_BEFORE_S * rate_hz)
+    grew = int((left_row - last_small) / (1.0 - _SMALL))  # of an even growth a part was small
+    shorter = max(last_small - max(left_row - last_small, least), 0)
+    longer = max(min(left_row - 2 * grew, last_small - least), 0)
+    if jump is not None and (share is None or _jump(share, max(jump - 1, 0), left_row, rate_hz)
+                             is not None):
         return Onset(float(times_s[jump]), _JUMP_S)
-    rows = begin + np.flatnonzero(np.isfinite(deviation[begin:end]))
+    fits = [_fit(times_s, deviation, share, level, begin + np.flatnonzero(known[begin:end]),
+                 left_row) for begin in (shorter, longer)]
+    if fits[0] is None or fits[1] is None:
+        return Onset(float(times_s[left_row]), float(times_s[left_row] - times_s[shorter]))
+    found = fits[1] if fits[1].error <= _AS_EVEN * fits[0].error else fits[0]
+    return Onset(found.time_s, found.uncertainty_s + 0.5 / rate_hz)
+
+
+class _Fit(NamedTuple):
+    """When it began by a fit, how well that is known, and the squared error of a row."""
+
+    time_s: float
+    uncertainty_s: float
+    error: float
+
+
+def _fit(times_s: np.ndarray, deviation: np.ndarray, share: Optional[np.ndarray],
+         level: Optional[np.ndarray], rows: np.ndarray, left_row: int) -> Optional[_Fit]:
+    """Return the best fit to some rows; None of too few."""
     if len(rows) < _MIN_ROWS or left_row - rows[0] < 2:
-        return Onset(float(times_s[left_row]), float(times_s[left_row] - times_s[begin]))
-    x, y = times_s[rows], deviation[rows]
-    errors = np.minimum(_step_errors(y), _bend_errors(x, y))
-    errors[x > times_s[left_row]] = np.inf
+        return None
+    known_s, moments_s = times_s[rows], times_s[rows[0]:min(left_row, rows[-1]) + 1]
+    errors = _fit_errors(moments_s, known_s, deviation[rows], np.ones(len(rows)))
+    if share is not None and level is not None:
+        errors = np.minimum(errors, _fit_errors(moments_s, known_s, share[rows],
+                                                np.square(level[rows])))
     best = int(errors.argmin())
-    allowed = errors[best] + _WORSE * errors[best] / len(x) + 1e-12
-    possible = x[errors <= allowed]
-    half = max(possible[-1] - x[best], x[best] - possible[0])
-    return Onset(float(x[best]), float(half + 0.5 / rate_hz))
+    allowed = errors[best] + _WORSE * errors[best] / len(rows) + 1e-12
+    possible = moments_s[errors <= allowed]
+    half = max(possible[-1] - moments_s[best], moments_s[best] - possible[0])
+    return _Fit(float(moments_s[best]), float(half), float(errors[best]) / len(rows))
 
 
 def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sign: float,
@@ -131,30 +170,67 @@ def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
     return row + int(after.argmax())
 
 
-def _step_errors(values: np.ndarray) -> np.ndarray:
+def _share(deviation: np.ndarray, level: np.ndarray, left_row: int,
+           rate_hz: float) -> Optional[np.ndarray]:
+    """Return the deviation as a share of the level (t,); None where that tells nothing else.
+
+    It does where the level changed, since it was near zero. At the change itself it is not known:
+    that may come a little earlier or later.
+    """
+    first = max(left_row - int(2.0 * _BEFORE_S * rate_hz), 0)
+    end = left_row + int(_BEHIND_S * rate_hz) + 1
+    size = np.where(np.isfinite(deviation), np.abs(level), 0.0)
+    is_near_zero = ~(size[first:end] > _MIN_LEVEL * np.max(size[first:end], initial=0.0))
+    begin = first + int(np.max(np.flatnonzero(is_near_zero[:left_row - first + 1]) + 1, initial=0))
+    low, high = envelope(np.where(size > 0.0, size, np.nan), 2 * EDGE_ROWS)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        share: np.ndarray = np.where(high < _LEVEL_CHANGES * low, deviation / size, np.nan)
+    share[:begin] = np.nan
+    known = np.isfinite(share)
+    sizes = size[begin:end][known[begin:end]]
+    is_of_use = known[left_row:end].any() and sizes.max() > _LEVEL_CHANGES * sizes.min()
+    return share if is_of_use else None
+
+
+def _fit_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
+                weight: np.ndarray) -> np.ndarray:
+    """The squared errors (m,) of the better fit from each moment on: a step, or an even growth.
+
+    Moments at which no value is known are in between those of the values (n,).
+    """
+    behind = np.searchsorted(times_s, moments_s)
+    return np.minimum(_step_errors(values, weight)[behind],
+                      _bend_errors(moments_s, times_s, values, weight))
+
+
+def _step_errors(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """The squared errors (n,) of a constant before each row and another one from it on."""
-    count = np.arange(1, len(values) + 1)
-    first, square = np.cumsum(values), np.cumsum(values * values)
+    count = np.cumsum(weight)
+    first, square = np.cumsum(weight * values), np.cumsum(weight * values * values)
     before = square - first * first / count
-    rest = len(values) - count
-    behind = (square[-1] - square) - (first[-1] - first) ** 2 / np.maximum(rest, 1)
+    rest = count[-1] - count
+    behind = (square[-1] - square) - (first[-1] - first) ** 2 / np.where(rest > 0.0, rest, 1.0)
     errors = np.full(len(values), np.inf)
     errors[1:] = before[:-1] + np.maximum(behind[:-1], 0.0)
     return errors
 
 
-def _bend_errors(times_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The squared errors (n,) of a constant up to each row and a straight line from it on."""
-    rise = np.maximum(times_s[np.newaxis, :] - times_s[:, np.newaxis], 0.0)
-    inner, level = rise - rise.mean(axis=1, keepdims=True), values - values.mean()
-    spread = (inner * inner).sum(axis=1)
-    cross = inner @ level
+def _bend_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
+                 weight: np.ndarray) -> np.ndarray:
+    """The squared errors (m,) of a constant up to each moment and a straight line from it on."""
+    rise = np.maximum(times_s[np.newaxis, :] - moments_s[:, np.newaxis], 0.0)
+    whole = weight.sum()
+    inner = rise - (rise @ weight / whole)[:, np.newaxis]
+    level = values - weight @ values / whole
+    spread = (inner * inner) @ weight
+    cross = inner @ (weight * level)
     explained = np.where(spread > 0.0, cross * cross / np.where(spread > 0.0, spread, 1.0), 0.0)
-    result: np.ndarray = (level * level).sum() - explained
-    result[-2:] = np.inf
+    result: np.ndarray = weight @ (level * level) - explained
+    result[moments_s > times_s[max(len(times_s) - 3, 0)]] = np.inf
     return result
 
 
+_HAS_LEVEL = (SignalKind.VARIABLE, SignalKind.FORCE)
 MIN_LASTING_ROWS = 3
 """What is outside for fewer rows is no departure."""
 _BACK_ROWS = 10
@@ -276,7 +352,9 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
     worst = begin + int(ratio.argmax())
     from_usual = deviation if limits.usual is None else values - limits.usual
-    since = onset(times_s, from_usual / _usual_width(limits), begin)
+    width = _usual_width(limits)
+    level = limits.usual / width if limits.usual is not None and signal.kind in _HAS_LEVEL else None
+    since = onset(times_s, from_usual / width, begin, level)
     single = signal._replace(over_s=0.0)
     if signal.over_s and single in run and single in band.signals:
         since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
