@@ -73,6 +73,8 @@ SENSOR_TYPES = frozenset((
 SILENT_NODE_KEY, CONCERNED_KEY = 'silent_node', 'concerned'
 """Of a status on /diagnostics about a node that does not answer: its name, and that of its device
 ('' for a node of the program itself)."""
+OLD_POINTS_KEY = 'old_points'
+"""Of a status on /diagnostics about a sensor of which no cloud comes: its device."""
 CONFLICT_KEY = 'several_sources'
 """Of a status on /diagnostics about nodes that contradict each other on one topic: which."""
 LIMIT_KEY = 'beyond_limit'

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.scene_watch import SceneWatch
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
-from process_visualizer.ros_names import CONCERNED_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, OLD_POINTS_KEY
 
 STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'
 PARAMETERS = SceneParameters('r/link0', (
@@ -176,6 +176,23 @@ def test_cloud_that_comes_no_more(watch: Watch) -> None:
         assert watch.words('c') == words
     watch.wait(2.0)  # the depth processor, which says the age, says nothing any more
     assert watch.words('c') == ''
+
+
+def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) -> None:
+    def told(age_s: float) -> List[str]:
+        for _ in range(10):
+            watch.node.send('/c/points_age', Float32(age_s))
+            watch.wait(0.2)
+        return [it.message for sent in watch.node.sent('/diagnostics') for it in sent.status
+                if it.values and it.values[0].key == 'messages'
+                and {value.key: value.value for value in it.values}.get(OLD_POINTS_KEY) == 'c']
+
+    assert told(1.5) == []
+    assert set(told(2.5)) == {'no cloud comes; the points in the picture are old'}
+    watch.wait(10.0)  # the depth processor is gone: still no cloud comes
+    count = len(told(0.1))
+    assert len(told(0.1)) == count
+    assert watch.node.sent('/diagnostics')[-1].status[0].message == 'all is well'
 
 
 def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> None:

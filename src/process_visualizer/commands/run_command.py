@@ -28,15 +28,12 @@ from process_visualizer.launching.roslaunch_process import (
     start_roslaunch,
 )
 from process_visualizer.launching.run import LaunchRun, last_lines
-from process_visualizer.launching.run_record import (
-    RunRecord,
-    clean_up_crashed_runs,
-    new_run_folder,
-)
+from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs
 from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_TOLD_OF_NODE = 6  # lines before the end of a required node
 _TOLD_LINES = 20  # of the output of roslaunch, where it could start nothing
 """The last one only if nohup does not ask to ignore it."""
 
@@ -64,8 +61,8 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     if folder is not None:
         write_plan(plan, folder)
         return _run(f'{folder}/{LAUNCH_FILE}', choice)
-    output, record = new_run_folder(), RunRecord()
-    record.write(output)  # so that the next start removes it if this process is killed
+    record = RunRecord()
+    output = record.begin()  # noted, so that the next start removes it if this process is killed
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
     if code == 0:
@@ -161,7 +158,9 @@ def exit_code(run: LaunchRun) -> int:
         return 1
     failed = run.failed_required
     if failed is not None and failed.exit_code != 0:
-        say(f'the required node {failed}; see {run.log_path}', file=sys.stderr)
+        told = ''.join(f'\n  {line}' for line in failed.log_tail[-_TOLD_OF_NODE:] if line)
+        say(f'the required node {failed}; see {run.log_path}{told and ", which ends:" + told}',
+            file=sys.stderr)
         return 1
     states = [report.state for report in run.reports()]
     if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)

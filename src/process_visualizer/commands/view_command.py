@@ -18,7 +18,6 @@ from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import (
     RunRecord,
     clean_up_crashed_runs,
-    new_run_folder,
 )
 from process_visualizer.remote.link_words import Address, address_of
 from process_visualizer.shown_text import say
@@ -78,8 +77,8 @@ def _show(name: str, host: str, port: int, with_rviz: bool) -> int:
 
     from process_visualizer.viewing.viewer import Viewer
     rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
-    record, folder = RunRecord(), new_run_folder()
-    record.write(folder)
+    record = RunRecord()
+    folder = record.begin()
     viewer = Viewer(name, host, port, folder, say, with_rviz)
     try:
         return viewer.run()

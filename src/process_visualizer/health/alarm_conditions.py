@@ -19,6 +19,7 @@ from process_visualizer.ros_names import (
     CONCERNED_KEY,
     CONFLICT_KEY,
     LIMIT_KEY,
+    OLD_POINTS_KEY,
     RVIZ,
     SILENT_NODE_KEY,
 )
@@ -159,6 +160,13 @@ def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
             found.setdefault(node, Condition(device or _FRAMES, node, it.text, Level.BAD, actions,
                                              device or FRAMES_PART, node))
     return list(found.values())
+
+
+def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:
+    """Return that no cloud of a device comes, as the node says that watches the scene."""
+    return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
+                      end='clouds come again')
+            for it in warnings if it.values.get(OLD_POINTS_KEY) == device]
 
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],

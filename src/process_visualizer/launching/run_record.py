@@ -150,6 +150,22 @@ class RunRecord:
         written.write_text(json.dumps(owner), encoding='utf-8')
         written.replace(self._path)  # so that a concurrent clean-up finds a complete record
 
+    def begin(self) -> str:
+        """Make a temporary folder for the files of the run, and note it; return its name.
+
+        Raises:
+            OSError: that cannot be done; nothing is left.
+        """
+        folder = new_run_folder()
+        try:
+            self.write(folder)
+        except OSError as error:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise OSError(error.errno, f'what runs cannot be noted: {error.strerror}; make room, '
+                          'or set ROS_HOME to a folder that can be written',
+                          str(self._path.parent)) from error
+        return folder
+
     def remove(self) -> None:
         """The run is over and left nothing."""
         self._path.unlink(missing_ok=True)

@@ -24,18 +24,26 @@ from process_visualizer.launching.cell_watch import (
     connecting,
 )
 from process_visualizer.launching.ros_api import AskedMaster, Master
-from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
+from process_visualizer.nodes.common.complaints import Complaints, SilentNode, SilentNodes
 from process_visualizer.nodes.common.live_number import private_parameters
 from process_visualizer.nodes.common.markers import RefreshRate, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle, start_node
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.reading import ParameterError
-from process_visualizer.ros_names import CELL_FRAMES, GHOST, SCENE_WATCH, SENSOR_FIT
+from process_visualizer.ros_names import (
+    CELL_FRAMES,
+    GHOST,
+    OLD_POINTS_KEY,
+    SCENE_WATCH,
+    SENSOR_FIT,
+)
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
 LOOKUP_PERIOD_S = 2.0
 LOG_PERIOD_S = 10.0
+ALARM_AGE_S = 2.0
+"""Clouds that come a little late are told in the scene alone."""
 SEEN = '~seen'
 ITSELF = 'the cell'
 ABOVE_ALL_M = (0.0, 0.0, 1.2)
@@ -43,8 +51,10 @@ OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
     f'/{GHOST}': 'the reference run is old'}
 """The program's own nodes, and what it means that one is gone. Player and recorder come and go."""
+_AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
+NO_CLOUD = 'no cloud comes; the points in the picture are old'
 OTHERS_MEANING = 'this picture is old'
 
 
@@ -59,6 +69,7 @@ class SceneWatch:
         self._devices = (*parameters.devices, WatchedDevice(
             ITSELF, parameters.frame, ABOVE_ALL_M, OWN_NODES, ()))
         self._silent = SilentNodes(node)
+        self._clouds = Complaints(node, node.name.strip('/'))
         self._stale_after_s = parameters.stale_after_s
         self._lookup = MasterLookup(master)
         self._pulses = Pulses(self._lookup, connect)
@@ -88,6 +99,7 @@ class SceneWatch:
         self._pulses.step(now_s, longest_s)
         self._remember()
         self._silent.tell(self._silent_nodes())
+        self._tell_old_points()
         problems = self.problems()
         if (self._texts if problems else self._calm).is_due(now_s):
             self._publish(problems)
@@ -99,6 +111,18 @@ class SceneWatch:
                 for device, meanings in self._meanings.items()
                 for name, meaning in meanings.items()
                 if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
+
+    def _tell_old_points(self) -> None:
+        """Say which clouds do not come; while nobody says how old they are, it stays so."""
+        now_s = self._node.monotonic_s()
+        for device, (age_s, told_s) in self._ages.items():
+            if now_s - told_s >= _AGE_HOLDS_S:
+                continue
+            if age_s > max(self._stale_after_s, ALARM_AGE_S):
+                self._clouds.state(f'points of {device}', NO_CLOUD, {OLD_POINTS_KEY: device},
+                                   LOG_PERIOD_S)
+            else:
+                self._clouds.end(f'points of {device}')
 
     def _remember(self) -> None:
         """Keep the names of nodes that have answered for the next process of this node.
@@ -125,7 +149,7 @@ class SceneWatch:
         lines = [f'{device}: {name.split("/")[-1]} {problem}; {self._meanings[device][name]}'
                  for name, problem in ended if problem]
         age_s, told_s = self._ages.get(device, (0.0, 0.0))
-        if age_s > self._stale_after_s and self._node.monotonic_s() - told_s < 1.0:
+        if age_s > self._stale_after_s and self._node.monotonic_s() - told_s < _AGE_HOLDS_S:
             lines.append(f'{device}: points {age_s:.1f} s old')
         return lines
 

@@ -47,9 +47,17 @@ from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.alarm_conditions import object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearObject, SeenObject
+from process_visualizer.health.node_history import STEADY_AFTER_S
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
-from process_visualizer.ros_names import CONCERNED_KEY, CONFLICT_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import (
+    CONCERNED_KEY,
+    CONFLICT_KEY,
+    LIMIT_KEY,
+    OLD_POINTS_KEY,
+    SCENE_WATCH,
+    SILENT_NODE_KEY,
+)
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
 CELL = Cell('cell.xml', 'world', (ARM,))
@@ -491,3 +499,36 @@ def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> 
         tasks.end_one()
     (alarm,) = model.alarms
     assert (alarm.text, round(alarm.begin_s, 1)) == ('heat is above 250, up to 499', 5.0)
+
+
+def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:
+    def say(severity: 'Severity | None') -> None:
+        stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud comes',
+                              stand.now_s, {OLD_POINTS_KEY: 'arm', 'for_s': '0.0'})
+        stand.warnings.look()
+
+    say(Severity.WARNING)
+    assert stand.texts() == ['arm: no cloud comes']
+    say(None)
+    assert stand.says_no_alarms()
+    assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds come again')
+    stand.report('arm', NodeState.EXITED, 1)
+    say(Severity.WARNING)
+    assert 'arm: no cloud comes' not in stand.texts()
+
+
+def test_a_node_that_is_started_again_and_again_stays_an_alarm(stand: Stand) -> None:
+    def driver(restarts: int, state: NodeState, code: 'int | None' = None) -> None:
+        node = NodeReport('/arm/driver', state, code, restarts)
+        stand.launch.reports = {'arm': PartReport('arm', PartState.RUNNING, (node,))}
+        stand.launch.changed.emit()
+
+    for restarts in range(3):
+        driver(restarts, NodeState.EXITED, 3)
+        driver(restarts + 1, NodeState.RUNNING)
+    count = len(stand.model.events)
+    assert stand.texts() == ['arm: driver ended with code 3, and was started again 3 times']
+    stand.now_s += STEADY_AFTER_S
+    stand.model.look()
+    assert stand.says_no_alarms()
+    assert len(stand.model.events) == count + 1

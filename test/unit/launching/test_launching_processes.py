@@ -254,3 +254,16 @@ def test_other_files_are_left_alone(ros_home: Path) -> None:
     (ros_home / 'notes.txt').write_text('mine')
     assert clean_up_crashed_runs() == []
     assert [path.name for path in ros_home.iterdir()] == ['notes.txt']
+
+
+def test_a_run_that_cannot_be_noted_leaves_no_folder(
+        ros_home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
+    monkeypatch.setattr('tempfile.tempdir', str(temporary))
+    ros_home.parent.write_text('no folder')
+    with pytest.raises(OSError, match='ROS_HOME'):
+        RunRecord().begin()
+    assert not list(temporary.iterdir())
+    ros_home.parent.unlink()
+    assert Path(RunRecord().begin()).parent == temporary

@@ -41,6 +41,14 @@ def test_the_exit_code_tells_whether_it_ran(
     assert bool(error) == ('cell.log' in error)
 
 
+def test_the_last_words_of_a_required_node_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    words = 'qt.qpa.xcb: could not connect to display :7'
+    run: Any = EndedRun(NodeReport('/rviz', NodeState.EXITED, -6, log_tail=('', words)), ())
+    assert exit_code(run) == 1
+    assert capsys.readouterr().err == (
+        f'the required node /rviz: killed by SIGABRT; see cell.log, which ends:\n  {words}\n')
+
+
 def test_a_roslaunch_that_was_killed_is_a_failure(capsys: pytest.CaptureFixture[str]) -> None:
     run: Any = EndedRun(None, (NodeState.RUNNING,), killed_by='killed by SIGKILL')
     assert exit_code(run) == 1

@@ -17,6 +17,7 @@ from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Con
 from process_visualizer.health.alarm_conditions import (
     DATA_ENDED,
     QUIT,
+    cloud_conditions,
     conflict_conditions,
     departure_conditions,
     end_words,
@@ -214,8 +215,11 @@ class AlarmsModel(QObject):
             return [*found, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]
         epoch_s = self._wall_s() - self._clock_s()
+        sources = {it.source for it in found}
         for device in running.devices:
             warnings = self._states.warnings(device.name)
+            if device.name not in sources:  # else it is said why
+                found += cloud_conditions(device.name, self._states.watch_warnings())
             found += limit_conditions(device.name, warnings, epoch_s)
             found += conflict_conditions(device.name, warnings)
             found += message_conditions(device.name, warnings, self._clock_s())
