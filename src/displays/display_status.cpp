@@ -19,9 +19,11 @@
 #include <QGuiApplication>
 #include <QObject>
 #include <QPointer>
+#include <QTimer>
 #include <QWidget>
 #include <QWindow>
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -40,8 +42,8 @@ using diagnostic_msgs::DiagnosticStatus;
 using diagnostic_msgs::KeyValue;
 using sensor_msgs::RegionOfInterest;
 
-constexpr float kReportPeriod = 0.5;  ///< between two reports, s
-constexpr float kLookPeriod = 0.1F;   ///< between two looks at the camera, s
+constexpr std::chrono::milliseconds kReportPeriod{500};
+constexpr float kLookPeriod = 0.1F;  ///< between two looks at the camera, s
 
 // Displays that have received nothing
 
@@ -274,8 +276,9 @@ class WindowPlace : public QObject {
 };
 
 /// RViz display that draws nothing. It warns in the status of each display that has not received
-/// anything, where RViz alone calls that OK. Twice a second it publishes what RViz shows of its
-/// displays on `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first
+/// anything, where RViz alone calls that OK. Twice a second, as long as RViz's window goes on (also
+/// where this display is switched off), it publishes what RViz shows of its displays on
+/// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first
 /// an entry "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width`
 /// and `height` of the 3D view in pixels, then one entry for each display.
 ///
@@ -302,7 +305,8 @@ class DisplayStatus : public rviz::Display {
   std::unique_ptr<KeyReport> key_report_;
   std::string published_camera_;
   float seconds_since_camera_ = 0;
-  float seconds_since_report_ = 0;
+  QTimer report_timer_;
+  ros::WallTime reported_ = ros::WallTime::now();
   std::uint64_t frames_at_report_ = 0;
 };
 
@@ -319,6 +323,8 @@ void DisplayStatus::onInitialize() {
     context_->getViewManager()->getRenderPanel()->setFocus();  // not in the list of displays
   }
   stopDrawingAtTheEnd();
+  connect(&report_timer_, &QTimer::timeout, this, [this] { publishReport(); });
+  report_timer_.start(kReportPeriod);
 }
 
 void DisplayStatus::stopDrawingAtTheEnd() {
@@ -333,11 +339,6 @@ void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
   if (window_place_) window_place_->follow();
   seconds_since_camera_ += wall_dt;
   if (seconds_since_camera_ >= kLookPeriod) publishCamera();
-  seconds_since_report_ += wall_dt;
-  if (seconds_since_report_ < kReportPeriod) return;
-  publishReport();
-  frames_at_report_ = context_->getFrameCount();
-  seconds_since_report_ = 0;
 }
 
 void DisplayStatus::publishCamera() {
@@ -356,6 +357,8 @@ void DisplayStatus::publishReport() {
   report.status = reportDisplays(*context_->getRootDisplayGroup());
   report.status.insert(report.status.begin(), reportRviz());
   publisher_.publish(report);
+  frames_at_report_ = context_->getFrameCount();
+  reported_ = ros::WallTime::now();
 }
 
 DiagnosticStatus DisplayStatus::reportRviz() const {
@@ -363,7 +366,8 @@ DiagnosticStatus DisplayStatus::reportRviz() const {
   const rviz::RenderPanel& panel = *context_->getViewManager()->getRenderPanel();
   const std::uint64_t frames = context_->getFrameCount();
   report.values.push_back(keyValue("frames", std::to_string(frames)));
-  const float fps = static_cast<float>(frames - frames_at_report_) / seconds_since_report_;
+  const double passed_s = (ros::WallTime::now() - reported_).toSec();
+  const double fps = static_cast<double>(frames - frames_at_report_) / std::max(passed_s, 0.001);
   report.values.push_back(keyValue("fps", std::to_string(fps)));
   report.values.push_back(keyValue("width", std::to_string(panel.width())));
   report.values.push_back(keyValue("height", std::to_string(panel.height())));

@@ -165,6 +165,16 @@ JointPositions JointMatching::matchByName(const JointPositions& measured) const 
   return matched;
 }
 
+std::string aboutUnusable(const std::vector<std::string>& joints) {
+  if (joints.empty()) return "";
+  if (joints.size() == 1)
+    return "the position of " + joints.front() +
+           " is NaN or infinite; that joint stays where it was";
+  std::string names;
+  for (const std::string& name : joints) names += (names.empty() ? "" : ", ") + name;
+  return "the positions of " + names + " are NaN or infinite; those joints stay where they were";
+}
+
 std::vector<std::string> movableJoints(const std::string& urdf) {
   // as MOVABLE in robot/kinematics.py
   static const std::set<std::string> kMovable = {"revolute", "continuous", "prismatic"};

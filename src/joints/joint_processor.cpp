@@ -181,9 +181,7 @@ void JointProcessor::watch(const std::string& topic, const std::vector<std::stri
   const auto now = Clock::now();
   std::vector<std::string> problems = board_.problems(now);
   problems.push_back(time_watch_.problem(ros::Time::now().toSec(), now));
-  for (const std::string& name : unusable)
-    problems.push_back("the position of " + name +
-                       " is NaN or infinite; that joint stays where it was");
+  problems.push_back(aboutUnusable(unusable));
   std::string text;
   for (const std::string& problem : problems)
     if (!problem.empty()) text += (text.empty() ? "is shown, but " : "; ") + problem;

@@ -46,6 +46,11 @@ void checkName(const std::string& name) {
     throw RecordingError("the name \"" + name + "\" must not start with a dot");
 }
 
+/// The path of a bag beside another one of that name.
+std::string numbered(const std::string& path, unsigned number) {
+  return path.substr(0, path.size() - 4) + "-" + std::to_string(number) + kExtension;
+}
+
 bool isTaken(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -371,11 +376,20 @@ std::uint64_t BagFile::freeBytes() const {
   return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
 }
 
-/// Copies the file, which lives on without a name while it is open, to where it was.
+/// Copies the file, which lives on without a name while it is open, to where it was, or beside
+/// what is there now.
 void BagFile::rescue() {
   createFolder(std::filesystem::path(path_).parent_path());
-  const int copy = open(activePath().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (copy < 0) fail("was removed while it was written, and cannot be created again");
+  const auto create = [this] {
+    return open(activePath().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  };
+  const std::string wanted = path_;
+  int copy = create();
+  for (unsigned i = 2; copy < 0; ++i) {
+    if (errno != EEXIST) fail("was removed while it was written, and cannot be created again");
+    path_ = numbered(wanted, i);
+    copy = create();
+  }
   const int original = descriptor_;
   descriptor_ = copy;
   std::string buffer(kChunkBytes, '\0');
@@ -402,7 +416,7 @@ void BagFile::rename() {
     } else if (errno != EEXIST) {
       fail("cannot be renamed");
     }
-    path_ = wanted.substr(0, wanted.size() - 4) + "-" + std::to_string(i) + ".bag";
+    path_ = numbered(wanted, i);
   }
   is_named_ = true;
   unlink(active.c_str());

@@ -82,6 +82,14 @@ TEST(JointMatching, OnlyAJointWithoutAUsablePositionIsLeftOut) {
   EXPECT_EQ(found.unusable, Names{"gripper"});
 }
 
+TEST(JointMatching, UnusablePositionsAreSaidOnceForAllJoints) {
+  EXPECT_EQ(aboutUnusable({}), "");
+  EXPECT_EQ(aboutUnusable({"a"}),
+            "the position of a is NaN or infinite; that joint stays where it was");
+  EXPECT_EQ(aboutUnusable({"a", "b"}),
+            "the positions of a, b are NaN or infinite; those joints stay where they were");
+}
+
 TEST(JointMatching, OffsetsAreAddedByEitherName) {
   const JointMatching matching("r", kJoints, {{"a", 0.5}, {"r/c", -1.0}});
   EXPECT_EQ(matching.match({{}, {1.0, 2.0, 3.0}}).positions, (Positions{1.5, 2.0, 2.0}));

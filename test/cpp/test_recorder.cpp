@@ -166,6 +166,20 @@ TEST_F(Bags, AreWrittenAgainWhenTheirFolderIsGone) {
   EXPECT_EQ(indexPosition(path("f/a.bag")), size);
 }
 
+TEST_F(Bags, AreWrittenAgainBesideWhatHasTakenTheirPlace) {
+  BagFile bag(path("a.bag"), Compression::kNone);
+  bag.write(messageAt(1, connectionWith("")));
+  bag.flush();
+  const std::uint64_t size = bag.size();
+  fs::rename(path("a.bag.active"), path("away"));
+  std::ofstream(path("a.bag.active")) << "another's";
+  EXPECT_TRUE(bag.isRemoved());
+  EXPECT_EQ(bag.finish(), "");
+  EXPECT_EQ(bag.path(), path("a-2.bag"));
+  EXPECT_EQ(indexPosition(path("a-2.bag")), size);
+  EXPECT_EQ(fs::file_size(path("a.bag.active")), 9u);
+}
+
 TEST_F(Bags, AreWholeOnAFullDisk) {
   const auto connection = connectionWith("");
   limitFileSize(5 << 20);

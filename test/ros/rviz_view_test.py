@@ -3,6 +3,7 @@
 """The view of a running RViz is written to a file, and read from one."""
 from __future__ import annotations
 
+import copy
 import os
 import tempfile
 import unittest
@@ -11,7 +12,8 @@ from typing import Any, Dict
 import rospy
 import rostest
 import yaml
-from diagnostic_msgs.msg import DiagnosticArray
+from cloud_testing import Listener, wait_until
+from diagnostic_msgs.msg import DiagnosticArray, KeyValue
 
 from process_visualizer.clients.rviz_view import RvizView, RvizViewError
 
@@ -54,9 +56,7 @@ class RvizViewTest(unittest.TestCase):
         manager['Displays'][1]['Displays'][0]['Cell Size'] = 0.125
         manager['Displays'][3]['Name'] = 'Another'
         config['Window Geometry'].update({'Width': 600, 'Height': 440})
-        with open(self.path, 'w', encoding='utf-8') as file:
-            yaml.safe_dump(config, file)
-        self.view.load(self.path)
+        self.shows(config)
         now = self.saved()
         self.assertEqual(now['Visualization Manager']['Views']['Current']['Distance'], 4.25)
         displays = now['Visualization Manager']['Displays']
@@ -64,6 +64,23 @@ class RvizViewTest(unittest.TestCase):
         self.assertEqual(displays[3]['Name'], 'Another')
         self.assertEqual((now['Window Geometry']['Width'], now['Window Geometry']['Height']),
                          (600, 440))
+
+    def test_status_report_that_is_switched_off_still_says_that_rviz_draws(self) -> None:
+        before = self.saved()
+        off = copy.deepcopy(before)
+        off['Visualization Manager']['Displays'][0]['Enabled'] = False
+        try:
+            self.shows(off)
+            with Listener('/rviz/display_status', DiagnosticArray) as reports:
+                wait_until(lambda: len(reports.messages) > 3, 'reports of a display without a tick')
+            self.assertIn(KeyValue('enabled', 'false'), reports.messages[-1].status[1].values)
+        finally:
+            self.shows(before)
+
+    def shows(self, config: Dict[str, Any]) -> None:
+        with open(self.path, 'w', encoding='utf-8') as file:
+            yaml.safe_dump(config, file)
+        self.view.load(self.path)
 
     def test_file_that_cannot_be_written(self) -> None:
         with self.assertRaisesRegex(RvizViewError, '/rviz cannot write its view to "/no/folder'):

@@ -66,6 +66,9 @@ class JointMatching {
   std::map<std::string, Joint> joints_;  ///< by a driver's names
 };
 
+/// Says of joints whose position is NaN or infinite what is done with them; empty without any.
+std::string aboutUnusable(const std::vector<std::string>& joints);
+
 /// Returns the names of the joints of a URDF that have a measurement, in the file's order: those
 /// that move, without those that mimic another one.
 /// \throws std::invalid_argument the text is not XML
