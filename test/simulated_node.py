@@ -11,6 +11,7 @@ from typing import Any, Callable, DefaultDict, Dict, List, Optional, Tuple
 import rospy
 
 from process_visualizer.clients.service_connection import ServiceMissing
+from process_visualizer.nodes.common.node_handle import required_name
 
 
 class SimulatedPublisher:
@@ -188,7 +189,7 @@ class SimulatedNode:
 
     def param(self, name: str, default: Any = None) -> Any:
         """Return a parameter."""
-        return self.params.get(self.resolve(name), default)
+        return self.params.get(self.resolve(required_name(name)), default)
 
     def set_param(self, name: str, value: Any) -> None:
         """Set a parameter."""
@@ -213,7 +214,7 @@ class SimulatedNode:
                   queue_size: Optional[int] = None, buff_size: int = 0) -> SimulatedSubscriber:
         """Subscribe; the last latched messages come at once."""
         subscriber = SimulatedSubscriber(message_class, callback)
-        name = self.resolve(topic)
+        name = self.resolve(required_name(topic))
         self._subscribers[name].append(subscriber)
         for message in self._latched[name]:
             self.call_in(0.0, lambda it=message: subscriber.take(it))

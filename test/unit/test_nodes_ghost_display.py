@@ -236,3 +236,23 @@ def test_nobody_listens_to_joints_without_a_ghost(scene: Scene) -> None:
     for tracks in ((track(),), ()):
         scene.show(tracks)
         assert scene.node.listens('/arm/joint_states') is bool(tracks)
+
+
+def test_an_arrow_without_length_is_not_drawn_and_holds_up_nothing(scene: Scene) -> None:
+    vectors = np.where(TIMES_S[:, np.newaxis] < 5.0, 0.0, (0.0, 0.0, 0.3))
+    scene.show((track(),), (
+        ReferenceArrow('arm/force', 'tool', 'tool', (0.0, 0.0, 0.0), TIMES_S, vectors),))
+    for position_s, is_drawn in ((4.0, False), (9.0, True)):
+        scene.say(position_s)
+        scene.wait()
+        assert ('arm/force/ghost 0' in scene.markers) == is_drawn
+
+
+def test_a_request_that_would_overflow_or_names_nothing_is_refused(scene: Scene) -> None:
+    huge = track()._replace(there=joint_track(('turn',), TIMES_S, np.zeros(len(TIMES_S))))
+    request = ghost_request((huge,), ())
+    request.robots[0].there = [1e308] * len(TIMES_S)
+    answer = scene.node.call('~show', request)
+    assert not answer.success and 'out of range' in answer.message
+    assert 'is no name' in scene.show((track('a\x1b[31m'),))
+    assert scene.show((track(),)) == ''

@@ -6,6 +6,7 @@ import inspect
 from typing import List
 
 import pytest
+from rospy import AnyMsg
 from simulated_node import SimulatedNode
 
 from process_visualizer.nodes.common.node_handle import NodeHandle
@@ -22,3 +23,12 @@ def parameters(owner: type, name: str) -> List[str]:
 @pytest.mark.parametrize('name', NAMES)
 def test_the_simulated_node_takes_the_same(name: str) -> None:
     assert parameters(SimulatedNode, name) == parameters(NodeHandle, name)
+
+
+@pytest.mark.parametrize('name', ['/arm\x1b[31m/joint_states', '/arm\n', '/a\ud800', '/\u202e', ''])
+def test_a_name_that_rospy_would_repeat_for_ever_is_refused(name: str) -> None:
+    """A subscriber with it kept the lock that all others of the node need."""
+    node = NodeHandle()
+    for use in (lambda: node.subscribe(name, AnyMsg, lambda _: None), lambda: node.param(name)):
+        with pytest.raises(ValueError, match='is no name of a topic or parameter'):
+            use()

@@ -98,6 +98,9 @@ def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
             for name, position in before.positions.items()}
 
 
+_MAX_POSITION = 1e6
+
+
 class JointTrack(NamedTuple):
     """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN where unknown."""
 
@@ -125,7 +128,8 @@ def joint_track(joints: Tuple[str, ...], times_s: np.ndarray,
     """Return a track after a check.
 
     Raises:
-        ValueError: the lengths do not fit, or the times do not rise.
+        ValueError: the lengths do not fit, the times do not rise, or a position is so large that
+            it overflows where it is used.
     """
     times_s, positions = np.asarray(times_s, float), np.asarray(positions, float)
     if not joints or positions.size != len(times_s) * len(joints):
@@ -133,4 +137,6 @@ def joint_track(joints: Tuple[str, ...], times_s: np.ndarray,
                          f'{len(times_s)} times')
     if not np.isfinite(times_s).all() or (np.diff(times_s) < 0.0).any():
         raise ValueError('the times do not rise')
+    if (np.abs(positions) > _MAX_POSITION).any():
+        raise ValueError(f'positions are out of range: at most {_MAX_POSITION:g}')
     return JointTrack(joints, times_s, positions.reshape(len(times_s), len(joints)))

@@ -19,6 +19,8 @@ from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from process_visualizer.shown_text import shown
 
+_SHOWN_CHARACTERS = 100
+
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
 _SHUTDOWN_S = 5.0
@@ -181,8 +183,12 @@ class NodeHandle:
         at_shutdown(hook)
 
     def param(self, name: str, default: Any = None) -> Any:
-        """Return a parameter of the parameter server, or the default."""
-        return rospy.get_param(name, default)
+        """Return a parameter of the parameter server, or the default.
+
+        Raises:
+            ValueError: no parameter can have this name.
+        """
+        return rospy.get_param(required_name(name), default)
 
     def set_param(self, name: str, value: Any) -> None:
         """Set a parameter of the parameter server.
@@ -223,9 +229,12 @@ class NodeHandle:
         ``callback`` is called in a thread of the connection. With rospy.AnyMsg as the class it
         gets the bytes, and the publisher's header in ``_connection_header``. They are read from
         the socket in pieces of at most ``buff_size`` bytes.
+
+        Raises:
+            ValueError: no topic can have this name.
         """
-        return rospy.Subscriber(topic, message_class, callback, queue_size=queue_size,
-                                buff_size=buff_size, tcp_nodelay=True)
+        return rospy.Subscriber(required_name(topic), message_class, callback,
+                                queue_size=queue_size, buff_size=buff_size, tcp_nodelay=True)
 
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
         """Offer a service; returns rospy's service."""
@@ -268,6 +277,20 @@ class NodeHandle:
     def error(self, text: str) -> None:
         """Log an error."""
         rospy.logerr('%s', shown(text))
+
+
+def required_name(name: str) -> str:
+    """Return the name of a topic or parameter that came from outside.
+
+    rospy repeats for ever what XML cannot hold, and keeps the lock that each of its subscribers
+    and publishers needs.
+
+    Raises:
+        ValueError: it is empty, or cannot be told to the master.
+    """
+    if not name or not name.isprintable():
+        raise ValueError(f'{name[:_SHOWN_CHARACTERS]!a} is no name of a topic or parameter')
+    return name
 
 
 class PlaybackFollower:

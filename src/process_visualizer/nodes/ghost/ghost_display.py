@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 from visualization_msgs.msg import Marker, MarkerArray
@@ -68,9 +68,11 @@ class GhostDisplay:
         return ShowGhostResponse(True, '')
 
     def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
-        joints = {it.device: LiveJoints(self._node, it.device) for it in request.robots}
+        joints: Dict[str, LiveJoints] = {}
         span = FollowedSpan(request.begin, request.end) if request.begin and request.end else None
         try:
+            for device in dict.fromkeys(it.device for it in request.robots):
+                joints[device] = LiveJoints(self._node, device)
             robots = tuple(self._robot(it, joints[it.device]) for it in request.robots)
             follower = None if not robots else LiveFollower(
                 self._node, robots, joints, request.events, span)

@@ -160,8 +160,10 @@ class GhostArrow:
         return self._drawn(frame, foot.position,
                            rotated(turn.quaternion, (vector['x'], vector['y'], vector['z'])))
 
-    def _drawn(self, frame: str, foot: Triple, vector: Triple) -> Marker:
+    def _drawn(self, frame: str, foot: Triple, vector: Triple) -> Optional[Marker]:
         length_m = math.hypot(*vector)
+        if length_m == 0.0:
+            return None  # it has no direction
         x, y, z = (a + BESIDE_M * b for a, b in zip(foot, sideways(
             [part / length_m for part in vector])))
         marker = frame_marker(f'{self._name}/ghost', 0, frame, GHOST_ARROW_COLOR)
