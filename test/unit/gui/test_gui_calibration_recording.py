@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Iterator, List
 
 import pytest
+from held_tasks import HeldTasks
 from PyQt5.QtWidgets import QLabel, QPushButton
 from test_gui_calibration_model import IN_FILE, Frames, device
 
@@ -237,3 +238,29 @@ def test_a_fit_that_ends_after_the_nodes_changes_nothing(model, fit, qtbot):
     model.set_running(False)
     qtbot.waitUntil(lambda: not fit.is_fitting)
     assert model.pose == IN_FILE and fit.text == ''
+
+
+@pytest.mark.parametrize('move', [
+    lambda model: model.revert(),
+    lambda model: model.set_value(0, 1.3),
+    lambda model: model.set_devices([]),
+    lambda model: (model.set_value(0, 1.3), model.set_pose('a', SAVED)),
+])
+def test_a_fit_of_a_sensor_that_was_moved_meanwhile_is_not_used(move, frames, finder, qtbot):
+    tasks = HeldTasks()
+    model = CalibrationModel(tasks, frames.move)
+    sensor = device('a')
+    model.set_devices([sensor.__class__(DeviceType.DEPTH_SENSOR, 'a', sensor.location,
+                                        base=sensor.base)])
+    model.set_running(True)
+    model.set_pose('a', SAVED)
+    fit = FitModel(tasks, model, finder.find)
+    tasks.end_all()
+    fit.fit()
+    move(model)
+    moved_to = model.value_of('a')
+    tasks.end_all()
+    assert model.value_of('a') == moved_to and not fit.is_fitting
+    assert not fit.text or fit.is_refused
+    assert (fit.text == 'a was moved during the fit: what was found is for where it was before, '
+            'and is not used. Fit again.') == bool(model.devices)

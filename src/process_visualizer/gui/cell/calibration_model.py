@@ -223,6 +223,7 @@ class FitModel(QObject):
         super().__init__(parent)
         self._tasks, self._calibration, self._find = tasks, calibration, find
         self._fitting = ''
+        self._begun_at: Optional[Pose] = None  # None: the sensor has been moved meanwhile
         self._results: Dict[str, str] = {}
         self._refused: Dict[str, str] = {}
         calibration.changed.connect(self._follow)
@@ -259,6 +260,7 @@ class FitModel(QObject):
         if not self.can_fit:
             return
         name = self._fitting = self._calibration.device
+        self._begun_at = self._calibration.value_of(name)
         self._results.pop(name, None)
         self._refused.pop(name, None)
         self._tasks.run(_LINE, lambda: self._find(name), lambda it: self._take(name, it),
@@ -267,10 +269,14 @@ class FitModel(QObject):
 
     def _take(self, name: str, found: SensorFit) -> None:
         self._fitting = ''
-        before = self._calibration.value_of(name)
-        if before is not None and not self._calibration.blocked_reason:
-            self._results[name] = _described(found, before)
-            self._calibration.set_pose(name, found.pose)
+        before = self._begun_at
+        if name in self._calibration.devices and not self._calibration.blocked_reason:
+            if before is None:
+                self._refused[name] = (f'{name} was moved during the fit: what was found is for '
+                                       'where it was before, and is not used. Fit again.')
+            else:
+                self._results[name] = _described(found, before)
+                self._calibration.set_pose(name, found.pose)
         self.changed.emit()
 
     def _refuse(self, name: str, error: Exception) -> None:
@@ -282,7 +288,9 @@ class FitModel(QObject):
         self.changed.emit()
 
     def _follow(self) -> None:
-        """A result holds until the pose is saved or reverted."""
+        """A result holds until the pose is saved or reverted; a fit, until it is changed."""
+        if self._fitting and self._calibration.value_of(self._fitting) != self._begun_at:
+            self._begun_at = None
         for name in [it for it in self._results if it not in self._calibration.unsaved]:
             del self._results[name]
         self.changed.emit()
