@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, Type
 
 import pytest
-from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import (
     QApplication,
     QFileDialog,
@@ -106,6 +107,23 @@ def test_record_mark_stop_play(find, running, client, qtbot):
     qtbot.waitUntil(lambda: text(find, 'record_notice') == 'seam.bag')
     click(find, 'play_recording')
     assert find(QWidget, '').played == [client.path]
+
+
+def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
+    """The bag may be finished before the second press."""
+    button = find(QPushButton, 'record')
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    qtbot.mouseClick(button, Qt.LeftButton)
+    qtbot.waitUntil(lambda: button.text() == 'Record')
+    place = QPointF(button.rect().center())
+    for kind, held in ((QEvent.MouseButtonDblClick, Qt.LeftButton),
+                       (QEvent.MouseButtonRelease, Qt.NoButton)):
+        QApplication.sendEvent(button, QMouseEvent(kind, place, Qt.LeftButton, held,
+                                                   Qt.NoModifier))
+    assert running.phase is RecordingPhase.IDLE and client.commands == ['start', 'stop']
+    qtbot.mouseClick(button, Qt.LeftButton)
+    assert running.phase is RecordingPhase.STARTING
 
 
 def test_the_states_between(find, running, client, qtbot):

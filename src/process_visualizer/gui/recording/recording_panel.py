@@ -6,7 +6,7 @@ import os
 from typing import Dict, NamedTuple, Optional
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QButtonGroup,
     QFileDialog,
@@ -60,6 +60,13 @@ _BUTTON_TEXTS = {
 }
 
 
+class _RecordButton(QPushButton):
+    """Takes a double click as one, as it has another meaning after the first."""
+
+    def mouseDoubleClickEvent(self, event: Optional[QMouseEvent]) -> None:
+        """Take the second press, which neither presses nor clicks."""
+
+
 class RecordBar(QFrame):
     """Record or stop; red while something is recorded."""
 
@@ -67,7 +74,7 @@ class RecordBar(QFrame):
         super().__init__(parent)
         self._model = model
         self.setObjectName('record_bar')
-        self._button = QPushButton()
+        self._button = _RecordButton()
         self._button.setObjectName('record')
         self._button.setIconSize(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX))
         self._button.setMinimumSize(150, 40)
