@@ -103,6 +103,19 @@ def test_nothing_is_scrolled_to_before_everything_has_given_way(window: Launcher
         assert (area.verticalScrollBar().maximum() > 0) is is_scrolled
 
 
+@pytest.mark.parametrize('mode', list(Mode))
+def test_a_panel_keeps_its_height_on_a_low_screen(window: LauncherApp, qtbot: Any, config: Path,
+                                                  mode: Mode) -> None:
+    load(window, qtbot, config, VALID)
+    window._launcher.session.set_mode(mode)
+    area, panels = window.centralWidget(), window.panels
+    window.resize(window.minimumSizeHint().width(), 500)
+    settle()
+    assert panels.height() >= panels.minimumSizeHint().height()
+    assert panels.geometry().bottom() < area.widget().height()
+    assert area.verticalScrollBar().maximum() > 0
+
+
 def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, config: Path) -> None:
     load(window, qtbot, config, VALID)
     launcher, launch = window._launcher, window.launch

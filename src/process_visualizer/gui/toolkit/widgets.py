@@ -348,6 +348,7 @@ class PanelTabs(QTabWidget):
         self.setObjectName('panels')
         self.setDocumentMode(True)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
+        self.setMinimumHeight(_MIN_HEIGHT_PX)  # Qt uses no minimumSizeHint of an ignored height
 
     def minimumSizeHint(self) -> QSize:
         """Return the width that all pages need, and a height in which one can be used."""
