@@ -591,6 +591,33 @@ def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path
     assert stand.panel.share.isEnabled() and stand.failures == []
 
 
+def test_a_film_is_written_on_when_another_recording_is_opened(stand: Stand, tmp_path: Path,
+                                                               monkeypatch: Any) -> None:
+    def write_film(path: str, chosen: ChosenSpans, style: film.Style,
+                   on_frame: film.OnFrame) -> int:
+        on_frame(9, 10)
+        assert stand.panel.state.text() == 'Writing seam.mp4… 90 %'
+        return 10
+
+    monkeypatch.setattr(film, 'write_film', write_film)
+    stand.find()
+    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    play(stand.session, write_bag(tmp_path, 'b.bag'))
+    assert stand.panel.state.text() == 'Writing seam.mp4…' and stand.panel.cancel.isEnabled()
+    stand.tasks.end_all()
+    assert stand.panel.state.text().startswith('seam.mp4 was written: a.bag#1 from')
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    stand.panel.find.click()
+    assert stand.panel.state.text() == 'Reading the recordings…'
+    stand.panel.cancel.click()  # of what is shown
+    assert stand.panel.state.text() == 'Writing seam.mp4…'
+    stand.tasks.end_all()
+    assert stand.panel.state.text().startswith('seam.mp4 was written')
+    assert stand.failures == []
+
+
 @pytest.mark.parametrize(('path', 'kind', 'expected'), [
     ('/a/seam.MP4', 'Pages (*.html)', '/a/seam.MP4'),
     ('/a/seam', 'Films (*.mp4 *.gif)', '/a/seam.mp4'),

@@ -157,7 +157,7 @@ class Launcher(QObject):
     def close(self) -> None:
         """End everything that was started; block until it is done."""
         self.watch.close()
-        self.compare.cancel()  # a film takes minutes
+        self.compare.close()  # a film takes minutes
         self.replay.close()
         self.launch.close()
         self.master.close()

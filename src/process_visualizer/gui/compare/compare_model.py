@@ -93,6 +93,7 @@ def _texts(values: Any) -> Tuple[str, ...]:
 
 
 LINE = 'comparison'
+_SHARE_LINE = 'share'
 SHARED_ENDINGS = ('.html', *film.ENDINGS, *exported.ENDINGS)
 """Of the names of files as which a run can be shared."""
 _MAX_KEPT, _MAX_ALIGNED = 50, 500
@@ -137,6 +138,8 @@ class CompareModel(QObject):
         self._anchors: Anchors = {}  # of all recordings
         self._work: Optional[TaskProgress] = None
         self._activity = ''
+        self._writing: Optional[TaskProgress] = None  # goes on when another recording is opened
+        self._written = ''
         self.shared = ''  # what the last page that was written shows
         self._is_asked = True  # by the operator, for what is going on
         self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
@@ -200,8 +203,18 @@ class CompareModel(QObject):
 
     @property
     def activity(self) -> str:
-        """Return what is going on, in words; empty if nothing."""
-        return self._activity
+        """Return what is going on, in words, of which one can be cancelled; empty if nothing."""
+        return self._activity or self._written
+
+    @property
+    def is_comparing(self) -> bool:
+        """Return whether runs are being found or compared."""
+        return self._work is not None
+
+    @property
+    def is_writing(self) -> bool:
+        """Return whether a run is being written, to be shared."""
+        return self._writing is not None
 
     def _follow_cell(self) -> None:
         self._follow_recording()
@@ -324,13 +337,17 @@ class CompareModel(QObject):
     def share(self, number: int, path: str) -> None:
         """Write a run, or A to B of it while the player's loop is on in it.
 
-        ``path`` ends in one of SHARED_ENDINGS, which says as what: page, film, table or MCAP.
+        ``path`` ends in one of SHARED_ENDINGS, which says as what: page, film, table or MCAP. It
+        goes on when another recording is opened.
         """
+        self._stop_writing()
         cell, listed, compared = self._session.cell, self._runs[number], self._compared
         found = None if compared is None else compared.comparisons[number]
         span = self.shared_span(number)
 
-        def work(progress: TaskProgress) -> str:
+        progress = self._writing = TaskProgress(self)
+
+        def work() -> str:
             good = None if compared is None or found is None else compared.good
             judged = Judged(listed.run) if good is None else Judged(
                 listed.run, found, good.of(listed.run) or good)
@@ -340,14 +357,33 @@ class CompareModel(QObject):
                     f'{clock(span.begin_s)} to {clock(span.end_s)}, {said}.')
 
         def refuse(error: Exception) -> None:
+            if progress is not self._writing or isinstance(error, ReadingCancelled):
+                return
+            self._end_writing(progress, '')
             if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
                 raise error
             self.failed.emit(f'{os.path.basename(path)} cannot be written: {error}')
 
-        self._begin(f'Writing {os.path.basename(path)}…', work, self._take_shared, refuse)
+        written = self._written = f'Writing {os.path.basename(path)}…'
+        self.shared = ''
+        progress.changed.connect(lambda part: self._take_written(progress, written, part))
+        self._tasks.run(_SHARE_LINE, work, lambda text: self._end_writing(progress, text), refuse)
+        self.changed.emit()
 
-    def _take_shared(self, text: str) -> None:
-        self.shared = text
+    def _take_written(self, progress: TaskProgress, written: str, part: float) -> None:
+        if progress is self._writing:
+            self._written = f'{written} {100.0 * part:.0f} %'
+            self.changed.emit()
+
+    def _end_writing(self, progress: TaskProgress, text: str) -> None:
+        if progress is self._writing:
+            self._writing, self._written, self.shared = None, '', text
+            self.changed.emit()
+
+    def _stop_writing(self) -> None:
+        if self._writing is not None:
+            self._writing.cancel()
+        self._writing, self._written = None, ''
 
     def _align_again(self, number: int, anchors: Tuple[Anchor, ...]) -> None:
         before = self._compared
@@ -369,14 +405,19 @@ class CompareModel(QObject):
         self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
 
     def cancel(self) -> None:
-        """Leave what is going on."""
+        """Leave what ``activity`` says."""
+        if not self.is_comparing:
+            self._stop_writing()
         self._stop()
         self.changed.emit()
 
+    def close(self) -> None:
+        """Leave all that is going on."""
+        self._stop_writing()
+        self._stop()
+
     def _begin(self, activity: str, work: Callable[[TaskProgress], Any],
-               take: Callable[[Any], None],
-               refuse: Optional[Callable[[Exception], None]] = None,
-               is_asked: bool = True) -> None:
+               take: Callable[[Any], None], is_asked: bool = True) -> None:
         self._stop()
         self._is_asked = is_asked
         self._activity, self._work = activity, TaskProgress(self)
@@ -384,7 +425,7 @@ class CompareModel(QObject):
         progress.changed.connect(lambda part: self._take_progress(progress, activity, part))
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
                                                                               result),
-                        lambda error: self._refuse(progress, error, refuse))
+                        lambda error: self._refuse(progress, error))
         self.changed.emit()
 
     def _take_progress(self, progress: TaskProgress, activity: str, part: float) -> None:
@@ -443,15 +484,10 @@ class CompareModel(QObject):
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared
 
-    def _refuse(self, progress: TaskProgress, error: Exception,
-                refuse: Optional[Callable[[Exception], None]]) -> None:
+    def _refuse(self, progress: TaskProgress, error: Exception) -> None:
         if progress is not self._work or isinstance(error, ReadingCancelled):
             return
         self._work, self._activity = None, ''
-        if refuse is not None:
-            self.changed.emit()
-            refuse(error)
-            return
         if not self._is_asked and isinstance(error, NoCycle):
             self._added = ()  # of another configuration: with that one it is shown again
             self.changed.emit()

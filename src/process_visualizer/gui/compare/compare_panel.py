@@ -133,14 +133,14 @@ class ComparePanel(QWidget):
 
     def _show(self) -> None:
         model = self._model
-        is_busy = bool(model.activity)
+        is_busy = model.is_comparing
         self.state.setText(self._state())
         self.find.setEnabled(bool(model.paths) and not is_busy)
         self.add.setEnabled((self._is_live or bool(model.runs)) and not is_busy)
         self.compare.setEnabled(bool(model.good) and not is_busy)
-        self.cancel.setEnabled(is_busy)
+        self.cancel.setEnabled(bool(model.activity))
         self.ghost.setEnabled(model.compared is not None)
-        self.share.setEnabled(bool(model.runs) and not is_busy)
+        self.share.setEnabled(bool(model.runs) and not is_busy and not model.is_writing)
         self._show_runs()
         self._show_departures()
         self._show_finished()
