@@ -291,6 +291,23 @@ def test_a_failure_is_shown_until_it_is_seen(find, running, client, qtbot):
     assert text(find, 'record_notice') == 'Ready to record 3 topics.'
 
 
+def test_a_refused_command_leaves_the_last_recording_as_it_was(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    running.take_state(told('recording', files=(client.path,), duration_s=2.0))
+    click(find, 'record')
+    qtbot.waitUntil(lambda: text(find, 'record_notice') == 'seam.bag')
+    running.take_state(told(files=(client.path,), duration_s=2.2, recent_s=13.0))
+    client.error = RecorderError('nothing is in memory')
+    click(find, 'save_recent')
+    qtbot.waitUntil(lambda: text(find, 'record_notice') == 'Nothing is in memory')
+    assert text(find, 'record_time') == '0:02.2'
+    assert not find(QPushButton, 'play_recording').isVisible()
+    click(find, 'dismiss_notice', QToolButton)
+    assert text(find, 'record_notice') == 'seam.bag'
+    assert find(QPushButton, 'play_recording').isVisible()
+
+
 def test_the_tick_is_the_verdict_of_the_report(find, running, client, qtbot):
     """What the report calls not complete has no tick here, though the recorder had no problem."""
     client.verdict = BagVerdict(False, 'not complete: 5 lost on /ft')

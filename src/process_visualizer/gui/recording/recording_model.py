@@ -220,8 +220,7 @@ class RecordingModel(QObject):
         if problem:
             self._take(failed(self._state, problem, options))
         elif self.phase is RecordingPhase.IDLE:
-            self._enter(self._state.asked_to_write(RecordingPhase.STARTING))
-            self._write(lambda: checked(self._client.start, options),
+            self._write(RecordingPhase.STARTING, lambda: checked(self._client.start, options),
                         lambda path: self._enter(self._state.started(path, self._now_s())))
 
     def stop(self) -> None:
@@ -234,8 +233,8 @@ class RecordingModel(QObject):
         """Write what is in memory (the last 30 s) into a bag of its own."""
         if self._state.recent_s > 0:
             options = self.choices.options_to_save(self._state.recent_s)
-            self._enter(self._state.asked_to_write(RecordingPhase.STOPPING))
-            self._write(lambda: [checked(self._client.save_recent, options)], self._ended)
+            self._write(RecordingPhase.STOPPING,
+                        lambda: [checked(self._client.save_recent, options)], self._ended)
 
     def set_label(self, label: str) -> None:
         """Take the label that the operator prepares for the next mark."""
@@ -251,23 +250,26 @@ class RecordingModel(QObject):
             self._enter(marked)
 
     def dismiss(self) -> None:
-        """The operator has seen the finished bag or the error."""
-        self._enter(self._state.dismissed())
+        """The operator has seen the error, or else the finished bag."""
+        self._enter(self._state.seen())
 
     def forget(self, gone: Sequence[str]) -> None:
         """Offer the finished bag no longer, if files of it are gone."""
         bag = self._state.finished
         if bag is not None and not set(gone).isdisjoint(bag.files):
-            self.dismiss()
+            self._enter(self._state.dismissed())
 
     # How commands end
 
-    def _write(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
-        """Run a command after whose failure the recorder is idle as before."""
-        chosen = self.choices.options()
+    def _write(self, phase: RecordingPhase, command: Callable[[], Any],
+               on_result: Callable[[Any], None]) -> None:
+        """Run a command after whose failure all is as before: the recorder is idle."""
+        chosen, before = self.choices.options(), self._state.finished
+        self._enter(self._state.asked_to_write(phase))
 
         def on_error(error: Exception) -> None:
-            self._enter(self._state.refused(RecordingPhase.IDLE, self._now_s()))
+            self._enter(self._state.refused(RecordingPhase.IDLE, self._now_s())._replace(
+                finished=before))
             self._take(failed(self._state, advice(error, ''), chosen))
             self._follow_choices()
 

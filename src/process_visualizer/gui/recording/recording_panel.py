@@ -267,7 +267,8 @@ class RecordingNotice(QWidget):
         color(self._text, 'text' if notice.icon else 'quiet')
         state = self._model.state
         is_idle = state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF)
-        self._play.setVisible(is_idle and state.finished is not None)
+        self._play.setVisible(is_idle and state.finished is not None
+                              and state.refused_options is None)
         self._dismiss.setVisible(bool(state.error))
 
     def _on_play(self) -> None:

@@ -196,6 +196,11 @@ class RecordingState(NamedTuple):
         """Return the state after the operator has seen the finished bag or the error."""
         return self._replace(error='', refused_options=None, finished=None)
 
+    def seen(self) -> 'RecordingState':
+        """Return the same, but for the bag of before a command that was refused."""
+        is_before = self.refused_options is not None
+        return self.dismissed()._replace(finished=self.finished if is_before else None)
+
     def chosen(self, options: RecordingOptions) -> 'RecordingState':
         """Return the state after a choice: what was refused before says nothing of others."""
         is_other = self.refused_options not in (None, options)
