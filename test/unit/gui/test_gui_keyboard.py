@@ -174,3 +174,16 @@ def test_what_is_switched_is_switched_once_however_long_a_key_is_held(window: La
     repeating = {it.key().toString() for it in window.findChildren(QShortcut) if it.autoRepeat()}
     assert {'Left', 'Right', '[', ']', '+'} <= repeating
     assert not {'R', 'M', 'Space', 'L', 'Ctrl+L', 'Esc'} & repeating
+
+
+@pytest.mark.parametrize('mode', list(Mode))
+def test_a_recording_can_be_opened_on_every_tab_of_playback(window: LauncherApp, mode: Mode
+                                                            ) -> None:
+    """A button's own shortcut works only where the button is visible."""
+    window._launcher.session.set_mode(mode)
+    window.panels.setCurrentIndex(2)
+    keys = [it for it in window.findChildren(QShortcut) if it.key().toString() == 'Ctrl+O']
+    buttons = [it for it in window.findChildren(QAbstractButton)
+               if it.shortcut().toString() == 'Ctrl+O']
+    assert [(it.parent(), it.isEnabled()) for it in keys] == [(window, mode is Mode.PLAYBACK)]
+    assert buttons == []

@@ -250,7 +250,8 @@ class LauncherApp(QMainWindow):
         self._drops = DropTarget(self, launcher)
         self._lay_out()
         self._keys = WindowKeys(self, launcher, self.launch.launch.click,
-                                self._mark_playback, self.playback.timeline.zoom_in)
+                                self._mark_playback, self.playback.timeline.zoom_in,
+                                self.playback.bag.choose_files)
         self._serve = ServeDialog(
             self, [it for it in get_local_addresses() if not it.startswith('127.')],
             lambda: (launcher.session.file, launcher.cell.arguments))

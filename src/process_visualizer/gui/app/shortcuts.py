@@ -25,7 +25,7 @@ from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.toolkit.dialogs import KeysDialog
 from process_visualizer.gui.toolkit.theme import theme
 
-_ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'F5', '?', 'Esc')
+_ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'Ctrl+O', 'F5', '?', 'Esc')
 """Keys that do something once, however long they are held."""
 
 
@@ -156,7 +156,8 @@ class WindowKeys:
     """Binds the keys of a window."""
 
     def __init__(self, window: QWidget, launcher: Launcher, launch_or_quit: Callable[[], None],
-                 add_mark: Callable[[], None], zoom_in: Callable[[float], None]) -> None:
+                 add_mark: Callable[[], None], zoom_in: Callable[[float], None],
+                 open_recording: Callable[[], None]) -> None:
         """``add_mark`` and ``zoom_in`` are of playback (``playback_keys``)."""
         self._window = window
         self._launcher = launcher
@@ -164,9 +165,11 @@ class WindowKeys:
         recording = recording_keys(launcher.recording)
         replay = replay_keys(launcher.replay)
         general = general_keys(launcher, launch_or_quit, self.show)
-        self._groups = {'Playback': playback, 'Recording': recording, 'Replay': replay[:1],
-                        'Always': general}
+        choice = [Shortcut('Ctrl+O', 'open a recording', open_recording)]
+        self._groups = {'Playback': [*playback, *choice], 'Recording': recording,
+                        'Replay': replay[:1], 'Always': general}
         self._playback: List[QShortcut] = bind(window, playback)
+        self._choice: List[QShortcut] = bind(window, choice)
         self._recording: List[QShortcut] = bind(window, recording)
         self._replay: List[QShortcut] = bind(window, replay)
         launcher.replay.changed.connect(self.enable)
@@ -184,6 +187,8 @@ class WindowKeys:
         is_running = self._launcher.launch.phase is LaunchPhase.RUNNING
         for shortcut in self._playback:
             shortcut.setEnabled(is_running and is_playback)
+        for shortcut in self._choice:
+            shortcut.setEnabled(is_playback)
         for shortcut in self._recording:
             shortcut.setEnabled(is_running and not is_playback)
         for shortcut in self._replay:

@@ -134,7 +134,6 @@ class BagView(QWidget):
         self.recent.activated.connect(lambda row: self._bag.open(self.recent.itemData(row)))
         self.open.setObjectName('open_bag')
         self.open.setToolTip('Open a bag, or all files of a split recording  (Ctrl+O)')
-        self.open.setShortcut('Ctrl+O')
         self.open.clicked.connect(self.choose_files)
         self.facts.setObjectName('bag_facts')
         self.facts.setWordWrap(True)
