@@ -104,6 +104,32 @@ def test_a_recorder_that_begins_anew_begins_the_curves_anew(
     assert shown_s == pytest.approx(12.0, abs=0.1)
 
 
+def test_the_value_of_now_is_none_when_nothing_has_come_for_long(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    *parts, last = parts_of(path, 6.0)
+    for part in [*parts, last]:
+        live.add(part)
+    assert all(np.isfinite(it.value) for it in live.window(30.0).curves)
+    live.add(part_of(last.connections, [], last.now_ns + 70 * 10 ** 9))
+    assert all(np.isnan(it.value) for it in live.window(120.0).curves)
+
+
+def test_the_value_of_a_topic_that_is_sent_seldom_holds(bag: Tuple[str, Tuple[Device, ...]]
+                                                         ) -> None:
+    path, devices = bag
+    live, begin_ns = LiveCurves(devices), 10 ** 12
+    with Recording([path]) as recording:
+        number = [it.topic for it in recording.index.connections].index('/feed')
+        connections = recording.index.connections
+        row = int(np.flatnonzero(recording.index.connection == number)[0])
+        data = bytes(recording.message(row))
+    live.add(part_of(connections, [(number, begin_ns, data), (number, begin_ns + 9 * 10 ** 9, data)
+                                   ], begin_ns + 90 * 10 ** 9))
+    assert np.isfinite(by_label(live.window(120.0).curves)['feed'].value)
+
+
 def test_marks_come_with_their_labels_and_time_may_go_back(tmp_path: Path) -> None:
     mark = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/r')
     text = 'seam tears – ö'.encode()

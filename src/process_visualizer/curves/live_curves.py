@@ -22,6 +22,7 @@ from process_visualizer.curves.curve_sources import (
 )
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
+from process_visualizer.curves.sending_habit import SendingHabit
 from process_visualizer.curves.source_locators import SourceLocators, source_locators
 from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
@@ -225,6 +226,8 @@ def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagInd
 
 MAX_S = 600.0
 """So much is kept."""
+_QUICK_S = 1.5
+"""A value that usually comes within this time is out of date after it."""
 _MAX_COLUMNS = 1500  # of a curve that is shown: what a screen has pixels for
 
 
@@ -234,7 +237,7 @@ class LiveCurve(NamedTuple):
     source: CurveSource
     low: np.ndarray
     high: np.ndarray
-    value: float  # the newest one; NaN if there is none yet
+    value: float  # that of now; NaN if there is none yet, or the newest one is out of date
 
 
 class LiveMark(NamedTuple):
@@ -273,6 +276,7 @@ class LiveCurves:
         self._useless: Set[CurveSource] = set()  # not asked for, and no plain numbers
         self._columns: Dict[CurveSource, RollingColumns] = {}
         self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
+        self._habits: Dict[CurveSource, SendingHabit] = {}
         self._marks: List[LiveMark] = []
 
     @property
@@ -303,11 +307,18 @@ class LiveCurves:
         # a whole number of columns, which stay the same while they move
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
         curves = tuple(LiveCurve(source, *columns.window(end, count, joined),
-                                 self._values.get(source, (0.0, math.nan))[1])
+                                 self._value(source, now_s))
                        for source, columns in self._in_order())
         length_s = count * joined * COLUMN_S
         return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
                           self._begin_ns / 1e9)
+
+    def _value(self, source: CurveSource, now_s: float) -> float:
+        """Return the value that holds now; NaN where it is out of date."""
+        time_s, value = self._values.get(source, (math.inf, math.nan))
+        age_s = now_s - time_s
+        holds = age_s <= _QUICK_S or age_s <= self._habits[source].holds_for_s(_QUICK_S)
+        return value if holds else math.nan
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
         """Return what has been seen, in the order of the devices; plain ones with a color each."""
@@ -350,7 +361,10 @@ class LiveCurves:
             return
         if source not in self._columns:
             self._columns[source] = RollingColumns(MAX_S)
+            self._habits[source] = SendingHabit()
         self._columns[source].add(times_s, values)
+        for column in np.unique(np.floor(times_s / COLUMN_S)).tolist():
+            self._habits[source].add(column * COLUMN_S)
         newest = int(times_s.argmax())
         before_s, _ = self._values.get(source, (-math.inf, math.nan))
         if times_s[newest] >= before_s:
