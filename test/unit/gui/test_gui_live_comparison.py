@@ -11,7 +11,7 @@ from unittest.mock import Mock
 import pytest
 from cycle_bags import BEGIN_S, CYCLE_S, write_bag
 from pytestqt.qtbot import QtBot
-from recent_parts import parts_of
+from recent_parts import part_of, parts_of
 from session_stand import choose
 from session_stand import run as run_in
 from test_gui_alarms import NOON_S
@@ -124,6 +124,26 @@ def test_old_values_say_nothing_about_ranges(compared: Compared) -> None:
     compared.stand.come(compared.parts[int(POOR_FROM_S) + 3])
     assert ('arm', 'tool force') not in compared.model.lost
     assert 'above range' in compared.heard[-1]
+
+
+def test_without_new_values_nothing_is_said_to_be_in_range(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(6, run)
+    assert compared.model.text.startswith('Run in range')
+    known_s, last = compared.model.now_s, compared.parts[5]
+    for second in range(26):  # /ghost goes on: the robots stand where they were
+        for tenth in range(10):
+            compared.model.take_phase(PhaseSnapshot(
+                BEGIN_S + 6.0 + second + 0.1 * tenth, 5.9 - run.begin_s, None))
+        compared.stand.come(part_of(last.connections, [], last.now_ns + (second + 1) * 10 ** 9))
+        assert second < 2 or compared.model.text.startswith('Not compared: no data since ')
+    text = compared.model.text
+    assert text[-8:] in [time.strftime('%H:%M:%S', time.localtime(known_s - it))
+                         for it in (0.0, 0.5)]
+    assert verdict_entry(compared.model.told)['state'] == 'plain'
+    assert 'Δ' not in compared.stand.timeline.lane_texts(1).at_position
+    finished, = compared.model.finished
+    assert finished.verdict == 'no data'
 
 
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,

@@ -139,3 +139,30 @@ def test_what_was_out_of_range_before_the_values_were_lost_is_still_said() -> No
     cell.pass_(4.0, 4.0, is_judged=False)
     cell.pass_(2.0, None, is_judged=False)
     assert cell.finished[-1].verdict.startswith('out of range: arm tool force +')
+
+
+def test_a_run_without_values_for_long_ends_and_what_moves_later_is_not_counted_into_it() -> None:
+    cell = Following()
+    cell.pass_(4.1, 0.0)
+    for tenth in range(260):
+        cell.runs.lose()
+        cell.pass_(0.1, 4.0, is_judged=False)
+        assert len(cell.finished) == int(tenth > 49), 'once, and nothing begins without values'
+    cell.pass_(3.0, 4.1, beyond=-13.5)
+    cell.pass_(2.0, None)
+    before, after = cell.finished
+    assert (before.verdict, before.is_good) == ('no data', False)
+    assert before.ended_s == pytest.approx(NOON_S + 4.1, abs=0.11)
+    assert 'out of range' in after.verdict
+
+
+def test_what_was_out_of_range_is_told_with_where_the_values_ended() -> None:
+    cell = Following()
+    cell.pass_(4.1, 0.0, beyond=2.0)
+    for _ in range(80):
+        cell.runs.lose()
+        cell.pass_(0.1, 4.0, is_judged=False)
+    run, = cell.finished
+    assert run.verdict.startswith('out of range: arm tool force +')
+    assert run.verdict.endswith(', no data from 0:04.00 on')
+    assert finished_run(json.loads(json.dumps(run.settings()))) == run

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
@@ -59,6 +60,7 @@ class LiveComparisonModel(QObject):
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
+        self._known_s, self._is_blind = 0.0, False  # the newest value, and whether it is too old
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -117,10 +119,11 @@ class LiveComparisonModel(QObject):
         if comparison is None or not self._live.is_running:
             return ''
         if self._live.problem:
-            return _NO_DATA.format(time.strftime('%H:%M:%S', time.localtime(self._now_s))) \
-                if self._now_s else 'Not compared: no data'
+            return _no_data(self._now_s)
         if not self._has_common:
             return _NOTHING.format(comparison.name)
+        if self._is_blind:
+            return _no_data(self._known_s)
         if phase is None or self._now_s - phase.stamp_s > _SILENT_S:
             return _NO_PHASE.format(comparison.name)
         if phase.reference_s is None:
@@ -136,7 +139,7 @@ class LiveComparisonModel(QObject):
     def told(self) -> str:
         """Return this for programs: JSON; see `verdict_entry` in serving/live_cell.py."""
         phase, text = self._phase, self.text
-        is_in = (bool(text) and not self._live.problem
+        is_in = (bool(text) and not self._live.problem and not self._is_blind
                  and phase is not None and phase.reference_s is not None)
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
         return json.dumps({'text': text, 'state': state, 'reference': self.reference,
@@ -189,6 +192,7 @@ class LiveComparisonModel(QObject):
 
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
+        self._known_s, self._is_blind = 0.0, False
         self._history = PhaseHistory(MAX_S)
         self.changed.emit()
 
@@ -203,11 +207,23 @@ class LiveComparisonModel(QObject):
         self._departures = _earliest(self._departures, comparison.departures(
             times_s, values, self._history.at(times_s)))
         is_placed = self._phase is not None and self._now_s - self._phase.stamp_s <= _PLACED_S
-        lost = comparison.lost(times_s, values) if is_placed else frozenset(comparison.keys)
+        lost = comparison.lost(times_s, values)
+        self._known_s = comparison.known_s(times_s, values) or self._known_s
+        self._is_blind = self._has_common and lost.issuperset(comparison.keys) and any(
+            math.isnan(it.value) for it in window.curves if _key(it) in comparison.keys)
+        lost = lost if is_placed else frozenset(comparison.keys)
         self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
-        if self._runs is not None and self._has_common:
+        if self._runs is not None and self._is_blind:
+            self._runs.lose()
+        elif self._runs is not None and self._has_common:
             self._runs.judge(self._departures)
         self.changed.emit()
+
+
+def _no_data(since_s: float) -> str:
+    """Return that nothing can be compared, and since when [s since the epoch]; 0: ever."""
+    return _NO_DATA.format(time.strftime('%H:%M:%S', time.localtime(since_s))) if since_s \
+        else 'Not compared: no data'
 
 
 def _earliest(before: Tuple[LiveDeparture, ...],

@@ -88,6 +88,15 @@ class LiveComparison:
         return frozenset(key for key in self._signals if key not in values or not np.isfinite(
             moving_mean(values[key], MEAN_ROWS)[recent]).any())
 
+    def known_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> Optional[float]:
+        """Return the time of the newest value of all channels; None without any.
+
+        Times and values are those of ``departures``.
+        """
+        known = [np.isfinite(values[key]) for key in self._signals if key in values]
+        rows = np.flatnonzero(np.any(known, axis=0)) if known else np.zeros(0, int)
+        return float(times_s[rows[-1]]) if len(rows) else None
+
     def _departure(self, key: Key, times_s: np.ndarray, values: np.ndarray,
                    reference_s: np.ndarray) -> Optional[LiveDeparture]:
         limits = self._limits_at(key, reference_s)
@@ -142,6 +151,8 @@ _AGAIN_S = 1.0
 _UNKNOWN_S = 1.0
 """A run is over when no moment of the reference has been known for so long."""
 _MIN_S = 1.0
+_LOST_S = 5.0
+"""A run is over when there have been no values for so long."""
 _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 """How much of the reference may be missing at the end of a whole run."""
 
@@ -151,6 +162,7 @@ class FinishedRun(NamedTuple):
 
     ``broken_off_s`` is the moment of the reference at which it ended too early; None if it did not.
     ``seen_from_s`` is the one from which on it was compared; None if that is the beginning.
+    ``lost_from_s`` is the one from which on there were no values to its end; None if there were.
     """
 
     began_s: float
@@ -160,6 +172,7 @@ class FinishedRun(NamedTuple):
     is_judged: bool = True
     broken_off_s: Optional[float] = None
     seen_from_s: Optional[float] = None
+    lost_from_s: Optional[float] = None
 
     @property
     def is_good(self) -> bool:
@@ -172,6 +185,8 @@ class FinishedRun(NamedTuple):
         end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
         if not self.is_judged:
             return ', '.join(['no data', *end])
+        if self.lost_from_s is not None:
+            end.append(f'no data from {clock(self.lost_from_s)} on')
         since = '' if self.seen_from_s is None else f' from {clock(self.seen_from_s)} on'
         return ', '.join([f'out of range: {"; ".join(self.departed)}' if self.departed
                           else f'in range{since}', *end])
@@ -187,12 +202,12 @@ def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
     Raises:
         KeyError, TypeError, ValueError: it is something else.
     """
-    broken_off_s, seen_from_s = (
-        None if it is None else float(it)
-        for it in (settings['broken_off_s'], settings.get('seen_from_s')))
+    broken_off_s, seen_from_s, lost_from_s = (
+        None if it is None else float(it) for it in (
+            settings['broken_off_s'], settings.get('seen_from_s'), settings.get('lost_from_s')))
     return FinishedRun(float(settings['began_s']), float(settings['ended_s']),
                        str(settings['reference']), tuple(str(it) for it in settings['departed']),
-                       bool(settings['is_judged']), broken_off_s, seen_from_s)
+                       bool(settings['is_judged']), broken_off_s, seen_from_s, lost_from_s)
 
 
 class _Run(NamedTuple):
@@ -211,6 +226,8 @@ class LiveRuns:
         self._run: Optional[_Run] = None
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
         self._is_judged = self._is_lost = False
+        self._lost: Optional[_Run] = None  # the run as it was when its values ended
+        self._is_waiting = False  # for values, as the run has ended without them
 
     @property
     def has_departed(self) -> bool:
@@ -220,6 +237,13 @@ class LiveRuns:
     def at(self, stamp_s: float, reference_s: Optional[float]) -> Optional[FinishedRun]:
         """Take which moment of the reference it is [s]; return the run that is over by that."""
         run = self._run
+        if self._is_lost and run is not None:
+            self._lost = lost = self._lost or run
+            if stamp_s - lost.last_s > _LOST_S:
+                self._is_waiting = True
+                return self.end()
+        if self._is_waiting:
+            return None
         if reference_s is None:
             is_over = run is not None and stamp_s - run.last_s > _UNKNOWN_S
             return self.end() if is_over else None
@@ -236,6 +260,7 @@ class LiveRuns:
     def judge(self, departures: Iterable[LiveDeparture]) -> None:
         """Take what is out of range now; the farthest of each channel counts."""
         was_lost, self._is_lost = self._is_lost, False
+        self._lost, self._is_waiting = None, False
         run = self._run
         if run is None:
             return
@@ -251,21 +276,25 @@ class LiveRuns:
     def lose(self) -> None:
         """Take that nothing is known of the values until ``judge`` is called again.
 
-        A run in which nothing was out of range before was compared only from then on.
+        A run in which nothing was out of range before was compared only from then on. One that
+        is lost for long is over.
         """
         self._is_lost, self._is_judged = True, bool(self._departed)
 
     def end(self) -> Optional[FinishedRun]:
         """Return the run that was going on, which is over; None without one."""
         run, departed, is_judged = self._run, self._departed, self._is_judged
+        lost, self._lost = self._lost, None
         self._run, self._departed, self._is_judged = None, {}, False
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S
-        return FinishedRun(run.began_s, run.last_s, self._reference, tuple(texts), is_judged,
-                           None if is_whole else run.reference_s,
-                           run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None)
+        return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,
+                           self._reference, tuple(texts), is_judged,
+                           None if is_whole or lost is not None else run.reference_s,
+                           run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None,
+                           None if lost is None else lost.reference_s)
 
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
