@@ -407,6 +407,20 @@ def test_what_is_beyond_a_limit_is_an_alarm_also_if_it_is_not_shown() -> None:
         display.text('watched')
 
 
+def test_an_alarm_is_said_no_longer_when_its_values_have_ended() -> None:
+    display = Display({'limits': {'high': 3.0}})
+    for _ in range(10):
+        display.shown(Float32(4.0))
+    assert display.reports()[-1].level == DiagnosticStatus.ERROR
+    display.wait(4.0)
+    display.reports()
+    display.wait(30.0)
+    assert display.reports() == [], 'neither that it lasts nor that it is over'
+    for _ in range(10):
+        display.shown(Float32(1.0))
+    assert [it.level for it in display.reports()] == [DiagnosticStatus.OK]
+
+
 def test_of_what_is_played_there_is_no_alarm() -> None:
     display = Display({'limits': {'high': 3.0}})
     display.shown(Float32(4.0))

@@ -104,6 +104,14 @@ class NodeWarnings:
         with self._lock:
             return frozenset((it.node, it.text) for it in self._lapsed.values())
 
+    def lapse(self, nodes: Collection[str]) -> None:
+        """Take that these nodes have ended: nobody repeats their states, until others do."""
+        with self._lock:
+            ended = {about: it for about, it in self._found.items()
+                     if about[1] == 'state' and it.node in nodes}
+            self._lapsed.update(ended)
+            self._found = {about: it for about, it in self._found.items() if about not in ended}
+
     def forget(self) -> None:
         """Forget everything, as other nodes will run."""
         with self._lock:

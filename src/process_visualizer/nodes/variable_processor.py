@@ -6,7 +6,7 @@ import math
 import sys
 from collections import Counter
 from dataclasses import replace
-from typing import Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence
 
 import rospy
 from visualization_msgs.msg import MarkerArray
@@ -40,6 +40,9 @@ from process_visualizer.robot.arrows import (
 from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import VARIABLE_PROC
 
+_LOST_AFTER_S = 2.0
+"""So old a value tells of no limit any more, if it usually comes sooner."""
+
 
 class ShownVariable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
@@ -65,10 +68,19 @@ class ShownVariable:
         """Return whether there is anything to judge."""
         return self._parameters.colors.limits.exist
 
-    def judge(self, now_s: float) -> None:
-        """Compare the present value with its limits; now_s is of a clock that does not jump."""
+    def judge(self, now_s: float, age_s: Callable[[float], float]) -> None:
+        """Compare the present value with its limits, if it is not out of date.
+
+        Args:
+            now_s: of a clock that does not jump.
+            age_s: returns the age of what came at a time.
+        """
         self._update()
-        if self._value is not None:
+        if self._value is None:
+            return
+        if self.is_stale(age_s(self._time_s), _LOST_AFTER_S):
+            self._limits.lose()
+        else:
             self._limits.take(now_s, self._value)
 
     def forget_alarm(self) -> None:
@@ -163,7 +175,7 @@ class VariableProcessor:
             if is_playback:
                 variable.forget_alarm()
             else:
-                variable.judge(self._node.monotonic_s())
+                variable.judge(self._node.monotonic_s(), self._playback.age_s)
         self._show()
 
     def _show(self) -> None:

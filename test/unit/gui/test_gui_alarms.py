@@ -41,7 +41,7 @@ from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.playback.bag_model import CurvesModel
 from process_visualizer.gui.recording.recording_state import RecordingState
 from process_visualizer.gui.recording.recording_types import RecordedMark
-from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.alarm_conditions import object_conditions
@@ -194,6 +194,47 @@ def test_a_limit_of_which_nobody_says_anything_any_more_is_not_over(stand: Stand
     stand.beyond(True)
     stand.beyond(False)
     assert stand.model.events[-1].text.endswith(': over after 2.0 s')
+
+
+def restart(stand: Stand) -> None:
+    for state, nodes in ((PartState.STOPPED, ()), (PartState.STARTING, (
+            NodeReport('/arm/driver'), NodeReport('/arm/variable_proc')))):
+        stand.launch.reports = {'arm': PartReport('arm', state, nodes)}
+        stand.launch.changed.emit()
+    stand.report('arm', NodeState.RUNNING)
+    stand.warnings.look()
+
+
+def test_a_restart_is_no_new_alarm_of_old_values(stand: Stand) -> None:
+    stand.beyond(True)
+    stand.now_s += 1.0
+    restart(stand)
+    assert [it.text.partition(': ')[2] for it in stand.model.events] == [
+        'edge is above 335, up to 424',
+        'edge is above 335, up to 424: the data ended after 3.0 s']
+    stand.beyond(True)
+    assert len(stand.model.events) == 3
+
+
+def test_a_restart_ends_no_silence(stand: Stand) -> None:
+    device = replace(ARM, topics=(Topic(
+        '/heat', None, 'std_msgs/Float64', True, ARM.location),))
+    stand.launch.running = Choice(CELL, Mode.REALTIME, (device,))
+
+    def count(messages: int, silence_s: float) -> None:
+        stand.states.take_recorder(RecorderSnapshot('idle', topics=(TopicSnapshot(
+            '/heat', 'std_msgs/Float64', 1, messages, 5.0, 0, 0, 0, silence_s),)))
+
+    for messages in range(20):
+        count(messages, 0.1)
+    restart(stand)
+    assert stand.says_no_alarms()
+    count(20, 19.5)
+    assert stand.texts() == ['arm: No data from /heat']
+    restart(stand)
+    assert [it.text for it in stand.model.events] == ['arm: No data from /heat']
+    count(30, 0.1)
+    assert 'data resumed' in stand.model.events[-1].text
 
 
 @pytest.mark.parametrize('lost, end', [([], 'over'), (['kinect'], 'the data ended')])

@@ -9,7 +9,7 @@ from typing import Callable, Collection, FrozenSet, List, Sequence, Set, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
@@ -33,7 +33,7 @@ from process_visualizer.health.alarm_conditions import (
     topic_conditions,
     watch_conditions,
 )
-from process_visualizer.launching.part_report import PartReport
+from process_visualizer.launching.part_report import PartReport, PartState
 
 Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
@@ -191,6 +191,15 @@ class AlarmsModel(QObject):
     def _history(self, source: str, report: PartReport, restart: Action) -> List[Condition]:
         return self._launch.history.conditions(source, report, restart, self._clock_s())
 
+    def _silences(self, device: Device, report: PartReport) -> List[Condition]:
+        """Return which topics of a device send nothing; a restart ends no silence."""
+        silent = topic_conditions(device.name, self._states.silent(device))
+        if report.state is not PartState.STOPPED:
+            return silent
+        known = {(it.condition.source, it.condition.about) for it in self._board.alarms
+                 if it.ended_s is None}
+        return [it for it in silent if (it.source, it.about) in known]
+
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
         if running is None or self._launch.phase not in _UP:
@@ -201,7 +210,7 @@ class AlarmsModel(QObject):
             if report is not None:
                 found += part_conditions(device.name, report, Action.RESTART_DEVICE)
                 found += self._history(device.name, report, Action.RESTART_DEVICE)
-                found += topic_conditions(device.name, self._states.state(device).topics)
+                found += self._silences(device, report)
         found += own_part_conditions(running.mode, self._launch.reports)
         for part, title in part_titles(running.mode).items():
             if part in self._launch.reports:

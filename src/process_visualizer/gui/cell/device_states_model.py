@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Dict, FrozenSet, Optional, Tuple
+from typing import Callable, Collection, Dict, FrozenSet, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -67,6 +67,11 @@ class WarningsModel(QObject):
             self.present = present
             self.changed.emit()
 
+    def lapse(self, nodes: Collection[str]) -> None:
+        """Take that these nodes have ended, though others of their names may start."""
+        self._warnings.lapse(nodes)
+        self.look()
+
     @property
     def lapsed(self) -> FrozenSet[Tuple[str, str]]:
         """Return node and text of what nobody repeats, or has said to be over."""
@@ -87,6 +92,8 @@ class DeviceStatesModel(QObject):
         self.cell_look = CellLook()
         """What the watch has found that asks all nodes and the master."""
         session.player_changed.connect(self._follow_player)
+        self._nodes: FrozenSet[str] = frozenset()  # that have been launched
+        launch.changed.connect(self._follow_nodes)
         launch.changed.connect(self.changed)
         warnings.changed.connect(self.changed)
         launch.stopped.connect(self._forget)
@@ -100,6 +107,20 @@ class DeviceStatesModel(QObject):
             topic.name, topic.rate_hz, topic.silence_s, topic.messages), topic.is_latched)
             for topic in recorder.topics}
         self.changed.emit()
+
+    def _follow_nodes(self) -> None:
+        """What a node said that has ended tells nothing of the one that starts in its place."""
+        nodes = frozenset(node.name for report in self._launch.reports.values()
+                          for node in report.nodes)
+        ended, self._nodes = self._nodes - nodes, nodes
+        if ended:
+            self._warnings.lapse(ended)
+
+    def silent(self, device: Device) -> Dict[str, Line]:
+        """Return the topics of a device without data, also while its nodes are being restarted."""
+        return {topic.name: line for topic in device.topics
+                for line in [self._lines.get(topic.name)]
+                if line is not None and line.level is Level.WARNING}
 
     def take_look(self, look: CellLook) -> None:
         """Update from the watch that asks all nodes and the master."""

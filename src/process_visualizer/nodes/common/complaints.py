@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -44,6 +44,7 @@ class ComplaintBook:
         """There are no complaints at first."""
         self._complaints: Dict[str, Complaint] = {}
         self._ended: List[str] = []
+        self._dropped: Set[str] = set()
 
     def add(self, key: str, text: str, now_s: float, is_error: bool = False,
             values: Optional[Mapping[str, str]] = None) -> None:
@@ -62,10 +63,19 @@ class ComplaintBook:
         if complaint is not None:
             complaint.good_s = now_s
 
-    def end(self, key: str) -> None:
-        """End the complaint about something."""
-        if self._complaints.pop(key, None) is not None:
+    def end(self, key: str) -> bool:
+        """End the complaint about something; return whether there was one."""
+        was_dropped = key in self._dropped
+        self._dropped.discard(key)
+        was_there = self._complaints.pop(key, None) is not None or was_dropped
+        if was_there:
             self._ended.append(key)
+        return was_there
+
+    def drop(self, key: str) -> None:
+        """Say nothing of it any more: nobody knows whether it is over, until `end`."""
+        if self._complaints.pop(key, None) is not None:
+            self._dropped.add(key)
 
     def present(self, now_s: float) -> Dict[str, Complaint]:
         """Return the present complaints."""
@@ -80,6 +90,7 @@ class ComplaintBook:
         return [key for key in ended if key not in self._complaints]
 
     def _write(self, key: str, text: str, now_s: float, is_error: bool = False) -> Complaint:
+        self._dropped.discard(key)
         complaint = self._complaints.setdefault(key, Complaint(text, now_s, now_s))
         complaint.text, complaint.last_s = text, now_s
         complaint.is_error, complaint.good_s = is_error, None
@@ -136,7 +147,14 @@ class Complaints:
     def end(self, key: str) -> None:
         """End all complaints about something."""
         with self._lock:
-            self._book.end(key)
+            was_there = self._book.end(key)
+        if was_there:
+            self._reporter.wake()
+
+    def drop(self, key: str) -> None:
+        """Say nothing of a complaint any more, as nobody knows whether it is over."""
+        with self._lock:
+            self._book.drop(key)
 
     def _log(self, key: str, text: str, now_s: float, is_error: bool, period_s: float) -> None:
         self._reporter.wake()
@@ -210,6 +228,12 @@ class LimitState:
         text = self._limits.sentence(self._label, present.extreme, self._unit)
         values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit)}
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
+
+    def lose(self) -> None:
+        """Take that no values come any more: whether they would be beyond is not known."""
+        if self._watch.present is not None:
+            self._complaints.drop(self._key)
+        self._watch = LimitWatch(self._limits)
 
     def forget(self) -> None:
         """End the alarm, as values of another time follow."""
