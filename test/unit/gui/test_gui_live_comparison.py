@@ -187,10 +187,16 @@ def test_the_band_is_drawn_behind_the_curves_and_read_beside_the_value(compared:
     assert compared.model.text == ''
 
 
-def test_a_node_that_says_nothing_is_told(compared: Compared) -> None:
+def test_a_node_that_says_nothing_is_told_when_it_has_had_time_to_answer(compared: Compared
+                                                                          ) -> None:
     run = compared.choose(0)
-    compared.run(3, run, says=False)
+    compared.run(22, run, says=False)
+    first = next(row for row, text in enumerate(compared.heard) if '/ghost does not say' in text)
+    before = {it for it in compared.heard[:first] if it}
+    assert before == {'Not compared yet: looking for this moment in a.bag#1'}
     assert compared.model.text.startswith('Not compared: /ghost does not say which moment')
+    compared.parts = compared.parts[:4]
+    compared.stand.come(compared.parts[0]._replace(is_anew=True))
     compared.run(4, run)
     assert compared.model.text.startswith('Run in range')
     run_in(compared.stand.session, None)

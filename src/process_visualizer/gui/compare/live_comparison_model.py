@@ -32,10 +32,13 @@ from process_visualizer.runs.run import Key
 _SILENT_S = 2.0
 _PLACED_S = 1.0
 """For so long it is known which moment of the reference it is without being told anew."""
+_ANSWER_S = 20.0
+"""On a busy computer it takes so long to take a reference and to find a moment in it."""
 _MAX_TOLD = 2
 _MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
+_LOOKING = 'Not compared yet: looking for this moment in {}'
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
 _NO_DATA = 'Not compared: no data since {}'
@@ -61,6 +64,7 @@ class LiveComparisonModel(QObject):
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
         self._known_s, self._is_blind = 0.0, False  # the newest value, and whether it is too old
+        self._values_since_s = 0.0  # since there is something to compare; 0: none yet
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -124,8 +128,10 @@ class LiveComparisonModel(QObject):
             return _NOTHING.format(comparison.name)
         if self._is_blind:
             return _no_data(self._known_s)
-        if phase is None or self._now_s - phase.stamp_s > _SILENT_S:
-            return _NO_PHASE.format(comparison.name)
+        if phase is None or not self._is_placed(_SILENT_S):
+            asked_s = max(self._values_since_s, 0.0 if phase is None else phase.stamp_s)
+            is_late = self._values_since_s and self._now_s - asked_s > _ANSWER_S
+            return (_NO_PHASE if is_late else _LOOKING).format(comparison.name)
         if phase.reference_s is None:
             return _NO_RUN.format(comparison.name)
         if not self._departures:
@@ -140,11 +146,16 @@ class LiveComparisonModel(QObject):
         """Return this for programs: JSON; see `verdict_entry` in serving/live_cell.py."""
         phase, text = self._phase, self.text
         is_in = (bool(text) and not self._live.problem and not self._is_blind
+                 and self._is_placed(_SILENT_S)
                  and phase is not None and phase.reference_s is not None)
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
         return json.dumps({'text': text, 'state': state, 'reference': self.reference,
                            'departed': self.departed if text else [],
                            'lost': sorted(self._lost)})
+
+    def _is_placed(self, within_s: float) -> bool:
+        """Return whether it was told lately which moment of the reference it is, or that none."""
+        return self._phase is not None and self._now_s - self._phase.stamp_s <= within_s
 
     def band(self, curve: LiveCurve, window: LiveWindow) -> Optional[TimelineBand]:
         """Return the band behind a curve of a window; None without any."""
@@ -192,7 +203,7 @@ class LiveComparisonModel(QObject):
 
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
-        self._known_s, self._is_blind = 0.0, False
+        self._known_s, self._is_blind, self._values_since_s = 0.0, False, 0.0
         self._history = PhaseHistory(MAX_S)
         self.changed.emit()
 
@@ -202,16 +213,16 @@ class LiveComparisonModel(QObject):
             return
         times_s = _times_s(window)
         self._now_s = float(times_s[-1])
+        self._values_since_s = self._values_since_s or self._now_s
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._departures = _earliest(self._departures, comparison.departures(
             times_s, values, self._history.at(times_s)))
-        is_placed = self._phase is not None and self._now_s - self._phase.stamp_s <= _PLACED_S
         lost = comparison.lost(times_s, values)
         self._known_s = comparison.known_s(times_s, values) or self._known_s
         self._is_blind = self._has_common and lost.issuperset(comparison.keys) and any(
             math.isnan(it.value) for it in window.curves if _key(it) in comparison.keys)
-        lost = lost if is_placed else frozenset(comparison.keys)
+        lost = lost if self._is_placed(_PLACED_S) else frozenset(comparison.keys)
         self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
         if self._runs is not None and self._is_blind:
             self._runs.lose()
