@@ -49,6 +49,16 @@ def test_copy_all(view):
     assert QGuiApplication.clipboard().text() == '\n'.join(map(str, PROBLEMS))
 
 
+def test_all_can_be_read_where_the_list_has_no_room(view):
+    view.findChild(QPushButton, 'show_problems').click()
+    text = view.findChild(QPlainTextEdit, 'all_problems_text')
+    assert text.isVisible() and not text.window().isModal()
+    assert text.toPlainText() == '\n\n'.join(map(str, PROBLEMS))
+    assert text.lineWrapMode() == QPlainTextEdit.WidgetWidth  # nothing is cut
+    tips = [view.findChild(QListWidget, 'problems').item(row).toolTip() for row in (0, 1)]
+    assert all(it.message in tip for it, tip in zip(PROBLEMS, tips))
+
+
 def test_what_stands_in_the_file_is_no_html():
     assert problem_html(PROBLEMS[0]).endswith('there is no &lt;devise&gt;; write &lt;device&gt;')
 

@@ -240,7 +240,7 @@ _MARGIN_PX = 6
 
 
 class ProblemsView(QWidget):
-    """A list with a line for each problem, and a button that copies all."""
+    """A list with a line for each problem, and buttons that show all in a window and copy them."""
 
     open_wanted = pyqtSignal(str, int)
     """The operator wants to see this file at this line (from 1)."""
@@ -258,10 +258,14 @@ class ProblemsView(QWidget):
         self._copy.setToolTip('Copy all problems as text')
         self._copy.clicked.connect(
             lambda: QGuiApplication.clipboard().setText('\n'.join(map(str, self._problems))))
+        self._show_all = QPushButton('Show all')
+        self._show_all.setObjectName('show_problems')
+        self._show_all.setToolTip('Show all problems in a window of their own')
+        self._show_all.clicked.connect(self._open_all)
         self._list = _list()
         self._list.itemClicked.connect(self._open)
         self._list.itemActivated.connect(self._open)
-        header = in_row(self._icon, self._title, self._copy, wide=self._title)
+        header = in_row(self._icon, self._title, self._show_all, self._copy, wide=self._title)
         in_column(self, 6, header, self._list)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
 
@@ -270,16 +274,25 @@ class ProblemsView(QWidget):
         if list(problems) == list(self._problems):
             return
         self._problems = problems
-        self._title.setText(f'<b>{count_text(len(problems), "problem")}</b> in the configuration')
+        self._title.setText(f'<b>{count_text(len(problems), "problem")}</b>')
         self._list.clear()
         for problem in problems:
             item = QListWidgetItem(str(problem))
             item.setData(Qt.UserRole, problem)
-            item.setToolTip(f'{problem.location}\nClick to open the file there')
+            item.setToolTip(f'{problem}\nClick to open the file there')
             self._list.addItem(item)
 
     def _draw_icon(self) -> None:
         self._icon.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
+
+    def _open_all(self) -> None:
+        """The list may have room for no more than a line."""
+        view = TextDialog('all_problems', 'Problems of the configuration', self)
+        view.setAttribute(Qt.WA_DeleteOnClose)
+        view.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
+        view.show_text(f'{self._title.text()} in the configuration',
+                       '\n\n'.join(map(str, self._problems)))
+        view.show()
 
     def _open(self, item: QListWidgetItem) -> None:
         problem = item.data(Qt.UserRole)
