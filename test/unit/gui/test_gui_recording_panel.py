@@ -184,6 +184,49 @@ def test_no_button_moves_with_the_problem_of_a_name_or_folder(find, running, qtb
     assert places() == before
 
 
+@pytest.mark.parametrize('height', [300, 600, 900])
+def test_nothing_moves_with_what_the_recorder_does(find, running, client, qtbot, height):
+    panel = find(RecordingPanel, '')
+    panel.resize(400, height)
+    still = [find(QPushButton, it) for it in ('record', 'mark', 'save_recent')] + [
+        find(QLineEdit, 'mark_label'), find(QToolButton, 'choose_record_folder')]
+
+    def places():
+        for _ in range(5):
+            QApplication.processEvents()
+        return [(it.mapTo(panel, QPoint()), it.size()) for it in still]
+
+    before = places()
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    running.take_state(told('recording', files=(client.path,), time_left_s=200.0,
+                            free_bytes=5 * 10 ** 9))
+    assert places() == before
+    client.judging.clear()
+    client.verdict = BagVerdict(False, f'not complete: {"messages of /a_topic are missing; " * 9}')
+    click(find, 'record')
+    qtbot.waitUntil(lambda: 'checking' in text(find, 'record_notice'))
+    assert places() == before
+    client.judging.set()
+    qtbot.waitUntil(lambda: 'not complete' in text(find, 'record_notice'))
+    assert places() == before
+    client.error = RecorderError('not recording, because the disk is full. ' * 9)
+    click(find, 'record')
+    qtbot.waitUntil(lambda: text(find, 'record_notice').startswith('Not recording, because'))
+    assert places() == before
+
+
+def test_what_is_cut_beside_the_free_space_is_in_the_tooltip(find, running):
+    panel, label = find(RecordingPanel, ''), find(QLabel, 'disk_time_left')
+    panel.resize(380, 600)
+    QApplication.processEvents()
+    choices = running.choices
+    choices._take_target(choices.options(), BagTarget('', 4 * 10 ** 9, 10 ** 11))
+    running.take_state(told())
+    assert label.shown_text(label.width()).replace('\u2009', ' ').startswith('Would stop in about 2 min')
+    assert label.text() in label.toolTip() and 'stops when only' in label.toolTip()
+
+
 def test_a_name_is_taken_as_it_is_written(find, running, qtbot):
     click(find, 'record_by_prefix', QRadioButton)
     qtbot.keyClicks(find(QLineEdit, 'record_prefix'), 'run')
@@ -245,11 +288,11 @@ def test_rates_are_not_shown_without_a_recorder_that_counts(find, running, sessi
 
 
 @pytest.mark.parametrize('free_bytes, left_s, expected', [
-    (5 * 10 ** 9, 200.0, '<b>Stops at 1.00 GB free, in about 3 min</b>'),
-    (1_100_000_000, 1.3, '<b>Stops at 1.07 GB free, in about 1 s</b>'),
-    (1_100_000_000, 0.4, '<b>Stops at 1.09 GB free, in about 1 s</b>'),
-    (1_050_000_000, 0.0, '<b>Stops now at 1.07 GB free</b>'),
-    (4 * 10 ** 9, 200.0, '<b>Stops when the disk is full, in about 3 min</b>')])
+    (5 * 10 ** 9, 200.0, 'Stops in about 3 min, at 1.00 GB free'),
+    (1_100_000_000, 1.3, 'Stops in about 1 s, at 1.07 GB free'),
+    (1_100_000_000, 0.4, 'Stops in about 1 s, at 1.09 GB free'),
+    (1_050_000_000, 0.0, 'Stops now at 1.07 GB free'),
+    (4 * 10 ** 9, 200.0, 'Stops in about 3 min, when the disk is full')])
 def test_low_disk_warns_of_where_the_recorder_stops(find, running, client, qtbot, free_bytes,
                                                     left_s, expected):
     """The limit is the recorder's own, which follows from what it says; its rate is 20 MB/s."""
@@ -257,17 +300,21 @@ def test_low_disk_warns_of_where_the_recorder_stops(find, running, client, qtbot
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     running.take_state(told('recording', files=(client.path,), time_left_s=left_s,
                             free_bytes=free_bytes))
-    assert text(find, 'disk_time_left').replace('\u2009', ' ') == expected
+    assert text(find, 'disk_time_left') == expected
+    assert find(QLabel, 'disk_time_left').font().bold()
     assert text(find, 'disk_room').replace('\u2009', ' ') == f'{free_bytes / 1e9:.2f} GB free'
 
 
 @pytest.mark.parametrize('free_bytes, expected', [
-    (4 * 10 ** 9, '<b>Would stop at 1.07 GB free, in about 2 min</b>'),
-    (10 ** 9, '<b>A recording needs 1.07 GB free</b>')])
+    (4 * 10 ** 9, 'Would stop in about 2 min, at 1.07 GB free'),
+    (10 ** 9, 'A recording needs 73.7 MB more'),
+    (2 ** 30 - 2 * 10 ** 6, 'A recording needs 2.0 MB more')])  # beside "1.07 GB free"
 def test_low_disk_warns_before_the_start(find, running, free_bytes, expected):
-    running.choices._take_target(BagTarget('', free_bytes, 10 ** 11))
+    choices = running.choices
+    choices._take_target(choices.options(), BagTarget('', free_bytes, 10 ** 11))
     running.take_state(told())
-    assert text(find, 'disk_time_left').replace('\u2009', ' ') == expected
+    assert text(find, 'disk_time_left') == expected
+    assert find(QLabel, 'disk_time_left').font().bold()
 
 
 def test_nothing_is_saved_while_the_recorder_hangs(find, running, client):

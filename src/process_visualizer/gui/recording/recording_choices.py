@@ -110,9 +110,9 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
         return (f'you may not write into {existing}; choose another folder, or let its owner '
                 'give you the permission')
     if free_bytes is not None and free_bytes < MIN_FREE_BYTES:
-        return (f'the disk of {folder} is full: {_exact_size(free_bytes)} are left, a recording '
-                f'needs {_exact_size(MIN_FREE_BYTES)}; delete old recordings or choose another '
-                'disk')
+        return (f'the disk of {folder} is full: a recording needs '
+                f'{size_text(MIN_FREE_BYTES - free_bytes)} more; delete old recordings or choose '
+                'another disk')
     return ''
 
 
@@ -423,9 +423,9 @@ class DiskRoom(NamedTuple):
             'when the disk is full'
         if self.time_left_s > 0.0:
             when = f'in about {long_time_text(max(self.time_left_s, 1.0))}'
-            return f'{"Stops" if self.is_recording else "Would stop"} {limit}, {when}'
+            return f'{"Stops" if self.is_recording else "Would stop"} {when}, {limit}'
         return f'Stops now {limit}' if self.is_recording else \
-            f'A recording needs {_exact_size(self.limit_bytes)} free'
+            f'A recording needs {size_text(self.limit_bytes - (self.free_bytes or 0))} more'
 
 
 def _exact_size(size_bytes: int) -> str:

@@ -43,6 +43,7 @@ from process_visualizer.gui.toolkit.theme import (
     theme,
 )
 from process_visualizer.gui.toolkit.widgets import (
+    ElidedLabel,
     WrappedLabel,
     in_column,
     in_row,
@@ -178,12 +179,11 @@ class DiskBar(QWidget):
         self._bar.setFixedHeight(_HEIGHT_PX)
         self._room = small(QLabel())
         self._room.setObjectName('disk_room')
-        self._time = small(QLabel())
+        self._time = small(ElidedLabel(Qt.ElideRight))
         self._time.setObjectName('disk_time_left')
-        row = QHBoxLayout()
-        row.addWidget(self._room)
-        row.addStretch(1)
-        row.addWidget(self._time)
+        self._time.setAlignment(Qt.AlignRight | Qt.AlignVCenter)
+        row = in_row(self._room, self._time, wide=self._time)
+        row.addStrut(self._time.fontMetrics().height())  # with nothing to tell as well
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(3)
@@ -198,8 +198,11 @@ class DiskBar(QWidget):
         used = 1.0 - (room.free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
         self._bar.setValue(round(used * _STEPS))
         self._room.setText(room.free_text)
-        self._time.setText(f'<b>{room.time_text}</b>' if room.is_low else room.time_text)
-        self._time.setToolTip(room.limit_text)
+        font = self._time.font()
+        font.setBold(room.is_low)
+        self._time.setFont(font)
+        self._time.setText(room.time_text)
+        self._time.setToolTip('\n'.join(filter(None, (room.time_text, room.limit_text))))
         color(self._time, 'bad' if room.is_low else 'quiet')
         self._paint(room.is_low)
 
@@ -212,6 +215,7 @@ class DiskBar(QWidget):
 # One notice below the record button: what the recorder waits for, has finished, or fails at.
 
 _ICON_PX = 18
+_NOTICE_LINES = 3  # always there, so that nothing above moves
 _LINES = {
     RecordingPhase.OFF: 'Launch the devices in real-time mode to record them.',
     RecordingPhase.WAITING: 'The recorder is starting…',
@@ -279,9 +283,9 @@ class RecordingNotice(QWidget):
     def _lay_out(self) -> None:
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 2, 0, 2)
-        layout.addWidget(self._icon)
-        layout.addWidget(self._text, 1)
-        layout.addWidget(self._play)
+        layout.addWidget(self._icon, 0, Qt.AlignTop)
+        layout.addWidget(TextPlace(_NOTICE_LINES, self._text), 1)
+        layout.addWidget(self._play, 0, Qt.AlignTop)
         layout.addWidget(self._dismiss, 0, Qt.AlignTop)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, List, Optional, Union
+from typing import Callable, List, Optional, TypeVar, Union
 
 from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import (
@@ -52,7 +52,10 @@ from process_visualizer.gui.toolkit.theme import (
 )
 
 
-def small(label: QLabel) -> QLabel:
+_LabelType = TypeVar('_LabelType', bound=QLabel)
+
+
+def small(label: _LabelType) -> _LabelType:
     """Return the label in a slightly smaller size."""
     font = label.font()
     font.setPointSizeF(font.pointSizeF() * 0.9)
