@@ -333,8 +333,9 @@ def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
     made = make_draft(seen, search.find(seen, known), process)
     made.draft.remarks.extend(search.remarks)
     if not made.draft.devices:
+        advice = '; start the drivers first' if seen.is_moment else ''
         raise ValueError(f'{seen.where}: no device was seen, only what the program and ROS publish '
-                         'themselves; start the drivers first')
+                         f'themselves{advice}')
     return NewConfiguration(draft_text(made.draft), made.models,
                             _summary([it.type for it in made.draft.devices], process))
 

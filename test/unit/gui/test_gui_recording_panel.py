@@ -223,7 +223,8 @@ def test_what_is_cut_beside_the_free_space_is_in_the_tooltip(find, running):
     choices = running.choices
     choices._take_target(choices.options(), BagTarget('', 4 * 10 ** 9, 10 ** 11))
     running.take_state(told())
-    assert label.shown_text(label.width()).replace('\u2009', ' ').startswith('Would stop in about 2 min')
+    shown = label.shown_text(label.width()).replace('\u2009', ' ')
+    assert shown.startswith('Would stop in about 2 min')
     assert label.text() in label.toolTip() and 'stops when only' in label.toolTip()
 
 

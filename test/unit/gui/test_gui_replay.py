@@ -120,6 +120,16 @@ def test_the_newest_wish_counts_while_it_is_prepared(stand: Stand) -> None:
     assert [it for it in stand.client.taken() if it[0] == 'seek'] == [('seek', 5.0)]
 
 
+def test_a_moment_that_is_no_longer_in_memory_is_not_replayed(stand: Stand) -> None:
+    """Its beginning was shown instead, as if it were the moment."""
+    stand.begin(BEGIN_S - 60.0)
+    assert stand.replay.is_live and stand.tools.names() == ['start', 'follow']
+    assert stand.failures == ['That moment, 1 min 30.0 s ago, can no longer be replayed: '
+                              "the recorder's memory begins 30.0 s ago"]
+    stand.begin(BEGIN_S - 1.0)  # of the left end of the curves, gone while it was copied
+    assert stand.replay.phase is ReplayPhase.SHOWN
+
+
 def test_going_on_dragging_is_seeking(stand: Stand) -> None:
     stand.begin()
     stand.client.taken()

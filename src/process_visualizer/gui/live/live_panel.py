@@ -28,7 +28,7 @@ from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
 from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurvesModel
 from process_visualizer.gui.live.live_timeline import LiveTimeline
-from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase, age_text
 from process_visualizer.gui.playback.transport_view import RateBox
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import color, set_sheet
@@ -48,7 +48,7 @@ class ReplayBar(QWidget):
         self._replay, self._now_s = replay, now_s
         self._since_s: Optional[float] = None
         playback = replay.playback
-        self.state = QLabel()
+        self.state = ElidedLabel(Qt.ElideRight)
         self.state.setObjectName('replay_state')
         set_sheet(self.state, 'color: <warning>; font-weight: bold')
         self.play = self._button('play', 'Play or pause  (space)', playback.toggle)
@@ -88,7 +88,7 @@ class ReplayBar(QWidget):
         self.play.setIcon(icon('pause' if replay.playback.state.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
         if is_shown:
-            self.state.setText(f'REPLAY  {_age_text(self._now_s() - replay.time_s)} ago')
+            self.state.setText(f'REPLAY  {age_text(self._now_s() - replay.time_s)} ago')
         else:
             taken_s = int(self._now_s() - (self._since_s or self._now_s()))
             self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else ''))
@@ -104,12 +104,6 @@ class ReplayBar(QWidget):
         button.setFocusPolicy(Qt.TabFocus)
         button.clicked.connect(lambda: action())
         return button
-
-
-def _age_text(age_s: float) -> str:
-    """Return a time as the band of the replay shows it."""
-    minutes, seconds = divmod(round(age_s, 1), 60.0)
-    return f'{minutes:.0f} min {seconds:.1f} s' if minutes else f'{seconds:.1f} s'
 
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'

@@ -19,6 +19,13 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 LINE = 'replay'
 _END_TIMEOUT_S = 60.0
+_LATE_S = 2.0  # so much of the memory's beginning may be lost before it is copied
+
+
+def age_text(age_s: float) -> str:
+    """Return a time as the band of the replay shows it."""
+    minutes, seconds = divmod(round(age_s, 1), 60.0)
+    return f'{minutes:.0f} min {seconds:.1f} s' if minutes else f'{seconds:.1f} s'
 
 
 class ReplayPhase(Enum):
@@ -165,6 +172,12 @@ class ReplayModel(QObject):
         is_first, self._has_state = not self._has_state, True
         self._begin_s = snapshot.begin_s
         self.playback.take_state(snapshot)
+        if is_first and self._wanted_s < self._begin_s - _LATE_S:
+            end_s = self._begin_s + snapshot.duration_s
+            self._give_up(f'That moment, {age_text(end_s - self._wanted_s)} ago, can no '
+                          "longer be replayed: the recorder's memory begins "
+                          f'{age_text(snapshot.duration_s)} ago')
+            return
         if is_first:
             self.playback.seek(self._wanted_s - self._begin_s)
         self._look_whether_ready()

@@ -51,7 +51,6 @@ from process_visualizer.gui.toolkit.theme import (
     theme,
 )
 
-
 _LabelType = TypeVar('_LabelType', bound=QLabel)
 
 
