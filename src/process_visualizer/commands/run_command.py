@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 from types import FrameType
-from typing import Optional
+from typing import Optional, Set
 
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
@@ -115,8 +115,7 @@ def _run(launch_file: str, choice: Choice) -> int:
     watch = PublisherWatch(
         lambda: others_beside(choice, {report.name for report in run.reports()}),
         reporter.others)
-    nodes = CellWatch(
-        lambda: {it.name for it in run.reports() if it.state is NodeState.RUNNING}, reporter.look)
+    nodes = CellWatch(lambda: nodes_to_ask(run), reporter.look)
     watch.begin()
     nodes.begin()
     try:
@@ -134,6 +133,13 @@ def _run(launch_file: str, choice: Choice) -> int:
     if orphans:
         say(f'ended {len(orphans)} processes that roslaunch had left')
     return exit_code(run)
+
+
+def nodes_to_ask(run: LaunchRun) -> Set[str]:
+    """Return the nodes that should answer: none when roslaunch stops all, and its master, too."""
+    if run.failed_required is not None:
+        return set()
+    return {it.name for it in run.reports() if it.state is NodeState.RUNNING}
 
 
 def _start_of(choice: Choice) -> Start:

@@ -8,7 +8,12 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import pytest
 
-from process_visualizer.commands.run_command import StopRequested, exit_code, raise_stop_once
+from process_visualizer.commands.run_command import (
+    StopRequested,
+    exit_code,
+    nodes_to_ask,
+    raise_stop_once,
+)
 from process_visualizer.launching.part_report import NodeReport, NodeState
 
 
@@ -47,6 +52,13 @@ def test_the_last_words_of_a_required_node_are_shown(capsys: pytest.CaptureFixtu
     assert exit_code(run) == 1
     assert capsys.readouterr().err == (
         f'the required node /rviz: killed by SIGABRT; see cell.log, which ends:\n  {words}\n')
+
+
+def test_nobody_is_asked_while_roslaunch_stops_everything() -> None:
+    run: Any = EndedRun(None, (NodeState.RUNNING, NodeState.STARTING))
+    assert nodes_to_ask(run) == {'/node'}
+    run = EndedRun(NodeReport('/rviz', NodeState.EXITED, 1), (NodeState.RUNNING,))
+    assert nodes_to_ask(run) == set()
 
 
 def test_a_roslaunch_that_was_killed_is_a_failure(capsys: pytest.CaptureFixture[str]) -> None:
