@@ -12,7 +12,17 @@ import socket
 import threading
 import time
 import xmlrpc.client
-from typing import Callable, Collection, Dict, FrozenSet, Iterable, NamedTuple, Optional, Set
+from typing import (
+    Callable,
+    Collection,
+    Dict,
+    FrozenSet,
+    Iterable,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Set,
+)
 from urllib.parse import urlsplit
 
 import rosgraph
@@ -76,28 +86,36 @@ def connecting(uri: str) -> socket.socket:
 
 
 class Patience:
-    """How long to wait for an answer [s]: longer while other nodes answer slowly, too."""
+    """How long to wait for an answer [s]: longer while other nodes answer slowly, too.
+
+    The slowest node alone does not count: it may have hung, and its answer have come afterwards.
+    """
 
     MOST_S = 2.0
     _FACTOR, _REMEMBERED_S = 3.0, 10.0
 
     def __init__(self) -> None:
         """Nothing is known of this computer yet."""
-        self._slowest_s = self._slowest_before_s = 0.0
+        self._slowest_s: Dict[str, float] = {}
+        self._slowest_before_s: Dict[str, float] = {}
         self._since_s = -math.inf
 
-    def learn(self, answer_s: float, now_s: float) -> None:
-        """Take how long an answer took."""
+    def learn(self, node: str, answer_s: float, now_s: float) -> None:
+        """Take how long an answer of a node took."""
         if now_s - self._since_s > self._REMEMBERED_S:
-            self._slowest_before_s, self._slowest_s = self._slowest_s, 0.0
+            self._slowest_before_s, self._slowest_s = self._slowest_s, {}
             self._since_s = now_s
-        self._slowest_s = max(self._slowest_s, answer_s)
+        self._slowest_s[node] = max(self._slowest_s.get(node, 0.0), answer_s)
 
     @property
     def answer_within_s(self) -> float:
         """Return how long a node may take."""
-        slowest_s = max(self._slowest_s, self._slowest_before_s)
-        return min(max(ANSWER_WITHIN_S, self._FACTOR * slowest_s), self.MOST_S)
+        second_s = max(map(_second, (self._slowest_s, self._slowest_before_s)))
+        return min(max(ANSWER_WITHIN_S, self._FACTOR * second_s), self.MOST_S)
+
+
+def _second(slowest_s: Mapping[str, float]) -> float:
+    return sorted((0.0, 0.0, *slowest_s.values()))[-2]
 
 
 class NodePulse:
@@ -262,7 +280,7 @@ class Pulses:
             if late_s > ANSWER_WITHIN_S:
                 node.postpone(late_s)
             elif answer_s is not None:
-                self._patience.learn(answer_s, now_s)
+                self._patience.learn(node.name, answer_s, now_s)
         for node in self.nodes.values():
             node.act(now_s, self._lookup, self._selector, self._patience.answer_within_s)
         next_s = min((node.next_s() for node in self.nodes.values()), default=now_s + longest_s)

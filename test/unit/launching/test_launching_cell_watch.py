@@ -167,3 +167,12 @@ def test_an_answer_that_is_too_late_is_heard_and_teaches_patience(cell: Cell) ->
     cell.answers_after_s = 0.9
     assert cell.let_pass(20.0) == CellLook()
     assert len(cell.told) == 2  # at first nobody could know
+
+
+def test_one_that_hung_does_not_teach_patience_with_the_next(cell: Cell) -> None:
+    cell.hanging = {'/bag_recorder'}
+    cell.let_pass(1.5)
+    cell.hanging = set()  # its answer comes now, late
+    cell.let_pass(NOTICED_S)
+    cell.hanging = {'/scene_watch'}
+    assert cell.let_pass(NOTICED_S) == CellLook(frozenset(cell.hanging))
