@@ -18,7 +18,8 @@ neither of the first two clouds in which it is due shows it. Its number is that 
 was seen last, as long as an object with it shows the thing, else that of the largest object: then
 it is exchanged (Bernardin and Stiefelhagen 2008). A person with two numbers at once is seen as
 several. An object is false if less than half of its points show things. A size is wrong beyond
-1 cm + 1 % of the range, for what stands and is not cut off. A distance is too large by 2 cm and
+1 cm + 1 % of the range, for what stands and is not cut off; and beside that of what is in view of
+it, along the same edge. A distance is too large by 2 cm and
 three standard deviations of the sensor beside that of what is measured, or was measured last
 (pixels on edges that the sensor mixes with what is behind do not count); it is the least of all
 objects in whose box the place is that is nearest to the robot. The last five figures

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -558,8 +559,23 @@ void ObjectTracks::begin(double stamp, const FoundObject& found) {
   follow(tracks_.back(), stamp, found);
 }
 
+/// Whether it was seen only as a part of something that is seen as one now, such as the upper half
+/// of a pole that something divided: two things are not in one place. What was seen for longer may
+/// stand there, hidden.
+bool ObjectTracks::isTakenUp(const Track& track, double stamp) const {
+  if (track.seen == stamp || track.times >= kTimesUntilSure) return false;
+  const Vector3f place = track.expectedAt(stamp).center;
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& other) {
+    return other.seen == stamp && distanceTo(other.object.box, place) < kPartReach;
+  });
+}
+
 /// What may be noise must be seen in every cloud.
 void ObjectTracks::forget(double stamp, const IsHidden& is_hidden) {
+  std::vector<Track> kept;
+  std::copy_if(tracks_.begin(), tracks_.end(), std::back_inserter(kept),
+               [&](const Track& track) { return !isTakenUp(track, stamp); });
+  tracks_ = std::move(kept);
   const auto isGone = [&](Track& track) {
     if (track.seen == stamp) return false;
     if (!track.is_sure) return true;

@@ -163,6 +163,16 @@ TEST(ObjectTracks, APartIsSeenAlsoAlone) {
   EXPECT_TRUE(found[0].is_seen);
 }
 
+/// A robot before a pole divides it, and then goes away.
+TEST(ObjectTracks, TwoPartsThatAreOneHaveOneNumber) {
+  ObjectTracks tracks;
+  const FoundObject whole = object({0, 0, 0.3F}, {0.1F, 0.1F, 0.6F});
+  const auto parts = tracks.update(
+      0, {object({0, 0, 0.1F}, {0.1F, 0.1F, 0.2F}), object({0, 0, 0.5F}, {0.1F, 0.1F, 0.2F})});
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(tracks.update(0.2, {whole}).size(), 1U);
+}
+
 /// Somebody leaves: a foot is seen apart from the rest, and then only the legs.
 TEST(ObjectTracks, WhatIsLeftInViewOfSomebodyKeepsTheNumber) {
   const auto cutObject = [](const Vector3f& place, const Vector3f& size) {

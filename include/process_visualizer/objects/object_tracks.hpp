@@ -148,6 +148,7 @@ class ObjectTracks {
   void follow(Track& track, double stamp, const FoundObject& found);
   Track* wholeOf(double stamp, const FoundObject& found);
   void begin(double stamp, const FoundObject& found);
+  bool isTakenUp(const Track& track, double stamp) const;
   void forget(double stamp, const IsHidden& is_hidden);
 
   std::vector<Track> tracks_;
