@@ -7,12 +7,12 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 import rospkg
 
+from process_visualizer.robot.mesh_files import MeshError
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.robot.rotations import matrix_from_quaternion
 from process_visualizer.robot.visuals import (
     ColoredMesh,
     LinkVisual,
-    MeshError,
     ShapeKind,
     read_colored_mesh,
 )

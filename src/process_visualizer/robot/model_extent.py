@@ -15,6 +15,7 @@ import numpy as np
 import rospkg
 
 from process_visualizer.robot.kinematics import Kinematics, Placement, origin_of, urdf_root
+from process_visualizer.robot.mesh_files import MeshError, check_mesh_file
 from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.robot.rotations import matrix_from_quaternion
 
@@ -41,8 +42,9 @@ def _corners(path: str, _changed_ns: int) -> Optional[np.ndarray]:
     if read is None:
         return None
     try:
+        check_mesh_file(path)
         points = read(path)
-    except (ValueError, KeyError, IndexError, ElementTree.ParseError, struct.error):
+    except (MeshError, ValueError, KeyError, IndexError, ElementTree.ParseError, struct.error):
         return None
     points = points[np.isfinite(points).all(axis=1)]
     return np.array([points.min(axis=0), points.max(axis=0)]) if len(points) else None

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from process_visualizer.robot.kinematics import Placement, origin_of, triple, urdf_root
+from process_visualizer.robot.mesh_files import MeshError, check_mesh_file
 
 Size = Tuple[float, float, float]
 Color = Tuple[float, float, float, float]
@@ -94,13 +95,6 @@ def _size(shape: ElementTree.Element) -> Size:
 # The mesh in a file as triangles with normals and colors, as RViz reads it.
 
 LIBRARY = 'libprocess_visualizer_mesh.so'
-MAX_FILE_BYTES = 400_000_000
-"""assimp takes several times as much memory."""
-
-
-class MeshError(Exception):
-    """A mesh cannot be used; says which file and why."""
-
 
 class ColoredMesh(NamedTuple):
     """Triangles (m, 3) of corners (n, 3) [m] with ``normals`` (n, 3) and ``colors`` (n, 3) 0..255.
@@ -121,12 +115,7 @@ def read_colored_mesh(path: str) -> ColoredMesh:
     Raises:
         MeshError: it cannot be read, or has no triangles.
     """
-    try:
-        size = os.path.getsize(path)
-    except OSError as error:
-        raise MeshError(f'the mesh {path} cannot be read: {error.strerror}') from None
-    if size > MAX_FILE_BYTES:
-        raise MeshError(f'the mesh {path} has {size / 1e6:.0f} MB; it is left out')
+    check_mesh_file(path)
     library = _library()
     mesh = library.colored_mesh_read(os.fsencode(path))
     try:

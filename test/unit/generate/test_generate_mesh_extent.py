@@ -2,12 +2,15 @@
 """How large meshes are, in files of the three kinds that RViz reads."""
 from __future__ import annotations
 
+import os
 import struct
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from process_visualizer.robot.mesh_files import MeshError, check_mesh_file
 from process_visualizer.robot.model_extent import mesh_corners
 
 TRIANGLE = [(0.0, 0.0, 0.0), (1.0, 0.0, -2.0), (0.5, 3.0, 0.0)]
@@ -76,3 +79,58 @@ def test_changed_file_is_read_again(tmp_path: Path) -> None:
     mesh_corners(str(path))
     path.write_bytes(b'v 7 7 7\n')
     np.testing.assert_allclose(mesh_corners(str(path)), [[7, 7, 7]] * 2)
+
+
+def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:
+    """A reader waits until somebody writes into it, and then for the end."""
+    path = tmp_path / 'a.obj'
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(obj(),))
+    writer.start()
+    try:
+        assert mesh_corners(str(path)) is None
+        with pytest.raises(MeshError, match='is not a file'):
+            check_mesh_file(str(path))
+    finally:
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), 'rb'):
+            writer.join()
+
+
+def within_each_other(count: int) -> str:
+    """Return nodes each of which shows the next one twice."""
+    twice = ''.join(f'<node id="n{number}">' + f'<instance_node url="#n{number + 1}"/>' * 2
+                    + '</node>' for number in range(count))
+    return f'<library_nodes>{twice}<node id="n{count}"><instance_geometry url="#g"/></node>' \
+        '</library_nodes>'
+
+
+@pytest.mark.parametrize(('nodes', 'shown', 'reason'), [
+    (within_each_other(17), '<instance_node url="#n0"/>', 'shows more than'),
+    ('<library_nodes><node id="n0"><instance_node url="#n0"/></node></library_nodes>',
+     '<instance_node url="#n0"/>', 'shows more than'),
+    ('', '<node>' * 300 + '<instance_geometry url="#g"/>' + '</node>' * 300, 'nested more than')])
+def test_a_collada_file_of_endless_nodes_is_refused(nodes: str, shown: str, reason: str,
+                                                    tmp_path: Path) -> None:
+    """Readers would need years, or crash."""
+    path = tmp_path / 'a.dae'
+    scene = '<library_visual_scenes>'
+    path.write_text(COLLADA.format(shown=shown).replace(scene, nodes + scene))
+    with pytest.raises(MeshError, match=reason):
+        check_mesh_file(str(path))
+    assert mesh_corners(str(path)) is None
+
+
+def test_a_collada_file_with_entities_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / 'a.dae'
+    text = COLLADA.format(shown='<instance_geometry url="#g"/>').replace('0 0 0 1 0', '&a; 1 0')
+    path.write_text(text.replace('<COLLADA', '<!DOCTYPE a [<!ENTITY a "0 0 0">]><COLLADA', 1))
+    with pytest.raises(MeshError, match='DOCTYPE'):
+        check_mesh_file(str(path))
+    assert mesh_corners(str(path)) is None
+
+
+def test_a_collada_file_may_show_a_node_often(tmp_path: Path) -> None:
+    path = tmp_path / 'a.dae'
+    path.write_text(COLLADA.format(shown='<instance_node url="#part"/>' * 1000))
+    check_mesh_file(str(path))
+    assert mesh_corners(str(path)) is not None

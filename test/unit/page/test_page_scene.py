@@ -18,7 +18,8 @@ from process_visualizer.commands.command_line import main
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
 from process_visualizer.page.robots import RowsOfJoints, link_places
 from process_visualizer.robot.kinematics import Kinematics, Placement
-from process_visualizer.robot.visuals import MeshError, link_visuals, read_colored_mesh
+from process_visualizer.robot.mesh_files import MeshError
+from process_visualizer.robot.visuals import link_visuals, read_colored_mesh
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 MESH = REPOSITORY / 'sewing_cell/meshes/sewing_machine.dae'
