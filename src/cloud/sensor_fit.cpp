@@ -24,6 +24,7 @@
 #include "process_visualizer/cloud/pose_fit.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 #include "process_visualizer/cloud/surface.hpp"
+#include "process_visualizer/common/checked_service.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
@@ -268,6 +269,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "sensor_fit");
   ros::NodeHandle node_handle("~");
   const ros::ServiceServer service =
-      node_handle.advertiseService("fit", &process_visualizer::cloud::answerFit);
+      process_visualizer::advertiseChecked<process_visualizer::FitSensor>(
+          node_handle, "fit", &process_visualizer::cloud::answerFit);
   ros::spin();
 }

@@ -27,6 +27,7 @@
 #include <utility>
 #include <vector>
 
+#include "process_visualizer/common/checked_service.hpp"
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/problems.hpp"
@@ -134,16 +135,26 @@ BagRecorder::BagRecorder()
   state_publisher_ = node_.advertise<RecorderState>("state", 10, true);
   mark_publisher_ = node_.advertise<std_msgs::String>(kOwnPrefix + "marks", 10);
   watch({node_.param("topics", std::vector<std::string>()), {}, {}});
-  services_ = {node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
-               node_.advertiseService("stop", &BagRecorder::stop, this),
-               node_.advertiseService("mark", &BagRecorder::mark, this),
-               node_.advertiseService("read_recent", &BagRecorder::readRecent, this)};
+  services_ = {
+      advertiseChecked<StartRecording>(
+          node_, "save_recent",
+          [this](auto& request, auto& response) { return saveRecent(request, response); }),
+      advertiseChecked<StopRecording>(
+          node_, "stop", [this](auto& request, auto& response) { return stop(request, response); }),
+      advertiseChecked<Mark>(
+          node_, "mark", [this](auto& request, auto& response) { return mark(request, response); }),
+      advertiseChecked<ReadRecent>(node_, "read_recent", [this](auto& request, auto& response) {
+        return readRecent(request, response);
+      })};
   ros::NodeHandle copy_node("~");
   copy_node.setCallbackQueue(&copy_queue_);
-  services_.push_back(copy_node.advertiseService("copy_recent", &BagRecorder::copyRecent, this));
+  services_.push_back(advertiseChecked<StartRecording>(
+      copy_node, "copy_recent",
+      [this](auto& request, auto& response) { return copyRecent(request, response); }));
   copy_spinner_.start();
   // The last one: clients take it for the sign that the recorder is ready.
-  services_.push_back(node_.advertiseService("start", &BagRecorder::start, this));
+  services_.push_back(advertiseChecked<StartRecording>(
+      node_, "start", [this](auto& request, auto& response) { return start(request, response); }));
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
   // In a thread of its own, since a master that hangs would hold up everything else.
   master_thread_ = std::thread([this] {

@@ -4,15 +4,18 @@
 #include <ros/serialization.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/SetCameraInfo.h>
 #include <std_msgs/Float32MultiArray.h>
 #include <sys/resource.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "process_visualizer/common/checked_service.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 
 namespace process_visualizer {
@@ -132,6 +135,41 @@ TEST(CheckedCallback, ATwelveByteMessageTakesNoMemory) {
 
 TEST(CheckedCallback, AMessageIsTaken) {
   EXPECT_TRUE(isTaken<sensor_msgs::PointCloud2>(serialized(cloud())));
+}
+
+/// Returns whether a service gets a request. Throws what the check throws.
+bool isAnswered(const Bytes& bytes) {
+  using Request = sensor_msgs::SetCameraInfo::Request;
+  using Response = sensor_msgs::SetCameraInfo::Response;
+  using Helper = ros::ServiceCallbackHelperT<ros::ServiceSpec<Request, Response>>;
+  bool is_read = false;
+  const boost::function<bool(Request&, Response&)> answer = [&](Request&, Response&) {
+    is_read = true;
+    return true;
+  };
+  CheckedRequests requests(boost::make_shared<Helper>(answer),
+                           ros::message_traits::DataType<Request>::value(),
+                           ros::message_traits::Definition<Request>::value());
+  boost::shared_array<std::uint8_t> buffer(new std::uint8_t[bytes.size()]);
+  std::copy(bytes.begin(), bytes.end(), buffer.get());
+  ros::ServiceCallbackHelperCallParams params;
+  params.request = ros::SerializedMessage(buffer, bytes.size());
+  requests.call(params);
+  return is_read;
+}
+
+TEST(CheckedRequests, ARequestThatClaimsTooMuchTakesNoMemory) {
+  sensor_msgs::SetCameraInfo::Request request;
+  request.camera_info.D.resize(2);
+  Bytes bytes = serialized(request);
+  EXPECT_TRUE(isAnswered(bytes));
+  constexpr std::size_t kLengthOfD = 28;
+  ASSERT_EQ(bytes[kLengthOfD], 2);
+  const std::uint32_t claimed = 0x0fffffff;
+  std::memcpy(&bytes[kLengthOfD], &claimed, sizeof claimed);
+  const long before_kb = mostMemoryKb();
+  EXPECT_THROW(isAnswered(bytes), std::invalid_argument);
+  EXPECT_LT(mostMemoryKb() - before_kb, 20000);  // it was 2 GB
 }
 
 }  // namespace
