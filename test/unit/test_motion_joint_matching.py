@@ -33,6 +33,7 @@ def test_only_a_joint_without_a_usable_position_is_left_out() -> None:
     matching = JointMatching('left', ['shoulder', 'elbow'])
     assert matching.match((), (1.0, math.nan)) == {'shoulder': 1.0}
     assert matching.match(('gripper', 'elbow'), (math.inf, 2.0)) == {'elbow': 2.0}
+    assert matching.match((), (-1e308, 2.0)) == {'elbow': 2.0}
     assert matching.match(('wheel', 'elbow'), ()) == {}  # velocities only
 
 

@@ -39,6 +39,17 @@ def test_panda_in_its_usual_pose() -> None:
     assert np.allclose(matrix_from_quaternion(found.quaternion), np.diag([1, -1, -1]), atol=1e-6)
 
 
+@pytest.mark.parametrize('value', [1e308, -1e308, math.inf, math.nan, 2e6])
+@pytest.mark.parametrize('joint', ['panda_joint1', 'panda_finger_joint1'])
+def test_a_joint_that_is_nowhere(joint: str, value: float) -> None:
+    """Its sine ended the thread that draws the robot."""
+    link = 'panda_link1' if joint == 'panda_joint1' else 'panda_leftfinger'
+    found = model('panda_hand')
+    base = 'panda_link0' if joint == 'panda_joint1' else 'panda_hand'
+    assert found.placement(link, base, {joint: value}) is None
+    assert found.placement(link, base, {joint: 0.01}) is not None
+
+
 def test_a_finger_that_follows_another_one() -> None:
     found = model('panda_hand').placement('panda_rightfinger', 'panda_hand',
                                           {'panda_finger_joint1': 0.03})

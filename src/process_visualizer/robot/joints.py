@@ -2,11 +2,12 @@
 """Positions of a robot's joints: out of messages, over the last seconds, over a recording."""
 from __future__ import annotations
 
-import math
 from collections import deque
 from typing import Deque, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+
+from process_visualizer.robot.kinematics import MAX_POSITION
 
 
 class JointMatching:
@@ -35,8 +36,8 @@ class JointMatching:
     def match(self, names: Sequence[str], positions: Sequence[float]) -> Dict[str, float]:
         """Return the positions [rad or m] of the robot's joints; other robots' are left out.
 
-        A joint whose position is NaN or infinite is left out, too. A message with names and
-        without positions, such as velocities of wheels, says nothing.
+        A joint whose position is NaN or beyond MAX_POSITION is left out, too. A message with names
+        and without positions, such as velocities of wheels, says nothing.
 
         Raises:
             ValueError: there are more or fewer names than positions.
@@ -47,7 +48,7 @@ class JointMatching:
         if len(names) != len(positions):
             raise ValueError(f'{len(names)} joints and the positions {list(positions)}')
         return {joint: position + self.offset(joint)
-                for name, position in zip(names, positions) if math.isfinite(position)
+                for name, position in zip(names, positions) if abs(position) <= MAX_POSITION
                 for joint in [self._meant.get(name)] if joint is not None}
 
     def names(self, joint: str) -> Tuple[str, ...]:
@@ -98,9 +99,6 @@ def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
             for name, position in before.positions.items()}
 
 
-_MAX_POSITION = 1e6
-
-
 class JointTrack(NamedTuple):
     """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN where unknown."""
 
@@ -137,6 +135,6 @@ def joint_track(joints: Tuple[str, ...], times_s: np.ndarray,
                          f'{len(times_s)} times')
     if not np.isfinite(times_s).all() or (np.diff(times_s) < 0.0).any():
         raise ValueError('the times do not rise')
-    if (np.abs(positions) > _MAX_POSITION).any():
-        raise ValueError(f'positions are out of range: at most {_MAX_POSITION:g}')
+    if (np.abs(positions) > MAX_POSITION).any():
+        raise ValueError(f'positions are out of range: at most {MAX_POSITION:g}')
     return JointTrack(joints, times_s, positions.reshape(len(times_s), len(joints)))

@@ -17,6 +17,8 @@ from process_visualizer.robot.rotations import (
     rotated,
 )
 
+MAX_POSITION = 1e6
+"""Of a joint [rad or m]; numbers far beyond overflow where they are used."""
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 """URDF's kinds of joints whose position is one number; as movableJoints has it, in C++."""
 
@@ -52,11 +54,14 @@ class Joint(NamedTuple):
     offset: float = 0.0
 
     def placement(self, positions: Mapping[str, float]) -> Optional[Placement]:
-        """Return where the child is in the parent; None if the joint's position is not known."""
+        """Return where the child is in the parent; None if the joint's position is not known.
+
+        One beyond MAX_POSITION, or NaN, says nothing.
+        """
         if self.kind == 'fixed':
             return self.origin
         value = positions.get(self.name)
-        if value is None or self.kind not in MOVABLE:
+        if value is None or self.kind not in MOVABLE or not abs(value) <= MAX_POSITION:
             return None
         value = self.multiplier * value + self.offset
         x, y, z = self.axis
