@@ -233,6 +233,15 @@ def test_losses_only_while_recording() -> None:
         'messages are missing: 3 dropped, 2 lost']
 
 
+def test_messages_that_are_missing_are_so_for_ever() -> None:
+    board = AlarmBoard().seen(loss_conditions(True, 3, 0), 1.0)
+    board = board.seen(loss_conditions(True, 3, 2), 2.0).seen(loss_conditions(False, 3, 2), 5.0)
+    assert texts(board) == [
+        'recording: messages are missing: 3 dropped',
+        'recording: messages are missing: 3 dropped, 2 lost: still missing when the recording '
+        'ended, after 4.0 s']
+
+
 # A recording
 
 def oven(**limits: Any) -> Device:

@@ -27,7 +27,8 @@ class Condition(NamedTuple):
     """Something that is wrong now.
 
     ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
-    while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
+    while its ``text`` changes; ``name`` stands for a text that tells only of now when it has ended.
+    ``part`` and ``node`` are what an action is about. ``since_s`` is
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
     begins there. ``is_clause`` if the source is the subject of the text; ``end`` is said of it when
     it has ended. A latched one stays an alarm when it is over, until it is acknowledged.
@@ -48,6 +49,7 @@ class Condition(NamedTuple):
     end: str = 'over'
     is_latched: bool = False
     told_by: Tuple[str, ...] = ()
+    name: str = ''
 
     @property
     def said(self) -> str:
@@ -158,7 +160,8 @@ def _begun(condition: Condition) -> str:
 
 
 def _ended(alarm: Alarm, end: str, now_s: float) -> str:
-    begun = _begun(alarm.condition)
+    condition = alarm.condition
+    begun = _begun(condition._replace(text=condition.name or condition.text))
     length_s = max(now_s - alarm.since_s, 0.0)
     return begun and f'{begun}: {end} after {length_s:.1f} s'
 

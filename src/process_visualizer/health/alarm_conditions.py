@@ -239,7 +239,7 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
         departed: device, label, how far out, and since when [s since the epoch], of each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
-                      since_s=since_s, told_by=(device, label))
+                      since_s=since_s, told_by=(device, label), name=f'{label} out of range')
             for device, label, text, since_s in departed]
 
 
@@ -260,7 +260,7 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
     if not is_recording or not words:
         return []
     return [Condition('recording', 'losses', f'messages are missing: {", ".join(words)}',
-                      Level.WARNING)]
+                      Level.WARNING, end='still missing when the recording ended,')]
 
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],
