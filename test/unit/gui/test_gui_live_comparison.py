@@ -214,11 +214,17 @@ def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) 
     run = compared.stand.compare.runs[2].run
     compared.run(3, run)
     assert compared.model.text.startswith('Run in range'), 'the machine is the same'
+    assert compared.model.judged_with == 'a.bag#1'
     assert ('arm', 'tool force') not in run.by_key
     choose(compared.stand.session,
            XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
     compared.run(3, run)
     assert compared.model.text.startswith('Not compared: a.bag#1 has none of the variables')
+    assert (compared.model.reference, compared.model.judged_with) == ('a.bag#1', '')
+    kept = compared.model.finished
+    compared.run(4, run)
+    run_in(compared.stand.session, None)
+    assert compared.model.finished == kept, 'nothing of that run was compared'
 
 
 def test_nothing_is_compared_without_good_runs(compared: Compared) -> None:
@@ -236,11 +242,11 @@ def test_it_is_an_alarm() -> None:
     stand.now_s = 103.0
     stand.model.set_departed([])
     assert stand.model.alarms == ()
-    assert stand.model.events[-1].text == 'arm: tool force +4.3 N above range: over after 5.0 s'
+    assert stand.model.events[-1].text == 'arm: tool force out of range: over after 5.0 s'
     stand.model.set_departed([('arm', 'tool force', '+4.3 N above range', since_s)])
     stand.model.set_departed([], {('arm', 'tool force')})
     assert stand.model.events[-1].text == (
-        'arm: tool force +4.3 N above range: the data ended after 5.0 s')
+        'arm: tool force out of range: the data ended after 5.0 s')
     rmtree(stand.launch.folder)
 
 

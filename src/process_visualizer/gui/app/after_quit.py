@@ -106,7 +106,7 @@ class AfterQuit(QObject):
         launcher, found = self._launcher, []
         if launcher.unsaved.unsaved:
             found.append(sentence(f'{unsaved}: {listing(launcher.unsaved.unsaved)}.'))
-        reference = launcher.live_comparison.reference
+        reference = launcher.live_comparison.judged_with
         if reference:
             found.append(f'The running cell is being compared with {reference}.')
         if launcher.recording.is_recording:

@@ -117,21 +117,34 @@ class LiveComparisonModel(QObject):
         return self._comparison.name if self._comparison and self._live.is_running else ''
 
     @property
-    def text(self) -> str:
-        """Return what there is to say; empty while nothing is compared."""
-        comparison, phase = self._comparison, self._phase
-        if comparison is None or not self._live.is_running:
-            return ''
+    def judged_with(self) -> str:
+        """The same, but empty while ``text`` says that nothing can be compared."""
+        return '' if self._obstacle() else self.reference
+
+    def _obstacle(self) -> str:
+        """Return why nothing can be compared with the reference; empty if something can."""
+        phase = self._phase
         if self._live.problem:
             return _no_data(self._now_s)
         if not self._has_common:
-            return _NOTHING.format(comparison.name)
+            return _NOTHING.format(self.reference)
         if self._is_blind:
             return _no_data(self._known_s)
         if phase is None or not self._is_placed(_SILENT_S):
             asked_s = max(self._values_since_s, 0.0 if phase is None else phase.stamp_s)
             is_late = self._values_since_s and self._now_s - asked_s > _ANSWER_S
-            return (_NO_PHASE if is_late else _LOOKING).format(comparison.name)
+            return (_NO_PHASE if is_late else _LOOKING).format(self.reference)
+        return ''
+
+    @property
+    def text(self) -> str:
+        """Return what there is to say; empty while nothing is compared."""
+        comparison, phase = self._comparison, self._phase
+        if comparison is None or not self._live.is_running:
+            return ''
+        obstacle = self._obstacle()
+        if obstacle or phase is None:
+            return obstacle
         if phase.reference_s is None:
             return _NO_RUN.format(comparison.name)
         if not self._departures:
@@ -169,7 +182,7 @@ class LiveComparisonModel(QObject):
         """Take which moment of the reference it is."""
         self._phase = phase
         self._history.add(phase.stamp_s, phase.reference_s)
-        if self._runs is not None:
+        if self._runs is not None and self._has_common:
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:
@@ -228,6 +241,9 @@ class LiveComparisonModel(QObject):
             self._runs.lose()
         elif self._runs is not None and self._has_common:
             self._runs.judge(self._departures)
+        elif self._runs is not None:  # what was no run of this cell is no finished one either
+            over = self._runs.end()
+            self._finish(over if over is not None and over.is_judged else None)
         self.changed.emit()
 
 
