@@ -209,8 +209,10 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
     assert window.launch.status.text().startswith('The ROS master is not responding\n')
     lose_master(window, other=18)
     question = window.findChild(QMessageBox, 'question')
-    assert question.text().startswith(
-        'The ROS master was started anew. It does not know the nodes that run: they continue')
+    assert question.text() == (
+        'The ROS master was started anew. It does not know the nodes that run: they continue, but '
+        'nothing can be launched, and they do not follow every command. Quit all nodes (this '
+        'finishes a recording) and start the launcher again?')
     answer(window, qtbot, is_yes=False)
     assert window.launch.status.text().startswith(
         'The ROS master was started anew and does not know the nodes that run: stop the cell and '
@@ -409,6 +411,8 @@ def test_quitting_asks_where_something_would_be_lost(
         monkeypatch: pytest.MonkeyPatch) -> None:
     launcher = window._launcher
     monkeypatch.setattr(type(launcher.live_comparison), 'reference',
+                        property(lambda _: 'other.bag#2'))  # of which nothing is compared
+    monkeypatch.setattr(type(launcher.live_comparison), 'judged_with',
                         property(lambda _: 'seam.bag#3'))
     quitting.command.quit()
     assert quitting.question() == (
@@ -416,7 +420,8 @@ def test_quitting_asks_where_something_would_be_lost(
     answer(window, qtbot, is_yes=False)
     quitting.wait(GRACE_S + 0.1)
     assert quitting.quits == 0
-    monkeypatch.setattr(type(launcher.live_comparison), 'reference', property(lambda _: ''))
+    monkeypatch.setattr(type(launcher.live_comparison), 'judged_with',
+                        property(lambda _: ''))
     quitting.command.quit()  # nothing would be lost
     launcher.region.choose('kinect')
     launcher.region.set_value(0, 0.5)  # now it would

@@ -112,9 +112,9 @@ class WindowQuestions(QObject):
         else:
             nodes = 'It does not know the nodes that run: they' if launcher.master.is_other \
                 else 'Running nodes'
-            text, yes = f'{nodes} continue, but nothing can be launched or commanded. Quit all ' \
-                'nodes (this finishes a recording) and start the launcher again?', \
-                'Quit and start again'
+            text, yes = f'{nodes} continue, but nothing can be launched, and they do not follow ' \
+                'every command. Quit all nodes (this finishes a recording) and start the ' \
+                'launcher again?', 'Quit and start again'
         self._lost = ask(self._window, f'{problem}. {text}{stays}', yes, start_again)
         self._lost.finished.connect(self._forget_lost)
         launcher.master.returned.connect(self._lost.close)
