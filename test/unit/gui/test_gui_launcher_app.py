@@ -340,6 +340,19 @@ def test_what_is_not_saved_is_asked_about_when_the_window_closes(
     assert not window.isVisible() and launcher.settings()['unsaved'] == {}
 
 
+def test_closing_asks_while_what_is_shared_is_being_written(
+        window: LauncherApp, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(window._launcher.compare), 'is_writing', property(lambda _: True))
+    window.close()
+    assert window.findChild(QMessageBox, 'question').text() == (
+        'A run that is shared is still being written. Close?')
+    answer(window, qtbot, is_yes=False)
+    assert window.isVisible()
+    window.close()
+    answer(window, qtbot, is_yes=True)
+    assert not window.isVisible()
+
+
 def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
         window: LauncherApp, qtbot: Any, config: Path) -> None:
     """SIGTERM, a crash, or a master that is lost."""

@@ -59,7 +59,8 @@ class AfterQuit(QObject):
 
     def ask_to_leave(self) -> None:
         """Leave, after a question if something would be lost."""
-        stakes = self._at_stake()
+        is_writing = self._launcher.compare.is_writing
+        stakes = ['A run that is shared is still being written.'] * is_writing + self._at_stake()
         if stakes and not self._is_leaving:
             is_unsaved = bool(self._launcher.unsaved.unsaved)
             self._ask(stakes, 'close without saving' if is_unsaved else 'close',
