@@ -42,6 +42,27 @@ def test_a_stuck_sensor_is_told_when_it_sticks() -> None:
     assert 'robot tool force, stays exactly the same for ' in as_text(GOOD, [found])
 
 
+def test_a_good_run_that_was_cut_says_nothing_of_the_standstill_before_it() -> None:
+    def still(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        return np.where(process_s < 2.0, 0.0, values)
+
+    def cut(run: Run, begin_s: float) -> Run:
+        return run._replace(channels=tuple(channel._replace(
+            times_s=channel.times_s[channel.times_s >= begin_s],
+            values=channel.values[channel.times_s >= begin_s]) for channel in run.channels))
+
+    def stuck(run: Run, *good: Run) -> str:
+        found = GoodRuns(good[0], good[1:])
+        return as_text(found, [found.compare(run)])
+
+    whole, other = made_run(1, value=still), made_run(9, value=still)
+    short = cut(whole, 3.4)
+    assert 'stays exactly the same' not in stuck(other, whole)
+    assert 'stays exactly the same' not in stuck(other, short)
+    assert 'stays exactly the same' in stuck(made_run(9, value=lambda process_s, values: np.where(
+        process_s < 4.0, 0.0, values)), short), 'where the good run moves'
+
+
 def test_what_is_less_rough_began_when_the_last_rough_value_came() -> None:
     smooth_s = 5.2  # in the process
 

@@ -35,14 +35,17 @@ class StuckSensors:
         """Take the times (t,) [s] of the reference, and the good runs with their maps."""
         self._times_s = times_s
         self._longest_s: Dict[Key, np.ndarray] = {}
+        known: Dict[Key, np.ndarray] = {}
         for run, time_map in good:
             run_s = time_map.to_run(times_s)
             for channel in _measured(run.channels):
-                found = _unchanged_s(channel, run_s)
-                known = self._longest_s.get(channel.key)
-                self._longest_s[channel.key] = found if known is None else np.fmax(known, found)
-        self._longest_s = {key: moving_maximum(np.nan_to_num(it), _NEAR_ROWS)
-                           for key, it in self._longest_s.items()}
+                found, is_known = _unchanged_s(channel, run_s)
+                before = self._longest_s.get(channel.key, np.nan)
+                self._longest_s[channel.key] = np.fmax(before, found)
+                known[channel.key] = known.get(channel.key, False) | is_known
+        self._longest_s = {
+            key: moving_maximum(np.where(known[key] | np.isnan(it), np.nan_to_num(it), np.inf),
+                                _NEAR_ROWS) for key, it in self._longest_s.items()}
 
     def departures(self, run: Run, time_map: TimeMap) -> Iterator[Departure]:
         """Yield a departure for each channel that is stuck, since its value was last another."""
@@ -51,7 +54,7 @@ class StuckSensors:
         for channel in _measured(run.channels):
             usual_s = self._longest_s.get(channel.key)
             if usual_s is not None:
-                found = _departure(channel, np.where(inside, _unchanged_s(channel, run_s), 0.0),
+                found = _departure(channel, np.where(inside, _unchanged_s(channel, run_s)[0], 0.0),
                                    usual_s, self._times_s, time_map, run_s)
                 if found is not None:
                     yield found
@@ -85,15 +88,20 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
             yield channel
 
 
-def _unchanged_s(channel: Channel, run_s: np.ndarray) -> np.ndarray:
-    """Return how long (t,) [s] messages have had the same value at times of the run (t,)."""
+def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return how long (t,) [s] messages have had the same value at times of the run (t,).
+
+    Besides, whether (t,) that is known: of what was so from the first message on, it is only known
+    that it was so no shorter.
+    """
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
     if not len(values):
-        return np.full(len(run_s), np.nan)
+        return np.full(len(run_s), np.nan), np.zeros(len(run_s), bool)
     is_new = np.concatenate(([True], np.diff(values) != 0.0))
     changed = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
-    return held_at(run_s, times_s, times_s - times_s[changed])
+    return (held_at(run_s, times_s, times_s - times_s[changed]),
+            held_at(run_s, times_s, np.where(changed > 0, 1.0, 0.0)) > 0.0)
 
 
 _ABOUT_S, _LOOK_BEFORE_S, _LOOK_BEHIND_S = 0.8, 1.5, 0.3
