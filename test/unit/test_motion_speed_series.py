@@ -130,3 +130,16 @@ def test_stamps_are_used_where_they_can_be() -> None:
     arrival_s = np.array([1.0, 1.1, 1.2, 1.3, 1.4])
     stamps_s = np.array([0.95, 1.06, NO_STAMPS, 900.0, 1.06])
     assert measuring_times(arrival_s, stamps_s).tolist() == [0.95, 1.06, 1.2, 1.3, 1.4]
+
+
+def test_what_waited_while_the_recorder_was_held_up_moves_no_faster() -> None:
+    stamps_s = np.arange(0.0, 20.0, 0.01)
+    arrivals_s = stamps_s + 0.002
+    waited = (stamps_s > 6.0) & (stamps_s < 15.0)
+    arrivals_s[waited] = 15.0 + 1e-5 * np.arange(np.count_nonzero(waited))
+    places = np.column_stack((0.3 * stamps_s, np.zeros((len(stamps_s), 2))))
+    measured_s = measuring_times(np.maximum.accumulate(arrivals_s), stamps_s)
+    assert measured_s == pytest.approx(stamps_s)
+    assert speeds(measured_s, places)[1] == pytest.approx(0.3, abs=1e-3)
+    other_clock_s = measuring_times(arrivals_s, stamps_s - 100.0)
+    assert np.abs(other_clock_s - arrivals_s).max() < 10.0, 'of a clock that is wrong'

@@ -161,10 +161,28 @@ def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
         period_s: of a whole recording, if these are a part of it.
     """
     usable = np.abs(stamp_s - arrival_s) <= _USABLE_STAMP_S  # not for NaN
+    usable |= _held_up(arrival_s, stamp_s, usable)
     usable[1:] &= ~(stamp_s[1:] <= stamp_s[:-1])
     measured = stamp_s if usable.any() else _unbunched(arrival_s, period_s)
     return np.maximum.accumulate(np.where(usable, measured, arrival_s)
                                  if usable.any() else measured)
+
+
+def _held_up(arrival_s: np.ndarray, stamp_s: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """Return which messages (n,) came late, as the recorder was held up: by stamps that go on.
+
+    They rise without a gap from usable ones, or up to such.
+    """
+    if not usable.any() or usable.all():
+        return usable
+    with np.errstate(invalid='ignore'):
+        goes_on = (np.diff(stamp_s) > 0.0) & (np.diff(stamp_s) <= GAP_S)  # not for NaN
+    begins = np.flatnonzero(np.concatenate(([True], ~goes_on)))
+    lengths = np.diff(np.append(begins, len(stamp_s)))
+    goes_on_from_usable = np.repeat(np.logical_or.reduceat(usable, begins), lengths)
+    with np.errstate(invalid='ignore'):
+        result: np.ndarray = goes_on_from_usable & (stamp_s <= arrival_s)
+    return result
 
 
 def _unbunched(arrival_s: np.ndarray, period_s: Optional[float]) -> np.ndarray:
