@@ -160,6 +160,20 @@ def test_its_moment_is_that_of_the_joints(cell: Cell) -> None:
     assert cell.phases[-1].stamp > measured
 
 
+def test_a_run_whose_joints_have_ended_is_over(cell: Cell) -> None:
+    cell.follow(REFERENCE)
+    cell.begin()
+    for number in range(400):
+        cell.send(float(angle_rad(np.array(1.0 + number / RATE_HZ))), 1.0)
+        cell.node.advance(1.0 / RATE_HZ)
+    assert cell.phases[-1].known
+    cell.node.advance(4.0)
+    assert cell.phases[-1].known, 'they may come again'
+    cell.node.advance(3.0)
+    assert not cell.phases[-1].known
+    assert len(phase_errors_s(cell.move(1.0), BEGIN_S + 0.5, END_S - 0.5)) > 100
+
+
 def test_between_runs_there_is_none(cell: Cell) -> None:
     cell.follow(REFERENCE)
     cell.move(1.0, begin_s=6.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import queue
+import threading
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -12,6 +13,7 @@ import rospy
 from sensor_msgs.msg import JointState
 
 from process_visualizer.bagio.number_places import FieldPath
+from process_visualizer.curves.sending_habit import SendingHabit
 from process_visualizer.msg import GhostEvent, GhostPhase
 from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.newest_message import RawMessage, decode
@@ -28,6 +30,8 @@ class LiveJoints:
 
     def __init__(self, node: NodeHandle, device: str) -> None:
         """Begin to listen."""
+        self._node, self._lock = node, threading.Lock()
+        self._habit, self._arrived_s = SendingHabit(), -math.inf
         self._positions: Dict[str, float] = {}
         self.stamp_s = 0.0
         """When they were measured; 0 before there are any, or if they are not stamped."""
@@ -35,6 +39,9 @@ class LiveJoints:
                                           queue_size=10)
 
     def _take(self, message: JointState) -> None:
+        with self._lock:
+            self._arrived_s = self._node.monotonic_s()
+            self._habit.add(self._arrived_s)
         self.stamp_s = message.header.stamp.to_sec()
         self._positions = {**self._positions, **dict(zip(message.name, message.position))}
 
@@ -42,11 +49,20 @@ class LiveJoints:
         """Return the positions [rad or m] by joint; None before there are any."""
         return self._positions or None
 
+    @property
+    def has_ended(self) -> bool:
+        """Return whether they are sent at a rate, and have not come for long."""
+        with self._lock:
+            age_s = self._node.monotonic_s() - self._arrived_s
+            return _ENDED_S < age_s < math.inf and age_s > self._habit.holds_for_s(_ENDED_S)
+
     def close(self) -> None:
         """Listen no longer."""
         self._subscriber.unregister()
 
 
+_ENDED_S = 5.0
+"""After this without joints the run may be anywhere, or over."""
 _LOG_PERIOD_S = 10.0
 
 
@@ -127,9 +143,12 @@ class LiveFollower:
         while not self._seen.empty():
             self._alignment.take_event(*self._seen.get())
         self._moment_s = self._measured_s(now_s)
-        self._alignment.advance(self._moment_s, np.concatenate([
-            tool_position(robot.tool_at(self._joints[robot.device].at(now_s)))
-            for robot in self._robots]))
+        if all(it.has_ended for it in self._joints.values()):
+            self._alignment.lose()
+        else:
+            self._alignment.advance(self._moment_s, np.concatenate([
+                tool_position(robot.tool_at(self._joints[robot.device].at(now_s)))
+                for robot in self._robots]))
         phase_s = self._alignment.phase_s
         self._publisher.publish(GhostPhase(
             stamp=rospy.Time.from_sec(self._moment_s), known=phase_s is not None,

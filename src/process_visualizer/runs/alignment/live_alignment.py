@@ -240,6 +240,12 @@ class LiveAlignment:
         else:
             self._judge(time_s, self._tracker.distance_m(place, found_s))
 
+    def lose(self) -> None:
+        """Take that nothing is known of the tools any more: what moves later is another run."""
+        if self._last_s is not None:
+            self._forget()
+            self._last_s = None
+
     def _is_there(self, name: str) -> bool:
         """Return whether the tools may be where the reference's are when an event comes."""
         times_s = self._events.get(name, ())
