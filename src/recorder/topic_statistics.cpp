@@ -12,6 +12,7 @@ constexpr double kGapFactor = 3.0;
 constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // intervals; s
 // A log is silent when all is well; and what the recorder tells comes there, too.
 constexpr char kLogType[] = "rosgraph_msgs/Log";
+constexpr std::chrono::seconds kLate(2);  ///< between two measurements of rates, usually 1 s
 constexpr std::size_t kMinIntervals = 8;  ///< before that it is not known what is usual
 
 }  // namespace
@@ -106,6 +107,10 @@ void TopicBoard::addDropped(const std::map<std::string, std::uint64_t>& counts) 
 }
 
 void TopicBoard::measureRates(SteadyTime now) {
+  const bool was_late = is_late_;
+  is_late_ = now - looked_ > kLate;
+  looked_ = now;
+  if (is_late_ && !was_late) return;
   const double period = std::chrono::duration<double>(now - measured_).count();
   measured_ = now;
   byte_rate_ = bytes_ / period;

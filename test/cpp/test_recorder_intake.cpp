@@ -355,6 +355,26 @@ TEST_F(SimulatedIntake, TellsWhatArrives) {
   EXPECT_EQ(intake_.state().time_left, -1);
 }
 
+TEST_F(SimulatedIntake, TellsNoHigherRateWhenWhatCameWhileItWasHeldUpIsTakenAtOnce) {
+  begin();
+  receiveMany(a_, 0, 10);
+  intake_.measureRates();
+  machine_.goOn(29);
+  intake_.measureRates();
+  EXPECT_DOUBLE_EQ(figures("/a").rate, 10);
+  for (std::uint32_t number = 10; number < 300; ++number) receive(a_, number);
+  receiveMany(a_, 300, 310);
+  intake_.measureRates();
+  EXPECT_DOUBLE_EQ(figures("/a").rate, 10);
+  EXPECT_DOUBLE_EQ(intake_.state().rate, 10 * kBytes);
+  for (int second = 0; second < 2; ++second) {
+    machine_.goOn(4);
+    intake_.measureRates();
+  }
+  EXPECT_EQ(figures("/a").rate, 0);
+  end(intake_);
+}
+
 TEST_F(SimulatedIntake, TellsThatATopicIsSilentAndTakesWhatComesAgain) {
   const std::vector<std::string> none, only_a = {"/a"};
   begin();

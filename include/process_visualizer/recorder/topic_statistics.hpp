@@ -63,14 +63,15 @@ bool beginsWithHeader(const std::string& definition);
 class TopicBoard {
  public:
   /// \param now from when on rates are measured
-  explicit TopicBoard(SteadyTime now) : measured_(now) {}
+  explicit TopicBoard(SteadyTime now) : looked_(now), measured_(now) {}
 
   void begin(const std::vector<std::string>& topics);  ///< counts anew
   void freeze() { is_counting_ = false; }              ///< the counts stay as they are; rates go on
   void add(const Message& message, bool is_recorded);
   void addDropped(const std::map<std::string, std::uint64_t>& counts);
 
-  /// Computes the rates since the last call; to be called about every second.
+  /// Computes the rates since the last call; to be called about every second. A call that comes
+  /// late changes nothing, as what came meanwhile may still wait: the next one is over both times.
   void measureRates(SteadyTime now);
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
   /// While counting: the topics that came regularly and have fallen silent since the last call.
@@ -95,7 +96,8 @@ class TopicBoard {
   std::map<std::string, Arrival> arrivals_;
   std::uint64_t bytes_ = 0;
   double byte_rate_ = 0;
-  SteadyTime measured_;
+  SteadyTime looked_, measured_;
+  bool is_late_ = false;
 };
 
 /// Returns what a recorder knows of a recording at its end, as JSON: by topic what it received and
