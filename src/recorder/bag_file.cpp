@@ -386,7 +386,7 @@ void BagFile::rescue() {
   const std::string wanted = path_;
   int copy = create();
   for (unsigned i = 2; copy < 0; ++i) {
-    if (errno != EEXIST) fail("was removed while it was written, and cannot be created again");
+    if (errno != EEXIST) fail("was removed while it was being written, and cannot be created again");
     path_ = numbered(wanted, i);
     copy = create();
   }
@@ -400,7 +400,7 @@ void BagFile::rescue() {
     position += count;
   }
   ::close(original);
-  if (count < 0) fail("was removed while it was written, and can no longer be read");
+  if (count < 0) fail("was removed while it was being written, and can no longer be read");
 }
 
 void BagFile::rename() {

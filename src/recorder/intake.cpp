@@ -92,7 +92,7 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
   const ros::Time now = machine_.now();
   RecordingContents saved = contents(beginning, now);
   if (saved.recent.empty())
-    throw RecordingError("nothing is in memory of that time: are the devices running?");
+    throw RecordingError("nothing from that time is in memory: are the devices running?");
   open(options, std::move(saved));
   end(now);
 }
@@ -160,7 +160,7 @@ std::deque<Message> Intake::copy(const Beginning& beginning) const {
   Past past = chosen(std::move(all), beginning.choice, now);
   if (past.latched.isEmpty() && past.messages.empty())
     throw RecordingError(
-        "nothing is in memory of these topics, and nothing is latched: are the devices running?");
+        "nothing from these topics is in memory, and nothing is latched: are the devices running?");
   std::deque<Message> messages = std::move(past.messages);
   messages.push_back(accountOf(messages, beginning.choice, now));
   const auto before = withConfiguration(std::move(past.latched), beginning.configuration, now)

@@ -188,8 +188,8 @@ void Recording::look() {
   clock_watch_.look();
   if (file_->isRemoved())
     setProblem(file_->path() +
-               ".active was removed or moved while it was written: the "
-               "recording was stopped, and the bag written again");
+               ".active was removed or moved while it was being written: "
+               "the recording was stopped, and the bag written again");
   const std::uint64_t free = machine_.freeBytes(*file_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -160,10 +160,10 @@ def another_master() -> Iterator[None]:
 
 def the_master_was_started_anew(operator: Operator) -> None:
     """It knows no node, but the recording can be ended, and the launcher starts again for it."""
-    anew = 'The ROS master was started anew'
+    anew = 'The ROS master was restarted'
     wait_for_question(operator, anew)
     cancel(operator)
-    assert operator.text('status').startswith(f'{anew} and does not know the nodes that run')
+    assert operator.text('status').startswith(f'{anew} and does not know the running nodes')
     operator.click('record')
     operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
     assert operator.messages() == ''

@@ -93,8 +93,8 @@ def test_a_latched_alarm_stays_until_it_is_acknowledged() -> None:
     board = board.acknowledged(LATCHED, 'anna', 10.0)
     assert board.alarms == ()
     assert [tuple(event) for event in board.events] == [
-        (1.0, 'oven: oven is above 200'), (3.0, 'oven: oven is above 200: over after 2.0 s'),
-        (10.0, 'oven: oven is above 200: acknowledged by anna')]
+        (1.0, 'oven is above 200'), (3.0, 'oven is above 200: over after 2.0 s'),
+        (10.0, 'oven is above 200: acknowledged by anna')]
     assert board.acknowledged(LATCHED, 'anna', 11.0) == board
 
 
@@ -109,8 +109,8 @@ def test_what_is_acknowledged_while_it_lasts_goes_when_it_is_over() -> None:
 def test_what_begins_again_is_the_same_alarm() -> None:
     board = AlarmBoard().seen([LATCHED], 1.0).seen([], 2.0).seen([LATCHED], 5.0)
     assert [(it.since_s, it.ended_s) for it in board.alarms] == [(5.0, None)]
-    assert texts(board) == ['oven: oven is above 200', 'oven: oven is above 200: over after 1.0 s',
-                            'oven: oven is above 200']
+    assert texts(board) == ['oven is above 200', 'oven is above 200: over after 1.0 s',
+                            'oven is above 200']
 
 
 def test_how_often_it_came_and_since_when_is_known_until_it_is_acknowledged() -> None:
@@ -278,14 +278,15 @@ def test_without_limits_or_curves_there_are_no_alarms() -> None:
 # Who does not answer, and who contradicts whom
 
 def test_who_does_not_answer_is_told_by_its_name_with_what_helps() -> None:
-    look = CellLook(frozenset({'/arm/robot_proc', '/bag_recorder', '/cell_frames', '/rviz'}))
-    parts = {'/arm/robot_proc': 'arm', '/bag_recorder': BAG_PART, '/rviz': RVIZ_PART,
+    look = CellLook(frozenset({'/oven', '/arm/robot_proc', '/bag_recorder', '/cell_frames', '/rviz'}))
+    parts = {'/oven': 'oven', '/arm/robot_proc': 'arm', '/bag_recorder': BAG_PART, '/rviz': RVIZ_PART,
              '/cell_frames': FRAMES_PART}
     found = watch_conditions(Mode.REALTIME, look, parts)
     assert [(it.said, it.actions[0], it.part) for it in found] == [
         ('arm: robot_proc is not responding', Action.RESTART_DEVICE, 'arm'),
         ('Recorder is not responding', Action.RESTART_PART, BAG_PART),
         ('Frames: cell_frames is not responding', Action.RESTART_PART, FRAMES_PART),
+        ('oven is not responding', Action.RESTART_DEVICE, 'oven'),
         ('RViz is not responding', Action.RESTART_RVIZ, RVIZ_PART)]
 
 

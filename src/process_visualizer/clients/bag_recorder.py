@@ -151,7 +151,7 @@ class BagRecorder:
     def stop(self) -> List[str]:
         """Stop; return the paths of the bags when everything is written.
 
-        The master is not needed: one that was started anew does not know the recorder.
+        The master is not needed: one that was restarted does not know the recorder.
 
         Raises:
             RecorderError: nothing was being recorded, or something could not be written.

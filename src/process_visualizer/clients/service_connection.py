@@ -205,7 +205,7 @@ class StateFollower(Generic[State]):
     def sender_address(self) -> Tuple[str, int]:
         """Return host and port of the node that sends, which may have services there too.
 
-        A master that has died, or was started anew, is not needed for that.
+        A master that has died, or was restarted, is not needed for that.
 
         Raises:
             CONNECTION_ERRORS: none sends, or it does not answer.

@@ -54,6 +54,8 @@ class Condition(NamedTuple):
     @property
     def said(self) -> str:
         """Return where and what."""
+        if self.text.startswith(f'{self.source} '):
+            return self.text  # "oven is above 200" says where
         return f'{self.source}{"" if self.is_clause else ":"} {self.text}'
 
 

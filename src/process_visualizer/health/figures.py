@@ -79,4 +79,4 @@ def live_rate_text(rate_hz: float, silence_s: float, is_latched: bool = False) -
         return 'latched'
     if rate_hz > 0.0:
         return rate_text(rate_hz)
-    return f'last {long_time_text(silence_s)} ago'
+    return f'last {long_time_text(silence_s)} ago' if silence_s >= 1.0 else 'just now'

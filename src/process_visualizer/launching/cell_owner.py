@@ -45,8 +45,8 @@ class CellOwner(NamedTuple):
         where = '' if self.user else f' on {self.computer}'
         since = '' if self.since_s is None else \
             time.strftime(', since %H:%M', time.localtime(self.since_s))
-        return (f'Another launcher (process {self.process_id}{who}{where}{since}) has the cell '
-                f'on the ROS master {self.master_uri}')
+        return (f'Another launcher (process {self.process_id}{who}{where}{since}) controls the '
+                f'cell on the ROS master {self.master_uri}')
 
 
 def cell_owner(node: str) -> Optional[CellOwner]:

@@ -114,7 +114,7 @@ class TestOpening:
         bench.open(other)
         assert bench.session.paths == (path,) and bench.model.foreign_paths == (other,)
         assert bench.model.foreign_note == (
-            'other.bag has no topic of the ticked devices. It is of another cell. '
+            'other.bag has no topic of the ticked devices. It is from another cell. '
             'a.bag stays open and is played.')
         bench.model.add_mark(5.0, 'here')
         bench.qtbot.waitUntil(lambda: PlacedMark(5.0, 'here') in bench.marks)
@@ -133,7 +133,7 @@ class TestOpening:
         bench.open(other)
         run(bench.session, None)
         assert bench.session.paths == (other,)
-        assert bench.model.foreign_note.endswith('It is of another cell.')
+        assert bench.model.foreign_note.endswith('It is from another cell.')
 
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(

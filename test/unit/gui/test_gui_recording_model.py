@@ -319,10 +319,13 @@ def test_a_refusal_is_told_and_leaves_the_recorder_idle(model, client, qtbot):
     qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
 
 
-def test_the_disk_is_full_while_recording(recording, client, qtbot):
+@pytest.mark.parametrize('problem, expected', [
+    ('the disk is full', 'the recording has stopped: the disk is full'),
+    2 * ('the recording was stopped, because the disk is full',)])
+def test_the_disk_is_full_while_recording(recording, client, qtbot, problem, expected):
     with qtbot.waitSignals([recording.finished, recording.failed]):
-        recording.take_state(told('idle', files=(client.path,), problems=('the disk is full',)))
-    assert messages_of(recording) == ['the recording has ended by itself: the disk is full']
+        recording.take_state(told('idle', files=(client.path,), problems=(problem,)))
+    assert messages_of(recording) == [expected]
     assert recording.phase is RecordingPhase.IDLE and recording.state.finished.files == (
         client.path,
     )

@@ -36,9 +36,9 @@ def owner(folder: str = '', **fields: Any) -> CellOwner:
 def test_who_has_the_cell() -> None:
     since_s = time.mktime((2026, 11, 25, 14, 2, 0, 0, 0, -1))
     assert owner(user='anna', since_s=since_s).text == (
-        'Another launcher (process 4711 of anna, since 14:02) has the cell on the ROS master '
+        'Another launcher (process 4711 of anna, since 14:02) controls the cell on the ROS master '
         'http://robotpc:11311')
-    assert owner().text.startswith('Another launcher (process 4711 on robotpc) has the cell')
+    assert owner().text.startswith('Another launcher (process 4711 on robotpc) controls the cell')
 
 
 def test_an_onlooker_changes_nothing() -> None:

@@ -132,8 +132,8 @@ def test_an_event_that_comes_twice_or_never_is_not_used() -> None:
     found = common_events(reference, [RunEvent('go', 1.0), RunEvent('go', 3.0)])
     assert not len(found.reference_s)
     assert found.notes == (
-        'the event "back" does not occur, in the reference once; it is not used',
-        'the event "go" occurs twice, in the reference once; it is not used')
+        'the event "back" does not occur, but once in the reference; it is ignored',
+        'the event "go" occurs twice, but once in the reference; it is ignored')
 
 
 def test_events_in_another_order_are_not_used() -> None:
@@ -141,8 +141,8 @@ def test_events_in_another_order_are_not_used() -> None:
     run = [RunEvent(name, time_s) for name, time_s in zip('abc', (1.0, 5.0, 4.0))]
     found = common_events(reference, run)
     assert found.reference_s.tolist() in ([1.0, 2.0], [1.0, 3.0])
-    assert found.notes == ('1 of 3 events come in another order than in the reference; they are '
-                           'not used',)
+    assert found.notes == ('1 of 3 events come in a different order than in the reference; they '
+                           'are ignored',)
 
 
 @pytest.mark.parametrize('run', [

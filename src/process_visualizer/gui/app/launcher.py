@@ -232,7 +232,7 @@ class Launcher(QObject):
             return ''
         if self.launch.is_idle:
             return f'{master.problem}. The launcher must start again: "Launch nodes" offers it'
-        return f'{master.problem} and does not know the nodes that run: stop the cell and ' \
+        return f'{master.problem} and does not know the running nodes: stop the cell and ' \
                'start it again' if master.is_other else master.problem
 
     def pending(self) -> str:

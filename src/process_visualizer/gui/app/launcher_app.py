@@ -110,7 +110,7 @@ class WindowQuestions(QObject):
             text, yes = 'Nothing can be launched until the launcher starts again. Start it ' \
                 'again?', 'Start again'
         else:
-            nodes = 'It does not know the nodes that run: they' if launcher.master.is_other \
+            nodes = 'It does not know the running nodes: they' if launcher.master.is_other \
                 else 'Running nodes'
             text, yes = f'{nodes} continue, but nothing can be launched, and they do not follow ' \
                 'every command. Quit all nodes (this finishes a recording) and start the ' \

@@ -26,7 +26,7 @@ _DRAWING_LOOK_MS = 500
 _MAX_MISSED_LOOKS = 6
 """RViz tells twice a second that it draws; a busy one may be late."""
 _SILENT = 'The ROS master is not responding'
-_OTHER = 'The ROS master was started anew'
+_OTHER = 'The ROS master was restarted'
 
 
 class MasterModel(QObject):

@@ -218,7 +218,7 @@ class LivePanel(QWidget):
     def _state(self) -> str:
         curves = self._curves
         if curves.is_held:
-            return '' if not self._replay.is_live else 'Paused; new data appears when you resume'
+            return '' if not self._replay.is_live else 'On hold; press Hold again for new data'
         if not curves.is_running:
             return _IDLE if curves.window is None else 'Stopped; showing the last values'
         return curves.problem or ('' if curves.window and curves.window.curves else _WAITING)

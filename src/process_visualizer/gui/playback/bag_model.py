@@ -404,7 +404,7 @@ class BagModel(QObject):
         played = '' if self._aside is None else (
             f' {os.path.basename(self.session.paths[0])} stays open and is played.')
         return (f'{os.path.basename(self.foreign_paths[0])} has no topic of the ticked devices. '
-                f'It is of another cell.{played}')
+                f'It is from another cell.{played}')
 
     @property
     def holds_configuration(self) -> bool:

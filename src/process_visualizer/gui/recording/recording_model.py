@@ -198,7 +198,7 @@ class RecordingModel(QObject):
         if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
             self.choices.take_topics(snapshot.topics)
             self._take(updated(self._state, snapshot, now_s))
-            self.take_end_of_run()  # of a recorder that was started anew
+            self.take_end_of_run()  # of a recorder that was restarted
         if now_s - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = now_s
             self.choices.look()

@@ -326,7 +326,9 @@ def _ended_by_itself(state: RecordingState, now_s: float) -> RecordingStep:
     step = ended(state, snapshot.files, now_s)
     if not snapshot.problems:
         return step
-    message = f'the recording has ended by itself: {snapshot.problems[-1]}'
+    problem = snapshot.problems[-1]
+    message = problem if 'recording was stopped' in problem else \
+        f'the recording has stopped: {problem}'
     return step._replace(state=step.state._replace(error=message), failure=message)
 
 

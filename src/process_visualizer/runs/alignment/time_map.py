@@ -83,13 +83,13 @@ def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> Com
             pairs += list(zip(mine, others))
         else:
             occurs = f'occurs {_times(len(others))}' if others else 'does not occur'
-            notes.append(f'the event "{name}" {occurs}, in the reference {_times(len(mine))}; it '
-                         'is not used')
+            known = f'{_times(len(mine))} in' if mine else 'not in'
+            notes.append(f'the event "{name}" {occurs}, but {known} the reference; it is ignored')
     pairs.sort()
     kept = _longest_rising([it[1] for it in pairs])
     if len(kept) < len(pairs):
-        notes.append(f'{len(pairs) - len(kept)} of {len(pairs)} events come in another order than '
-                     'in the reference; they are not used')
+        notes.append(f'{len(pairs) - len(kept)} of {len(pairs)} events come in a different order '
+                     'than in the reference; they are ignored')
     chosen = np.array([pairs[row] for row in kept], float).reshape(-1, 2)
     return CommonEvents(chosen[:, 0], chosen[:, 1], tuple(notes))
 

@@ -141,7 +141,7 @@ def lasting_text(departure: LiveDeparture, now_s: float) -> str:
 def beyond_text(departure: LiveDeparture) -> str:
     """Return how far a channel is over or under the band."""
     side = 'above' if departure.beyond >= 0.0 else 'below'
-    return f'{quantity(departure.signal, departure.beyond, sign=True)} {side} range'
+    return f'{quantity(departure.signal, departure.beyond, sign=True, digits=2)} {side} range'
 
 
 # The runs of a cell that is followed live: when each began and ended, and its verdict.
@@ -298,5 +298,5 @@ class LiveRuns:
 
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
-    return (f'{departure.signal.name} {quantity(departure.signal, departure.beyond, sign=True)} '
-            f'from {clock(from_s)}')
+    beyond = quantity(departure.signal, departure.beyond, sign=True, digits=2)
+    return f'{departure.signal.name} {beyond} from {clock(from_s)}'

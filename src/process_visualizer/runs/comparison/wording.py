@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List
+from typing import Dict, List, Optional
 
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.features import phase_at
@@ -42,14 +42,14 @@ def moment(comparison: Comparison, reference_s: float) -> str:
 def unjudged_texts(comparison: Comparison) -> List[str]:
     """Return a sentence for each signal of which the run has no data somewhere."""
     stretches: Dict[str, List[str]] = {}
-    seldom = [it.signal.name for it in comparison.unjudged if it.too_seldom]
+    seldom = [_named(it.signal) for it in comparison.unjudged if it.too_seldom]
     for it in comparison.unjudged:
         if it.too_seldom:
             continue
-        stretches.setdefault(it.signal.name, []).append(f'{clock(it.begin_s)} to '
+        stretches.setdefault(_named(it.signal), []).append(f'{clock(it.begin_s)} to '
                                                         f'{clock(it.end_s)}')
     texts = [f'not judged: {name} from {", ".join(found[:3])}'
-             f'{f" and {len(found) - 3} more times" if len(found) > 3 else ""} (no data)'
+             f'{f" and {len(found) - 3} more" if len(found) > 3 else ""} (no data)'
              for name, found in stretches.items()]
     if seldom:
         texts.append(f'not judged: {", ".join(seldom)} (fewer than two values a second)')
@@ -62,8 +62,13 @@ def nearest_text(comparison: Comparison) -> str:
     if nearest is None or comparison.why_not:
         return ''
     time_s = comparison.run_s(nearest.time_s)
-    return (f'{nearest.signal.name}, {100 * nearest.share:.0f} % of its band at '
+    return (f'{_named(nearest.signal)}, {100 * nearest.share:.0f} % of its band at '
             f'{clock(comparison.run.begin_s + time_s)} ({phase_at(comparison.run, time_s)})')
+
+
+def _named(signal: Signal) -> str:
+    """Return what a signal is called beside anything but its value: '2 % slower' has no name."""
+    return 'pace' if signal.label == SLOWER_LABEL else signal.name
 
 
 def amount(departure: Departure) -> str:
@@ -99,12 +104,12 @@ def said(departure: Departure) -> str:
     return f'{signal.name}, {amount(departure)}'
 
 
-def quantity(signal: Signal, value: float, sign: bool = False, digits: int = 2) -> str:
-    """Return a value with its unit; places are in mm."""
+def quantity(signal: Signal, value: float, sign: bool = False, digits: Optional[int] = None) -> str:
+    """Return a value with its unit; places are in mm. With a sign it has 3 digits, else 2."""
     unit = signal.unit
     if signal.kind is SignalKind.PLACE:
         value, unit = 1000.0 * value, 'mm'
-    text = f'{value:+.3g}' if sign else f'{value:.{digits}g}'
+    text = f'{value:+.{digits or 3}g}' if sign else f'{value:.{digits or 2}g}'
     if 'e' in text and 1e-3 <= abs(value) < 1e6:
         text = f'{value:+.0f}' if sign else f'{value:.0f}'
     return f'{text} {unit}'.strip()
@@ -126,7 +131,7 @@ def verdict(comparison: Comparison) -> str:
     text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
     for other in found[1:1 + _MAX_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
-        text += f'; {_later(later_s)} {other.signal.name}'
+        text += f'; {_later(later_s)} {_named(other.signal)}'
     rest = len(found) - 1 - _MAX_FOLLOWERS
     return text + (f'; and {rest} more' if rest > 0 else '')
 
