@@ -88,9 +88,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
     """
     nodes: List[ProcessorNode] = []
     if description is not None and description.parents:
-        nodes.append(ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
-                                   ROBOT_STATE_PUBLISHER,
-                                   {'publish_frequency': PUBLISH_FREQUENCY_HZ}))
+        nodes.append(_state_publisher(device))
     if device.type is DeviceType.ROBOT:
         nodes += _joint_nodes(device, description)
         nodes.append(ProcessorNode(PACKAGE, ROBOT_PROC, ROBOT_PROC,
@@ -102,6 +100,19 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
         nodes.append(ProcessorNode(PACKAGE, VARIABLE_PROC, VARIABLE_PROC,
                                    variables.to_parameters()))
     return nodes
+
+
+def _state_publisher(device: Device) -> ProcessorNode:
+    """It sends each state of joint_proc: by its own limit it would leave out the last of two.
+
+    joint_proc thins them already, and its last one may be stamped a moment after the one before:
+    a robot at rest, or paused, would stay where it was a message ago.
+    """
+    parameters: Dict[str, Any] = {'publish_frequency': PUBLISH_FREQUENCY_HZ}
+    if device.type is DeviceType.ROBOT:
+        parameters['ignore_timestamp'] = True
+    return ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
+                         parameters)
 
 
 def fixed_frames(cell: Cell, devices: Sequence[Device]) -> List[Frame]:

@@ -60,6 +60,15 @@ def test_which_nodes(kind: str, elements: str, description: Optional[RobotDescri
     assert [node.name for node in nodes_of(parse, kind, elements, description)] == names
 
 
+@pytest.mark.parametrize(('kind', 'is_whole'), [('robot', True), ('other', None)])
+def test_each_state_of_joint_proc_becomes_frames(kind: str, is_whole: Optional[bool],
+                                                 parse: Parse) -> None:
+    """Else the last of two states within 10 ms is left out, and a paused robot is not there yet."""
+    publisher = nodes_of(parse, kind, '', ARM)[0]
+    assert publisher.name == 'robot_state_publisher'
+    assert publisher.parameters.get('ignore_timestamp') is is_whole
+
+
 def test_cloud_that_is_not_cropped(parse: Parse) -> None:
     (node,) = nodes_of(parse, 'depth_sensor', '<topic ns="k" name="c" type="pointcloud"/>')
     assert node == ProcessorNode('process_visualizer', 'depth_proc', 'depth_proc',
