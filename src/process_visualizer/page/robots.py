@@ -107,9 +107,11 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
     return units
 
 
-_MAX_STEP = 0.02
-"""Of a joint between two rows [rad or m]: a straight line in between is within 0.1 mm then."""
-_MAX_BETWEEN = 50
+_TICK_S = 1e-9
+"""Two rows of a page may be so near to each other."""
+_MAX_STEP, _FINE_STEP = 0.02, 0.005
+"""Of a joint between two rows [rad or m]: a straight line is within 0.1 mm, or 0.01 mm, then."""
+_MAX_BETWEEN = 200
 
 
 class RowsOfJoints(NamedTuple):
@@ -149,7 +151,7 @@ def rows_held(known_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
     return np.maximum(np.searchsorted(known_s, times_s, side='right') - 1, 0)
 
 
-def fine_rows(track: JointTrack) -> RowsOfJoints:
+def fine_rows(track: JointTrack, max_step: float = _MAX_STEP) -> RowsOfJoints:
     """Return the rows of a track, with more of them where a joint moves far from one to the next.
 
     Rows without positions are left out.
@@ -158,7 +160,7 @@ def fine_rows(track: JointTrack) -> RowsOfJoints:
     times_s, positions = track.times_s[known], track.positions[known]
     if len(times_s) > 1:
         step = np.abs(np.diff(positions, axis=0)).max(axis=1)
-        parts = np.clip(np.ceil(step / _MAX_STEP), 1, _MAX_BETWEEN).astype(int)
+        parts = np.clip(np.ceil(step / max_step), 1, _MAX_BETWEEN).astype(int)
         first = np.repeat(np.arange(len(parts)), parts)
         number = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
         share = np.append(number / parts[first], 0.0)
@@ -232,6 +234,8 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
         held = rows_held(rows.times_s, times_s)
         return base._replace(times_s=times_s, places=resampled(base, times_s)), RowsOfJoints(
             times_s, {name: values[held] for name, values in rows.positions.items()})
+    if not base.is_between:  # it does not glide to where it is next
+        times_s = np.union1d(times_s, base.times_s - _TICK_S)
     times_s = times_s[(times_s >= rows.times_s[0]) & (times_s <= rows.times_s[-1])]
     return Moving(times_s, resampled(base, times_s), True), RowsOfJoints(times_s, {
         name: np.interp(times_s, rows.times_s, values)
@@ -276,7 +280,7 @@ def deviation_entry(track: GhostTrack, kinematics: Kinematics, base: Placement, 
     there = JointTrack(track.there.joints, track.there.times_s, track.there.positions)
     both = fine_rows(JointTrack(
         tuple(f'{name}/{where}' for where in 'ab' for name in there.joints), there.times_s,
-        np.hstack((there.positions, track.here))))
+        np.hstack((there.positions, track.here))), _FINE_STEP)
     if not len(both.times_s):
         return None
     tools = [_tool(kinematics, track.tool, base, both, where) for where in 'ab']
