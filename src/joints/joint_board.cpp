@@ -61,20 +61,27 @@ JointPositions JointBoard::due(Clock::time_point now) {
   const bool is_due = std::any_of(joints_.begin(), joints_.end(), [now](const auto& entry) {
     return entry.second.is_new && now >= entry.second.next;
   });
-  return is_due ? passOn(now) : JointPositions{};
+  return is_due ? passOn(now, false) : JointPositions{};
 }
 
 JointPositions JointBoard::rest(Clock::time_point now) {
-  const bool is_any = std::any_of(joints_.begin(), joints_.end(),
-                                  [](const auto& entry) { return entry.second.is_new; });
-  return is_any ? passOn(now) : JointPositions{};
+  const bool is_any = std::any_of(joints_.begin(), joints_.end(), [](const auto& entry) {
+    return entry.second.is_new || entry.second.is_unsure;
+  });
+  return is_any ? passOn(now, true) : JointPositions{};
 }
 
-JointPositions JointBoard::passOn(Clock::time_point now) {
+JointPositions JointBoard::passOn(Clock::time_point now, bool is_rest) {
   JointPositions found;
   for (const std::string& name : names_) {
     Joint& joint = joints_[name];
-    if (joint.count == 0 || (!joint.is_new && now - joint.last < kSeldom)) continue;
+    const bool is_news = joint.is_new || (is_rest && joint.is_unsure);
+    if (joint.count == 0 || (!is_news && now - joint.last < kSeldom)) {
+      joint.is_unsure |= !is_rest && joint.count > 0 && now - joint.passed < kSeldom;
+      continue;
+    }
+    joint.passed = now;
+    joint.is_unsure = false;
     found.names.push_back(name);
     found.positions.push_back(joint.position);
     if (!joint.is_new) continue;

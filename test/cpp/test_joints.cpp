@@ -166,6 +166,18 @@ TEST(JointBoard, WhatHadToWaitIsPassedOnWhenNothingFollows) {
   EXPECT_TRUE(board.rest(kBegin + milliseconds(120)).names.empty());
 }
 
+TEST(JointBoard, WhatOthersFollowedDirectlyIsPassedOnAgainWhenNothingFollows) {
+  JointBoard board({"arm", "finger"}, kPeriod);
+  board.add({{"finger"}, {0.5}}, "/gripper", kBegin);
+  EXPECT_EQ(board.due(kBegin).names, Names{"finger"});
+  board.add({{"arm"}, {1.0}}, "/driver", kBegin);
+  EXPECT_EQ(board.due(kBegin).names, Names{"arm"});
+  const JointPositions found = board.rest(kBegin + milliseconds(60));
+  EXPECT_EQ(found.names, Names{"finger"});
+  EXPECT_EQ(found.positions, Positions{0.5});
+  EXPECT_TRUE(board.rest(kBegin + milliseconds(120)).names.empty());
+}
+
 TEST(JointBoard, AJointThatIsSentSeldomGoesWithTheOthers) {
   JointBoard board({"arm", "torso"}, kPeriod);
   board.add({{"torso"}, {0.5}}, "/driver", kBegin);

@@ -35,7 +35,9 @@ class JointBoard {
   /// links only up to the oldest of its joints.
   JointPositions due(Clock::time_point now);
 
-  /// Returns the news that had to wait, when no message has followed.
+  /// Returns what is due when no message has followed: the news that had to wait, and joints that
+  /// were passed on directly before others. robot_state_publisher has a queue of one message, so it
+  /// may not have seen those.
   JointPositions rest(Clock::time_point now);
 
   /// Returns what is wrong with what is sent, each as a part of a sentence about a message.
@@ -59,15 +61,16 @@ class JointBoard {
   struct Joint {
     double position = 0.0;
     std::size_t count = 0;
-    Clock::time_point first, last, next;
+    Clock::time_point first, last, next, passed;
     bool is_new = false;
+    bool is_unsure = false;  ///< other joints were passed on directly behind it
     std::map<std::string, Report> sources;
     std::size_t conflicts = 0;  ///< in a row
     Clock::time_point conflict;
     double apart = 0.0;
   };
 
-  JointPositions passOn(Clock::time_point now);
+  JointPositions passOn(Clock::time_point now, bool is_rest);
   static void compare(Joint& joint, double position, const std::string& source,
                       Clock::time_point now);
   std::string silence(Clock::time_point now) const;
