@@ -25,4 +25,4 @@ def test_where_a_tool_was_is_said_by_its_side(label: str, deviation_m: float, wo
 
 def test_other_signals_have_a_sign() -> None:
     assert said(departed('tool force', 'N', SignalKind.FORCE, -8.0)) == (
-        'lower tool force, -8 N (band ±2 N)')
+        'lower tool force, −8 N (band ±2 N)')

@@ -85,7 +85,8 @@ def amount(departure: Departure) -> str:
         pace = 'slower' if value > 0.0 else 'faster'
         return f'{100 * abs(value):.1f} % {pace} (band ±{100 * half:.1f} %)'
     if departure.in_all_s is not None:
-        return f'{departure.in_all_s:+.3g} {signal.unit} (band ±{quantity(signal, half)})'
+        in_all = _with_minus(f'{departure.in_all_s:+.3g}')
+        return f'{in_all} {signal.unit} (band ±{quantity(signal, half)})'
     over = f' in the mean of {signal.over_s:g} s' if signal.over_s else ''
     sides = _SIDES.get(signal.label)
     if sides is not None and signal.kind is SignalKind.PLACE:
@@ -112,7 +113,12 @@ def quantity(signal: Signal, value: float, sign: bool = False, digits: Optional[
     text = f'{value:+.{digits or 3}g}' if sign else f'{value:.{digits or 2}g}'
     if 'e' in text and 1e-3 <= abs(value) < 1e6:
         text = f'{value:+.0f}' if sign else f'{value:.0f}'
-    return f'{text} {unit}'.strip()
+    return f'{_with_minus(text)} {unit}'.strip()
+
+
+def _with_minus(number: str) -> str:
+    """Return a number with the minus sign that curves and axes have."""
+    return number.replace('-', '−')
 
 
 # The verdict on a run, in one sentence.
