@@ -2,11 +2,14 @@
 """How far a signal was out of range, in words."""
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
-from process_visualizer.runs.comparison.wording import said
+from process_visualizer.runs.comparison.comparison import Unjudged
+from process_visualizer.runs.comparison.wording import said, unjudged_texts
 from process_visualizer.runs.deviation.departures import Departure
-from process_visualizer.runs.deviation.signals import Signal, SignalKind
+from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
 
 
 def departed(label: str, unit: str, kind: SignalKind, deviation: float) -> Departure:
@@ -26,3 +29,13 @@ def test_where_a_tool_was_is_said_by_its_side(label: str, deviation_m: float, wo
 def test_other_signals_have_a_sign() -> None:
     assert said(departed('tool force', 'N', SignalKind.FORCE, -8.0)) == (
         'lower tool force, −8 N (band ±2 N)')
+
+
+def test_where_the_pace_was_not_judged_is_a_sentence() -> None:
+    """It was "slower by from 0:01.00 to 0:01.50 … and 1 more times"."""
+    signal = Signal('', SLOWER_LABEL, '', SignalKind.TIMING)
+    found = SimpleNamespace(unjudged=tuple(
+        Unjudged(signal, float(begin_s), begin_s + 0.5) for begin_s in range(1, 5)))
+    assert unjudged_texts(found) == [  # type: ignore[arg-type]
+        'not judged: pace from 0:01.00 to 0:01.50, 0:02.00 to 0:02.50, 0:03.00 to 0:03.50 and 1 '
+        'more (no data)']
