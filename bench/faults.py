@@ -305,7 +305,7 @@ def master_faults(faults: Faults, beside: Beside) -> None:
                ('ROS master', OVER))
     faults.say('SIGKILL of the master', ('ROS master', SILENT),
                lambda: os.kill(pid, signal.SIGKILL))
-    faults.say('a new roscore', ('ROS master', 'was started anew'), beside.master.ensure)
+    faults.say('a new roscore', ('ROS master', 'was restarted'), beside.master.ensure)
 
 
 def kill_faults(faults: Faults, _beside: Beside) -> None:

@@ -303,7 +303,7 @@ _MAX_FAILURES = 2
 """Most questions in a row without an answer; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '
                  'start it again')
-MASTER_OTHER = ('was started anew, and does not know the running nodes; stop the cell and start '
+MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the cell and start '
                 'it again')
 
 
