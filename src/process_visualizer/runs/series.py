@@ -21,6 +21,8 @@ _AT_ONCE = 0.4
 _MAX_PERIOD_S = 0.1
 """Of a series of slower ones it is not told whether they were held up."""
 _BUNCH = 200
+_TIE_S = 1e-6
+"""A gap that is only the rounding of stamps longer than a limit is none."""
 _NONE = np.empty((0, 2))
 
 
@@ -43,7 +45,7 @@ def data_gaps(times_s: np.ndarray) -> np.ndarray:
     if usual_s <= 0.0:
         return _NONE
     steps = np.diff(times_s)
-    long = min(max(_MISSED * usual_s, _MIN_GAP_S), _MAX_GAP_S)
+    long = min(max(_MISSED * usual_s, _MIN_GAP_S), _MAX_GAP_S) + _TIE_S
     held_up = max(_HELD_UP * usual_s, _MIN_HELD_UP_S)
     found: List[Tuple[float, float]] = []
     for row in np.flatnonzero(steps > min(held_up, long)).tolist():

@@ -42,7 +42,7 @@ def bag(tmp_path: Path) -> str:
 
 
 def report(program: Launcher, state: PartState) -> None:
-    part: Any = SimpleNamespace(state=state, nodes=())
+    part: Any = SimpleNamespace(part='frames', state=state, nodes=())
     program.launch.reports[FRAMES_PART] = part
     program.launch.changed.emit()
 
