@@ -83,7 +83,7 @@ def test_what_is_out_is_told_with_how_far_and_since_when(learned: LiveComparison
     assert 2.0 < abs(found.beyond) < 3.0 and np.sign(found.beyond) == np.sign(extra_n)
     side = 'above' if extra_n > 0.0 else 'below'
     assert departure_text(found, EPOCH_S + 8.0) == (
-        f'robot tool force {found.beyond:+.3g} N {side} range for '
+        f'robot tool force {f"{found.beyond:+.2g}".replace("-", "−")} N {side} range for '
         f'{EPOCH_S + 8.0 - found.since_s:.1f} s')
     assert beyond_text(found).endswith(f'N {side} range')
 
