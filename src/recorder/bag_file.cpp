@@ -386,7 +386,8 @@ void BagFile::rescue() {
   const std::string wanted = path_;
   int copy = create();
   for (unsigned i = 2; copy < 0; ++i) {
-    if (errno != EEXIST) fail("was removed while it was being written, and cannot be created again");
+    if (errno != EEXIST)
+      fail("was removed while it was being written, and cannot be created again");
     path_ = numbered(wanted, i);
     copy = create();
   }
