@@ -19,7 +19,7 @@ from process_visualizer.runs.deviation.band import (
 )
 from process_visualizer.runs.deviation.departures import Departure, departures, onset, ranked
 from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, path_axes
-from process_visualizer.runs.series import moving_maximum, moving_mean, roughness
+from process_visualizer.runs.series import data_gaps, moving_maximum, moving_mean, roughness
 
 TIMES_S = np.arange(500) / 50.0
 FORCE = Signal('robot', 'tool force', 'N', SignalKind.FORCE)
@@ -265,3 +265,7 @@ def test_a_tool_that_rests_has_the_axes_of_its_next_motion() -> None:
     np.testing.assert_allclose(axes[0, 0], (0.0, 1.0, 0.0), atol=1e-9)
 
 
+def test_rounding_makes_no_gap() -> None:
+    """Ten times a second between stamps that come fifty times; stamps are since 1970."""
+    stamps_s = 1.79e9 + np.concatenate((np.arange(250) * 0.02, 5.0 + np.arange(50) * 0.1))
+    assert len(data_gaps(stamps_s - stamps_s[0])) == 0
