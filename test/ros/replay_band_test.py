@@ -36,8 +36,6 @@ MIN_CURTAIN_PIXELS = 100000
 """It covers the scene, which has four times as many."""
 MIN_WORDS_PIXELS = 200
 """Amber ones of the words on the curtain, which have several times as many."""
-STANDS_STILL_S = 1.5
-"""While it draws, it reports several times as often."""
 KEYS = 'Esc\nSpace'
 SERVICE = '/rviz/show_replay'
 VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
@@ -123,7 +121,7 @@ class ReplayBandTest(unittest.TestCase):
 
     def wait_until_still(self) -> None:
         """Wait until nothing is drawn any more."""
-        self.wait(lambda: not self.reports.come_within(STANDS_STILL_S), 'it draws, though hidden')
+        self.wait(self.reports.stand_still, 'it draws, though hidden')
 
     def frames(self) -> int:
         return int(values(self.reports.newest()['rviz'])['frames'])

@@ -88,11 +88,14 @@ class Reports:
                                     WITHIN_S)
         return self.newest()
 
-    def come_within(self, seconds: float) -> bool:
-        """Whether there is another report: RViz reports while it draws."""
-        count = len(self._listener.messages)
+    def stand_still(self) -> bool:
+        """Whether nothing is drawn from the next report to the third one after it."""
+        begin, messages = len(self._listener.messages), self._listener.messages
         with Listener.heard:
-            return Listener.heard.wait_for(lambda: len(self._listener.messages) > count, seconds)
+            Listener.heard.wait_for(lambda: len(messages) >= begin + 4, WITHIN_S)
+        frames = [values(status)['frames'] for message in messages[begin:]
+                  for status in message.status if status.name == 'rviz']
+        return len(frames) >= 4 and len(set(frames)) == 1
 
     def wait_for_frames(self) -> None:
         """Wait until everything that has been reported is drawn."""
