@@ -167,7 +167,7 @@ def test_the_driver_dies_while_recording(start_recording, mortal, tmp_path: Path
     run.wait_for_line('recording ')
     _wait_until_written(tmp_path / 'bags' / 'seam.bag.active', 10_000)
     mortal.driver.kill()
-    run.wait_for_line(f'{TOPIC}: silent')
+    run.wait_for_line(f'{TOPIC}: fell silent')
     assert run.signal_and_wait(signal.SIGINT) == 0
 
 
