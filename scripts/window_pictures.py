@@ -159,7 +159,7 @@ class Photographer:
 
     def _playback(self, bag: str) -> None:
         launcher, playback = self.launcher, self.launcher.playback
-        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.session.set_mode(Mode.PLAYBACK)
         self._pause(0.5)
         self._picture('playback_empty')
         launcher.bag.open([bag])
@@ -216,7 +216,7 @@ class Photographer:
         launcher.cell.open(self._config, {'quality': 'poor'})
         self._until(lambda: launcher.cell.devices is not before, 20.0)
         launcher.cell.tick('kinect', False)
-        launcher.cell.set_mode(Mode.REALTIME)
+        launcher.session.set_mode(Mode.REALTIME)
         self._until(self.window.launch.launch.isEnabled, 60.0)
         self._click('launch')
         self._until(self._button('record').isEnabled, 120.0)
@@ -236,7 +236,7 @@ class Photographer:
 
     def _play_poor_seam(self, bag: str) -> None:
         launcher, playback = self.launcher, self.launcher.playback
-        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])
         self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.alarms), 60.0)
         self._click('launch')
@@ -255,7 +255,7 @@ class Photographer:
         launcher.cell.open(self._config, {'objects': 'true', 'intruder': 'hand'})
         self._until(lambda: launcher.cell.devices is not before, 20.0)
         launcher.cell.tick('kinect', True)
-        launcher.cell.set_mode(Mode.REALTIME)
+        launcher.session.set_mode(Mode.REALTIME)
         self._until(self.window.launch.launch.isEnabled, 60.0)
         self._click('launch')
         self._until(self._is_something_near, 120.0)
@@ -271,7 +271,7 @@ class Photographer:
 
     def _play_near_object(self, bag: str) -> None:
         launcher, playback = self.launcher, self.launcher.playback
-        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])
         self._until(lambda: launcher.bag.path == bag, 60.0)
         self._click('launch')
