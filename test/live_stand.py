@@ -8,7 +8,7 @@ import json
 import threading
 import time
 from pathlib import Path
-from typing import Any, Callable, List
+from typing import Any, Callable, List, Optional
 
 import numpy as np
 from geometry_msgs.msg import TransformStamped
@@ -20,6 +20,7 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveCurve, LiveMark, LiveWindow
 from process_visualizer.health.node_warnings import Severity
+from process_visualizer.msg import DetectedObjects
 from process_visualizer.nodes.common.markers import (
     VectorSample,
     text_color,
@@ -78,6 +79,7 @@ class LiveStand:
         self.port = port
         self._is_ready, self._run = threading.Event(), threading.Thread(target=self._serve)
         self.note = ''
+        self.seen: Optional[DetectedObjects] = None
         self._live_since_s = time.monotonic()
         self._run.start()
         assert self._is_ready.wait(60.0)
@@ -163,6 +165,8 @@ class LiveStand:
             text_marker(f'variable/{LABEL}', 'head', (0.0, 0.0, 0.2), f'{LABEL} 402 K', 0.06,
                         text_color(RED))])
         self._send_curves(now_s)
+        if self.seen is not None:
+            self.live.take_objects('camera', self.seen, now_s, clock_s)
 
     @staticmethod
     def force(time_s: float) -> float:

@@ -17,6 +17,8 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
+from process_visualizer.msg import DetectedObject, DetectedObjects
+
 WIDE, PHONE = (1920, 1080), (390, 844)
 _LIMIT_S = 60
 _PLACE = "page.tracks.rows.get('place head')"
@@ -122,6 +124,32 @@ def test_it_is_paused_looked_back_and_live_again_while_the_cell_goes_on(
     browser.press(Keys.END)
     browser.wait('page.transport.isLive')
     browser.wait('document.getElementById("link").textContent === "Live"')
+
+
+def test_unmodeled_objects_are_boxes_with_words_until_they_are_gone(
+        browser: Browser, stand: LiveStand) -> None:
+    message = DetectedObjects(objects=[DetectedObject(
+        number=3, link='slide/head', distance=0.21, level=DetectedObject.WARN, is_seen=True)])
+    message.header.frame_id = 'world'
+    found = message.objects[0]
+    found.pose.position.x, found.pose.position.z, found.pose.orientation.w = 0.6, 0.35, 1.0
+    found.size.x, found.size.y, found.size.z = 0.2, 0.2, 0.3
+    found.on_object.x = 0.5
+    found.on_object.z = found.on_robot.z = 0.4
+    found.on_robot.x = 0.15
+    stand.seen = message
+    labels = ('[...document.querySelectorAll(".label:not([hidden]) [data-kind=object]")]'
+              '.map((it) => it.textContent)')
+    browser.wait(f'{labels}.length === 2')
+    assert browser.run(f'return {labels}') == ['object 3: 20 x 20 x 30 cm',
+                                               '0.21 m to slide/head']
+    assert browser.run('return page.scene.objects.group.children.length') == 3
+    seen_s = float(browser.run('return page.transport.time'))
+    stand.seen = None
+    browser.wait('page.scene.objects.group.children.length === 0')
+    browser.run(f'page.transport.seek({seen_s})')  # it is still there in the past
+    browser.wait('page.scene.objects.group.children.length === 3')
+    assert browser.driver.get_log('browser') == []
 
 
 def test_playing_from_the_past_ends_in_the_present(browser: Browser) -> None:

@@ -3,8 +3,8 @@
 
 import {Link} from './link.js';
 import {
-  LiveClouds, LiveColumns, LiveNumber, LiveTracks, arrowKey, isCloud, isFrame, isLanes, messagesIn,
-  textKey,
+  LiveClouds, LiveColumns, LiveNumber, LiveObjects, LiveTracks, arrowKey, isCloud, isFrame, isLanes,
+  messagesIn, textKey,
 } from './live_tracks.js';
 import {Columns, unpacked} from './packed.js';
 import {Page, button, made} from './page.js';
@@ -95,7 +95,8 @@ function duration(seconds) {
 }
 
 const EMPTY = {name: '', begin: 0, end: 0, numbers: [], lanes: [], alarms: [], moments: [],
-  departures: [], places: [], parts: [], arrows: [], tools: {}, ghost: null, clouds: []};
+  departures: [], places: [], parts: [], arrows: [], tools: {}, ghost: null, clouds: [],
+  objects: {times: [], rows: []}};
 
 /** The reference beside the running cell: it is there wherever its places are known.
  *  @param {any[]} parts */
@@ -136,6 +137,8 @@ class LivePage extends Page {
     this.tracks = new LiveTracks();
     this.curves = new LiveColumns();
     this.clouds = new LiveClouds();
+    this.objects = new LiveObjects();
+    this.run.objects = this.objects;
     this.showsClouds = false;
     this.isPlaced = this.isFilled = this.isFilling = this.isSpanned = false;
     this.cellState = /** @type {any} */ ({lanes: [], alarms: [], events: []});
@@ -212,6 +215,7 @@ class LivePage extends Page {
     if (typeof message === 'string') {
       const found = JSON.parse(message);
       if (found.kind === 'layout') this.arrange(found);
+      else if (found.kind === 'objects') this.takeObjects(found);
       else this.takeState(found);
       return;
     }
@@ -293,6 +297,12 @@ class LivePage extends Page {
     this.request();
   }
 
+  /** @param {any} message */
+  takeObjects(message) {
+    this.objects.take(message);
+    this.request();
+  }
+
   showLanes() {
     const {curves, timeline} = this;
     const known = this.cellState.lanes;
@@ -325,6 +335,7 @@ class LivePage extends Page {
 
   trim() {
     this.tracks.trim();
+    this.objects.trim(this.tracks.begin);
     this.curves.trim(this.cellState.lanes[0]?.step ?? 1);
   }
 

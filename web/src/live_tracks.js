@@ -249,6 +249,30 @@ export class LiveClouds {
   }
 }
 
+/** The unmodeled objects that have come: a row holds until the next one. */
+export class LiveObjects {
+  constructor() {
+    /** @type {number[]} */
+    this.times = [];
+    /** @type {any[][]} */
+    this.rows = [];
+  }
+
+  /** @param {{time: number, objects: any[]}} message */
+  take({time, objects}) {
+    this.times.push(time);
+    this.rows.push(objects);
+  }
+
+  /** Forgets what was over by then.  @param {number} begin */
+  trim(begin) {
+    const count = rowAt(this.times, begin);
+    if (count <= 0) return;
+    this.times.splice(0, count);
+    this.rows.splice(0, count);
+  }
+}
+
 /** @param {ArrayBuffer} buffer  @returns {DataView[]} the messages in it, each behind its length */
 export function messagesIn(buffer) {
   const found = [];

@@ -397,22 +397,23 @@ export class Page {
 
   /**
    * Prepares for a film: only the cell, a caption and some curves are there.
-   * @param {{view: string, curves: string[], dark: boolean}} style  curves: none are all that fit
+   * @param {{curves: string[], dark: boolean}} style  curves: none are all that fit
    */
-  film({view, curves, dark}) {
+  film({curves, dark}) {
     const {dataset} = document.documentElement;
     dataset.film = '';
     dataset.theme = dark ? 'dark' : 'light';
     this.caption = made('p', '', 'caption');
     this.sceneBox.append(this.caption);
-    this.filmStyle = {view, curves};
+    this.filmStyle = {curves};
   }
 
   /**
    * Draws a frame of a film, and returns its numbers in words, by device and label.
    * @param {number} number  of the run  @param {number} time
+   * @param {[[string, number], [string, number], number]} camera  two views, and the share between
    */
-  async filmFrame(number, time) {
+  async filmFrame(number, time, camera) {
     const {transport, filmStyle} = this;
     if (this.filmed !== number && filmStyle) {
       this.filmed = number;
@@ -420,13 +421,14 @@ export class Page {
       this.timeline.keep(filmStyle.curves, 0.4 * innerHeight);
       this.timeline.resize();
       this.scene?.resize();
-      this.scene?.look(filmStyle.view, this.run.begin);
       this.applyTheme();
     }
     transport.time = time;
+    this.scene?.lookBetween(...camera);
     if (this.caption) {
       this.caption.replaceChildren(made('b', this.run.name), ` ${clock(time)} `,
         made('span', this.run.verdict.split(';')[0], `${this.run.state}-text`));
+      if (this.scene) this.scene.labelsFrom = this.caption.offsetTop + this.caption.offsetHeight + 2;
     }
     this.draw(time);
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));

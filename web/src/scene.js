@@ -2,10 +2,11 @@
 // The cell in three dimensions at a moment: models, arrows, the reference as a ghost, labels.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Box3, Color, ColorManagement, ConeGeometry,
-  CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, LinearSRGBColorSpace, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion,
-  Scene, Vector3, WebGLRenderer,
+  AmbientLight, BoxGeometry, BufferAttribute, BufferGeometry, Box3, Color, ColorManagement,
+  ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group,
+  LineBasicMaterial, LineSegments, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
+  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion, Scene, Vector3,
+  WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {cssColor} from './css_color.js';
@@ -15,6 +16,8 @@ ColorManagement.enabled = false;  // colours are those of the files, as in RViz
 
 const SHAFT = 0.77;  // of an arrow's length, as RViz has it
 const LONGEST_CLOUD_S = 1;
+const OBJECT_LINE_M = 0.008;  // as in RViz
+const OBJECT_LABEL_M = 0.1;
 const LABEL_ABOVE_M = 0.22;  // past a wrist
 const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
 const X_AXIS = new Vector3(1, 0, 0);
@@ -88,6 +91,7 @@ export class CellScene {
     this.geometries = new Map();
     this.plain = new MeshLambertMaterial({vertexColors: true, side: DoubleSide});
     this.showsGhost = true;
+    this.labelsFrom = 2;  // pixels below the top edge
   }
 
   /**
@@ -108,6 +112,9 @@ export class CellScene {
     this.arrows = run.arrows.map((/** @type {any} */ it) => this.arrow(it));
     this.ghost = run.ghost === null ? null : this.ghostOf(run.ghost, page.ghost);
     this.clouds = run.clouds.map((/** @type {any} */ it) => this.cloud(it));
+    this.objects = {group: new Group(), times: columns.of(run.objects.times),
+      rows: run.objects.rows, shown: /** @type {any} */ (null)};
+    this.world.add(this.objects.group);
     this.tools = Object.entries(run.tools);
     this.blocks = new Map();
     this.floor = null;
@@ -179,6 +186,22 @@ export class CellScene {
     cloud.points.geometry = geometry;
   }
 
+  /** Shows the unmodeled objects of a moment.  @param {number} time */
+  setObjects(time) {
+    const {objects} = this;
+    const row = rowAt(objects.times, time);
+    const found = row < 0 ? [] : objects.rows[row];
+    if (found === objects.shown) return;
+    objects.shown = found;
+    for (const it of objects.group.children) {
+      const {geometry, material} = /** @type {any} */ (it);
+      geometry.dispose();
+      material.dispose();
+    }
+    objects.group.clear();
+    for (const it of found) objects.group.add(...shapesOf(it));
+  }
+
   /** @param {any} ghost  @param {any} style */
   ghostOf(ghost, style) {
     const material = new MeshLambertMaterial({color: new Color(...style.color.slice(0, 3)),
@@ -206,6 +229,7 @@ export class CellScene {
     for (const part of this.parts) setPlace(part.mesh, part.place, time);
     for (const arrow of this.arrows) setArrow(arrow, time, true);
     for (const cloud of this.clouds) this.setCloud(cloud, time);
+    this.setObjects(time);
     this.drawGhost(time);
     if (this.floor === null) this.addFloor();
     this.renderer.render(this.scene, this.camera);
@@ -256,6 +280,36 @@ export class CellScene {
    * @param {number} time
    */
   look(name, time) {
+    const {center, eye} = this.viewOf(name, time);
+    this.controls.target.copy(center);
+    this.camera.position.copy(eye);
+    this.controls.update();
+  }
+
+  /**
+   * Looks at the cell from between two views: around what is looked at, not through it.
+   * @param {[string, number]} begin  name and time of the view
+   * @param {[string, number]} end
+   * @param {number} share  of the way between them
+   */
+  lookBetween(begin, end, share) {
+    const [from, to] = [this.viewOf(...begin), this.viewOf(...end)];
+    const {target} = this.controls;
+    target.lerpVectors(from.center, to.center, share);
+    const [before, behind] = [from, to].map(({center, eye}) => eye.clone().sub(center));
+    const distance = before.length() + share * (behind.length() - before.length());
+    const turn = new Quaternion().slerp(new Quaternion().setFromUnitVectors(
+      before.clone().normalize(), behind.clone().normalize()), share);
+    this.camera.position.copy(before.setLength(distance).applyQuaternion(turn)).add(target);
+    this.controls.update();
+  }
+
+  /**
+   * What a view looks at, and from where.
+   * @param {string} name
+   * @param {number} time
+   */
+  viewOf(name, time) {
     for (const part of this.parts) setPlace(part.mesh, part.place, time);
     let box = this.bounds(true);
     if (box.isEmpty()) box = this.bounds(false);
@@ -276,9 +330,7 @@ export class CellScene {
     }
     const aspect = Math.min(this.camera.aspect, 1);
     const distance = (this.isFilm ? 1.12 : 0.92) * radius / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / aspect;
-    this.controls.target.copy(center);
-    this.camera.position.copy(center).addScaledVector(direction, distance);
-    this.controls.update();
+    return {center, eye: center.clone().addScaledVector(direction, distance)};
   }
 
   /** Takes the size of the box. */
@@ -330,6 +382,12 @@ export class CellScene {
       const {place} = /** @type {any} */ (it);
       if (place !== undefined) addNote(blocks, it, this.places[place], time);
     }
+    for (const it of this.objects.shown ?? []) {
+      const at = new Vector3(...it.at.slice(0, 3));
+      at.z += it.size[2] / 2 + OBJECT_LABEL_M;
+      blocks.set(`object ${it.sensor} ${it.number}`, {at, lines: it.text.split('\n').map(
+        (/** @type {string} */ text) => ({text, color: it.color, kind: 'object'}))});
+    }
     this.placeBlocks(blocks);
   }
 
@@ -360,7 +418,7 @@ export class CellScene {
           top = isBelow ? y + h + 2 : y - tall - 2;
         }
       }
-      top = Math.min(Math.max(top, 2), height - tall - 2);
+      top = Math.min(Math.max(top, this.labelsFrom), height - tall - 2);
       taken.push([left, top, tall]);
       element.style.transform = `translate(${left.toFixed(0)}px, ${top.toFixed(0)}px)`
         + ' translateX(-50%)';
@@ -372,6 +430,28 @@ export class CellScene {
 function lineOf(number, time) {
   const {text, color} = number.at(time);
   return {text, color, kind: number.quantity};
+}
+
+/** The box of an object, paler while it is hidden, and the line to the robot.  @param {any} it */
+function shapesOf(it) {
+  const color = new Color(...it.color);
+  const opacity = it.seen ? 1 : 0.5;
+  const shape = new BoxGeometry(...it.size.map((/** @type {number} */ edge) => Math.max(edge, 1e-3)));
+  const body = new Mesh(shape, new MeshBasicMaterial(
+    {color, transparent: true, opacity: 0.3 * opacity, depthWrite: false}));
+  const edges = new LineSegments(new EdgesGeometry(shape), new LineBasicMaterial(
+    {color, transparent: true, opacity}));
+  for (const part of [body, edges]) {
+    part.position.set(it.at[0], it.at[1], it.at[2]);
+    part.quaternion.set(it.at[3], it.at[4], it.at[5], it.at[6]);
+  }
+  if (!it.line) return [body, edges];
+  const from = new Vector3(...it.line.slice(0, 3));
+  const way = new Vector3(...it.line.slice(3)).sub(from);
+  const line = new Mesh(new CylinderGeometry(0.5, 0.5, 1, 8).rotateZ(-Math.PI / 2).translate(
+    0.5, 0, 0), new MeshBasicMaterial({color, transparent: true, opacity}));
+  setArrowShape(line, from, way, way.length(), OBJECT_LINE_M);
+  return [body, edges, line];
 }
 
 /**

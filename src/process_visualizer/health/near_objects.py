@@ -6,12 +6,19 @@ import math
 from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.health.device_state import Level
+from process_visualizer.msg import DetectedObject, DetectedObjects
 
 HOLD_S = 0.5
 """Hold time before *near* is cleared: an object that is hidden at times does not flicker."""
 MARGIN_M = 0.03
 """So much farther than its limit an object is near no more: noise at the limit changes nothing."""
+SILENT_S = 3.0
+"""A running sensor without a message for so long no longer knows what is there."""
+START_S = 15.0
+"""Time for a sensor that starts, and the models of its cell, until its first message."""
 _ALARMS = Level.WARNING, Level.BAD
+_LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
+           DetectedObject.STOP: Level.BAD}
 
 
 class SeenObject(NamedTuple):
@@ -32,6 +39,13 @@ class SeenObject(NamedTuple):
         whose = f"{robot}'s " if robot else ''
         size = ' × '.join(f'{100.0 * it:.0f}' for it in self.size_m)
         return f'{self.distance_m:.2f} m from {whose}{link}: {size} cm'
+
+
+def seen_objects(message: DetectedObjects) -> Tuple[SeenObject, ...]:
+    """Return the objects of a sensor's message; an unknown level counts as BAD."""
+    return tuple(
+        SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
+                   _LEVELS.get(it.level, Level.BAD)) for it in message.objects)
 
 
 class NearObject(NamedTuple):

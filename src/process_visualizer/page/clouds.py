@@ -63,10 +63,14 @@ def _clouds(device: Device, recording: Recording,
             span: PageSpan) -> Iterator[Tuple[float, Points]]:
     """Yield some clouds of a device, with the times [s] at which they were recorded."""
     function = TopicFunction.DEPTH_IMAGE if device.has_images else TopicFunction.POINTCLOUD
-    infos = _Messages(recording, device, TopicFunction.CAMERA_INFO, CameraInfo)
-    colors = _Messages(recording, device, TopicFunction.COLOR_IMAGE, Image)
-    sent = _Messages(recording, device, function,
-                     Image if device.has_images else PointCloud2)
+
+    def of(function: TopicFunction, message_class: Any) -> SentMessages:
+        topic = device.topic_for(function)
+        return SentMessages(recording, None if topic is None else topic.name, message_class)
+
+    infos = of(TopicFunction.CAMERA_INFO, CameraInfo)
+    colors = of(TopicFunction.COLOR_IMAGE, Image)
+    sent = of(function, Image if device.has_images else PointCloud2)
     shown = -1
     for moment_s in np.arange(span.begin_s, span.end_s, 1.0 / CLOUDS_HZ).tolist():
         row = sent.row(moment_s)
@@ -88,15 +92,14 @@ def _clouds(device: Device, recording: Recording,
             yield time_s, found
 
 
-class _Messages:
-    """The messages of a device's topic, by the times [s] at which they were recorded."""
+class SentMessages:
+    """The messages of a topic, by the times [s] at which they were recorded."""
 
-    def __init__(self, recording: Recording, device: Device, function: TopicFunction,
-                 message_class: Any) -> None:
-        topic = device.topic_for(function)
+    def __init__(self, recording: Recording, topic: Optional[str], message_class: Any) -> None:
+        """Take a topic, or None for no messages; those of another definition are left out."""
         index = recording.index
         numbers = [] if topic is None else [
-            it for it in index.connections_of(topic.name)
+            it for it in index.connections_of(topic)
             if index.connections[it].md5sum in ('*', message_class._md5sum)]
         self._recording, self._class = recording, message_class
         self._positions = index.positions_of(tuple(numbers))

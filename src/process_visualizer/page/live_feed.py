@@ -31,7 +31,8 @@ class Slot(IntEnum):
     STATE = 1
     FRAME = 2
     LANES = 3
-    CLOUD = 4
+    OBJECTS = 4
+    CLOUD = 5
 
 
 class _Kept(NamedTuple):
@@ -102,7 +103,7 @@ class ViewerPace:
         self._feed = feed
         self.has_clouds = has_clouds
         self._had: Dict[Slot, int] = {}
-        self._others = deque((Slot.STATE, Slot.FRAME, Slot.LANES))  # in turn
+        self._others = deque((Slot.STATE, Slot.FRAME, Slot.LANES, Slot.OBJECTS))  # in turn
         if has_clouds:
             self._others.append(Slot.CLOUD)
         self._cloud: Optional[Tuple[int, float]] = None  # under way: its count, and since when

@@ -24,6 +24,7 @@ from process_visualizer.page.numbers import (
     is_whole,
     number_entry,
 )
+from process_visualizer.page.objects import object_track
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.recorded_frames import add_recorded_frames
 from process_visualizer.page.robots import (
@@ -217,7 +218,8 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
         'tools': {name: {'place': number, 'up': upwards(base_place(arm.device))}
                   for name, arm in shared.arms.items() if name in read.joints
                   for number in [places.number(arm.tool)] if number is not None},
-        'clouds': clouds, 'ghost': _ghost(shared, judged, places, packed, span)}
+        'clouds': clouds, 'objects': object_track(cell.devices, recording, places, packed, span),
+        'ghost': _ghost(shared, judged, places, packed, span)}
     entry['places'] = places.entries
     return entry
 

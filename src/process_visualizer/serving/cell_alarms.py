@@ -2,6 +2,7 @@
 """What is wrong in a running cell, by what its nodes and its recorder say; no ROS."""
 from __future__ import annotations
 
+import math
 import re
 from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -9,16 +10,19 @@ from process_visualizer.cell.model import Device
 from process_visualizer.curves.live_curves import LiveMark
 from process_visualizer.health.alarm_board import Alarm, AlarmBoard, Condition
 from process_visualizer.health.alarm_conditions import (
+    blind_condition,
     conflict_conditions,
     departure_conditions,
     end_words,
     limit_conditions,
     loss_conditions,
     message_conditions,
+    object_conditions,
     silence_conditions,
     topic_conditions,
 )
 from process_visualizer.health.device_state import Level, Line, TopicWatch, live_line
+from process_visualizer.health.near_objects import SILENT_S, START_S, ObjectWatch, SeenObject
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
 from process_visualizer.launching.cell_watch import ENDED, SILENT
 
@@ -69,6 +73,10 @@ class CellAlarms:
         self._lines: Dict[str, Line] = {}
         self._recorder: Optional[SeenRecorder] = None
         self._board = AlarmBoard()
+        self._objects = {it.name: ObjectWatch(it.objects.warn_m, it.objects.stop_m)
+                         for it in devices if it.objects is not None}
+        self._objects_s: Dict[str, float] = {}  # of the last message
+        self._begun_s: Optional[float] = None
         self.departed: Sequence[Tuple[str, str, str, float]] = ()
         """What is out of the band of good runs: see departure_conditions."""
         self.lost: FrozenSet[Tuple[str, str]] = frozenset()
@@ -81,20 +89,30 @@ class CellAlarms:
             it.name, it.rate_hz, it.silence_s, it.messages), it.is_latched)
             for it in recorder.topics}
 
+    def take_objects(self, sensor: str, objects: Sequence[SeenObject], wall_s: float) -> None:
+        """Take the unmodeled objects that a sensor sees."""
+        watch = self._objects.get(sensor)
+        if watch is not None:
+            watch.take(objects, wall_s)
+            self._objects_s[sensor] = wall_s
+
     @property
     def recorder(self) -> Optional[SeenRecorder]:
         """Return the recorder's last state."""
         return self._recorder
 
-    def look(self, wall_s: float, clock_s: float, said: Sequence[str] = ()) -> None:
+    def look(self, wall_s: float, clock_s: float, said: Sequence[str] = (),
+             is_live: bool = True) -> None:
         """Find what is wrong now.
 
         Args:
             wall_s: the time since the epoch.
             clock_s: the time of the clock of warnings.
             said: the lines with which scene_watch marks devices, ``DEVICE: what; what it means``.
+            is_live: False while a recording is played, which may be paused.
         """
-        conditions = self._conditions(wall_s, clock_s)
+        conditions = [*self._conditions(wall_s, clock_s),
+                      *self._object_conditions(wall_s, is_live)]
         lost = {*self.warnings.lapsed(), *self.lost}
         self._board = self._board.seen([*conditions,
                                         *_watch_conditions(said)], wall_s,
@@ -115,6 +133,19 @@ class CellAlarms:
         if recorder is not None:
             found += loss_conditions(recorder.is_recording, recorder.dropped, recorder.lost)
         return [*found, *departure_conditions(self.departed)]
+
+    def _object_conditions(self, wall_s: float, is_live: bool) -> List[Condition]:
+        self._begun_s = wall_s if self._begun_s is None else self._begun_s
+        found = []
+        for sensor, watch in self._objects.items():
+            heard_s = self._objects_s.get(sensor)
+            if is_live and wall_s >= (-math.inf if heard_s is None else heard_s) + SILENT_S:
+                watch.take((), wall_s)
+                if wall_s >= self._begun_s + START_S:
+                    found.append(blind_condition(
+                        sensor, self._begun_s if heard_s is None else heard_s))
+            found += object_conditions(sensor, watch.present(wall_s))
+        return found
 
     def note(self, text: str, wall_s: float) -> None:
         """Add an event."""

@@ -27,7 +27,7 @@ from process_visualizer.launching.ros_api import (
     LimitedTransport,
     is_registered,
 )
-from process_visualizer.msg import PlayerState, RecorderState
+from process_visualizer.msg import DetectedObjects, PlayerState, RecorderState
 from process_visualizer.page.live_lanes import WINDOW_S
 from process_visualizer.page.live_markers import MARKERS
 from process_visualizer.ros_names import (
@@ -35,6 +35,7 @@ from process_visualizer.ros_names import (
     CELL_FRAMES,
     COMPARISON_TOPIC,
     GHOST_TOPIC,
+    OBJECTS,
     PLAYER_STATE_TOPIC,
     SCENE_WATCH,
     STATIC_TF_TOPIC,
@@ -92,6 +93,10 @@ class CellLink:
         for topic in (*(f'/{it.name}/marker_array' for it in devices),
                       f'/{SCENE_WATCH}/marker_array', GHOST_TOPIC):
             self._subscribe(topic, rospy.AnyMsg, partial(self._on_markers, topic))
+        for device in devices:
+            if device.objects is not None:
+                self._subscribe(f'/{device.name}/{OBJECTS}', DetectedObjects,
+                                partial(self._on_objects, device.name))
         self._subscribe(f'/{BAG_RECORDER}/state', RecorderState, self._on_recorder)
         self._subscribe(PLAYER_STATE_TOPIC, PlayerState, self._on_player)
         self._subscribe('/diagnostics', DiagnosticArray, self._on_diagnostics)
@@ -122,6 +127,9 @@ class CellLink:
     def _on_markers(self, topic: str, message: Any) -> None:
         if message._connection_header['type'] == MARKERS:
             self._live.take_markers(topic, message._buff, time.monotonic())
+
+    def _on_objects(self, sensor: str, message: DetectedObjects) -> None:
+        self._live.take_objects(sensor, message, self._clock.now_s(), self._clock.steady_s())
 
     def _on_recorder(self, state: RecorderState) -> None:
         self._live.take_recorder(SeenRecorder(

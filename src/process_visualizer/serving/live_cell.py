@@ -12,6 +12,8 @@ from process_visualizer.bagio.json_text import parsed_json
 from process_visualizer.cell.model import Cell, DeviceType
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveMark, LiveWindow
+from process_visualizer.health.near_objects import seen_objects
+from process_visualizer.msg import DetectedObjects
 from process_visualizer.page.live_clouds import (
     MAX_POINTS,
     cloud_message,
@@ -21,6 +23,7 @@ from process_visualizer.page.live_clouds import (
 from process_visualizer.page.live_feed import LiveFeed, Slot
 from process_visualizer.page.live_lanes import LiveLanes
 from process_visualizer.page.live_scene import LiveScene, ShownPart, ShownTool
+from process_visualizer.page.objects import ShownObjects
 from process_visualizer.page.robots import base_place, upwards
 from process_visualizer.page.run_page import PageCell
 from process_visualizer.robot.kinematics import Placement
@@ -31,7 +34,7 @@ from process_visualizer.serving.cell_alarms import CellAlarms, SeenRecorder
 
 PERIOD_S = 0.04
 """Of frames."""
-_LANES_EVERY, _STATE_EVERY, _CLOUDS_EVERY = 5, 12, 12  # frames
+_OBJECTS_EVERY, _LANES_EVERY, _STATE_EVERY, _CLOUDS_EVERY = 3, 5, 12, 12  # frames
 _WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
 _OVERLAP_S = 1.0
 """Of columns that are sent again: late values come into them, and messages may be left out."""
@@ -83,6 +86,8 @@ class LiveCell:
         self._verdict: Tuple[Dict[str, Any], float] = {}, 0.0
         self._player: Tuple[Optional[SeenPlayer], float] = None, 0.0
         self._clouds: Dict[str, bytes] = {}
+        self._objects = ShownObjects()
+        self._object_entries: List[Dict[str, Any]] = []
         self._layout, self._count = 0, 0
         self._has_new_lanes = self._has_new_cloud = False
         self.wants_clouds = False
@@ -104,6 +109,15 @@ class LiveCell:
         """Take a sensor_msgs/PointCloud2 of a device."""
         with self._lock:
             self._clouds[device], self._has_new_cloud = data, True
+
+    def take_objects(self, sensor: str, message: DetectedObjects, wall_s: float,
+                     clock_s: float) -> None:
+        """Take the unmodeled objects that a sensor sees."""
+        with self._lock:
+            place = self._scene.place(message.header.frame_id.strip('/'))
+            if place is not None:
+                self._objects.take(sensor, message, place, clock_s)
+            self.alarms.take_objects(sensor, seen_objects(message), wall_s)
 
     def take_curves(self, window: LiveWindow) -> None:
         """Take the curves of the last seconds, on the clock of the page."""
@@ -150,11 +164,14 @@ class LiveCell:
                 self.feed.put(Slot.LAYOUT, json.dumps(
                     {'kind': 'layout', 'server': self._server, **layout}, separators=(',', ':')))
             self.feed.put_frame(wall_s, number, data)
+            if self._count % _OBJECTS_EVERY == 0:
+                self._put_objects(wall_s, clock_s)
             if self._has_new_lanes and self._count % _LANES_EVERY == 0:
                 self._has_new_lanes = False
                 self.feed.put(Slot.LANES, self._lanes.columns(_OVERLAP_S))
             if self._count % _STATE_EVERY == 0:
-                self.alarms.look(wall_s, clock_s, self._scene.said(_WATCH_TOPIC, clock_s))
+                self.alarms.look(wall_s, clock_s, self._scene.said(_WATCH_TOPIC, clock_s),
+                                 is_live=self._played(clock_s) is None)
                 self.feed.put(Slot.STATE, json.dumps(
                     self._state(clock_s, viewers), separators=(',', ':'), allow_nan=False))
             self._count += 1
@@ -172,6 +189,14 @@ class LiveCell:
                 found.append(placed(points, place))
         self.feed.put(Slot.CLOUD, cloud_message(wall_s, found))
 
+    def _put_objects(self, wall_s: float, clock_s: float) -> None:
+        entries = self._objects.at(clock_s)
+        if entries != self._object_entries:
+            self._object_entries = entries
+            self.feed.put(Slot.OBJECTS, json.dumps(
+                {'kind': 'objects', 'time': round(wall_s, 3), 'objects': entries},
+                separators=(',', ':'), allow_nan=False))
+
     def place(self, frame: str) -> Optional[Placement]:
         """Return where a frame is in the cell now; None if that is not known."""
         with self._lock:
@@ -182,18 +207,21 @@ class LiveCell:
         if clock_s - said_s > _VERDICT_S:
             self.alarms.lost |= _channels(self.alarms.departed)
             verdict, self.alarms.departed = {}, ()
-        player, played_s = self._player
-        is_played = player is not None and clock_s - played_s < _PLAYER_S
-        problem = self._problem
+        player, problem = self._played(clock_s), self._problem
         return {**self.alarms.entries(self._marks, self._epoch_s), 'kind': 'state',
                 'lanes': self._lanes.entries, 'verdict': verdict or None,
                 'departures': [{'device': device, 'label': label, 'began_s': since_s}
                                for device, label, _, since_s in verdict.get('departed', ())],
-                'playback': player.text if player is not None and is_played else '',
+                'playback': '' if player is None else player.text,
                 'has_clouds': self._has_sensors,
                 'viewers': f'{viewers} {"page" if viewers == 1 else "pages"} open now.',
                 'problem': None if problem is None else {
                     'text': problem.text, 'since': problem.since_s}}
+
+    def _played(self, clock_s: float) -> Optional[SeenPlayer]:
+        """Return what is played now; None if the cell is live."""
+        player, said_s = self._player
+        return player if clock_s - said_s < _PLAYER_S else None
 
     def recent(self, after_s: float, before_s: float) -> bytes:
         """Return all columns, and frames between two times: see `LiveFeed.recent`."""

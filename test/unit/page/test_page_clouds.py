@@ -16,6 +16,7 @@ from std_msgs.msg import Float32, Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.commands.command_line import main
+from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.page.clouds import (
     MAX_POINTS,
     Points,
@@ -73,6 +74,7 @@ def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str, cel
     assert main(['share', str(bag), '--config', str(config), *words, '-o', str(page)]) == 0
     reader = PageReader(page.read_text(encoding='utf-8'))
     run: Dict[str, Any] = reader.data['runs'][0]
+    run['objects']['times'] = reader.column(run['objects']['times'])
     for it in run['clouds']:
         it['times'] = reader.column(it['times'])
         it['clouds'] = [(reader.column(row['positions']), reader.column(row['colors'], 3))
@@ -200,3 +202,20 @@ def test_a_box_whose_frame_is_unknown_says_so(tmp_path: Path) -> None:
 def test_a_cloud_of_another_version_of_the_type_is_not_read(tmp_path: Path) -> None:
     run = shared(tmp_path, CLOUD, {'/points': Float32(1.0)}, '--clouds')
     assert 'the cloud of camera is missing: it was not recorded' in run['notes']
+
+
+def test_recorded_objects_are_shown_until_the_sensor_is_silent(tmp_path: Path) -> None:
+    def record(bag: rosbag.Bag) -> None:
+        for time_s, x in ((0.5, 0.3), (0.9, 0.4)):
+            message = DetectedObjects(objects=[DetectedObject(number=1, is_seen=True)])
+            message.header.frame_id = 'world'
+            found = message.objects[0]
+            found.pose.position.x, found.pose.orientation.w = x, 1.0
+            found.size.x = found.size.y = found.size.z = 0.2
+            bag.write('/camera/objects', message, genpy.Time.from_sec(BEGIN_S + time_s))
+    run = shared(tmp_path, CLOUD, {}, extra=record)
+    assert [[it['at'][0] for it in row] for row in run['objects']['rows']] == [[0.3], [0.4], []]
+    times_s = run['objects']['times']
+    assert times_s == pytest.approx([0.5, 0.9, 1.7], abs=0.1 + 1e-9)
+    assert run['objects']['rows'][0][0]['text'] == 'object 1: 20 x 20 x 20 cm'
+    assert shared(tmp_path, CLOUD, {})['objects']['rows'] == []

@@ -19,6 +19,7 @@ from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveCurve, LiveMark, LiveWindow
 from process_visualizer.health.node_warnings import Severity
 from process_visualizer.launching.cell_watch import ENDED, SILENT
+from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.page.live_feed import Slot
 from process_visualizer.page.packed import Packed
@@ -43,9 +44,9 @@ VERDICT = {'text': 'Run in range (reference at 0:02.00)', 'state': 'good', 'refe
 class Stage:
     """A cell without nodes, and a clock."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, text: str = CELL) -> None:
         path = folder / 'cell.xml'
-        path.write_text(CELL)
+        path.write_text(text)
         self.cell = XmlParser().parse(str(path))
         self.live = LiveCell(self.cell, PageCell(self.cell, Packed()), 'server')
         self.now_s = 0.0
@@ -54,6 +55,11 @@ class Stage:
         for _ in range(round(seconds / 0.04)):
             self.now_s += 0.04
             self.live.tick(BEGIN_S + self.now_s, self.now_s)
+
+    def see(self, objects: DetectedObjects) -> None:
+        """The sensor sends what it sees, and 0.2 s pass."""
+        self.live.take_objects('kinect', objects, BEGIN_S + self.now_s, self.now_s)
+        self.pass_time(0.2)
 
     @property
     def state(self) -> Dict[str, Any]:
@@ -225,3 +231,63 @@ def test_clouds_are_sent_a_few_times_a_second_where_their_frame_is(stage: Stage)
     assert number == 3
     assert isinstance(data, bytes)
     assert read(data)[1] == pytest.approx(np.array([[1.0, 0.0, 1.0]] * 3))
+
+
+def detected(distance_m: float, level: int, frame: str = 'world') -> DetectedObjects:
+    found = DetectedObject(number=3, link='arm/hand', distance=distance_m, level=level,
+                           is_seen=True)
+    found.pose.position.x, found.pose.orientation.w = 0.5, 1.0
+    found.size.x, found.size.y, found.size.z = 0.3, 0.2, 0.1
+    found.on_object.x, found.on_robot.x = 0.4, 0.2
+    message = DetectedObjects(objects=[found])
+    message.header.frame_id = frame
+    return message
+
+
+@pytest.fixture
+def sensing(tmp_path: Path) -> Stage:
+    """A cell whose sensor looks for unmodeled objects."""
+    return Stage(tmp_path, '''<visualizer><device type="depth_sensor" name="kinect">
+      <base frame="camera" xyz="0 0 2"/><objects warn="0.4" stop="0.15"/>
+      <topic ns="/" name="points" type="pointcloud"/></device></visualizer>''')
+
+
+def test_unmodeled_objects_are_sent_when_they_change(sensing: Stage) -> None:
+    def sent() -> Dict[str, Any]:
+        found: Dict[str, Any] = json.loads(sensing.live.feed.newest(Slot.OBJECTS)[1])
+        return found
+
+    for _ in range(5):
+        sensing.see(detected(0.2, DetectedObject.WARN))
+    assert sensing.live.feed.newest(Slot.OBJECTS)[0] == 1  # the same again
+    entry, = sent()['objects']
+    assert (entry['at'], entry['size']) == ([0.5, 0, 0, 0, 0, 0, 1], [0.3, 0.2, 0.1])
+    assert (entry['text'], entry['line']) == (
+        'object 3: 30 x 20 x 10 cm\n0.20 m to arm/hand', [0.4, 0, 0, 0.2, 0, 0])
+    sensing.see(detected(0.1, DetectedObject.STOP))
+    assert sent()['objects'][0]['color'] == [1.0, 0.15, 0.1]
+    sensing.see(DetectedObjects(objects=[]))
+    sensing.see(detected(0.1, DetectedObject.STOP, frame='nowhere'))
+    sensing.pass_time(1.0)  # the sensor sends nothing any more
+    assert sent()['objects'] == []
+
+
+def test_an_object_near_a_robot_is_an_alarm(sensing: Stage) -> None:
+    sensing.see(detected(0.1, DetectedObject.STOP))
+    assert [it['text'] for it in sensing.state['alarms']] == [
+        "kinect: object 3 is 0.10 m from arm's hand: 30 × 20 × 10 cm"]
+    for _ in range(10):
+        sensing.see(detected(0.9, DetectedObject.CLEAR))
+    assert sensing.state['alarms'] == []
+
+
+@pytest.mark.parametrize('is_played', [False, True])
+def test_a_sensor_that_does_not_see_is_an_alarm(sensing: Stage, is_played: bool) -> None:
+    sensing.pass_time(14.0)
+    assert sensing.state['alarms'] == []
+    for _ in range(10):
+        if is_played:  # a recording may be paused
+            sensing.live.take_player(SeenPlayer('a.bag', 3.0, True), sensing.now_s)
+        sensing.pass_time(0.5)
+    said = ['kinect: no objects can be found: none of its clouds is evaluated']
+    assert [it['text'] for it in sensing.state['alarms']] == ([] if is_played else said)

@@ -15,6 +15,8 @@ from process_visualizer.health.alarm_board import Condition
 from process_visualizer.health.alarm_conditions import blind_condition, object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import (
+    SILENT_S,
+    START_S,
     NearMoment,
     NearObject,
     NearSpan,
@@ -23,10 +25,6 @@ from process_visualizer.health.near_objects import (
 )
 from process_visualizer.playback.playback_clock import PlaybackClock
 
-SILENT_S = 3.0
-"""A running sensor that says nothing for so long does not know any more what is there."""
-START_S = 15.0
-"""Time for a sensor that starts, and the models of its cell, until its first message."""
 _TEXT_S = 0.2  # a distance can be read if it changes no more often
 _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, Iterable, List, Optional
+from typing import Callable, Dict, Iterable, Optional
 
 import rosgraph
 import rospy
@@ -14,8 +14,7 @@ from process_visualizer.cell.model import RegionOfInterest
 from process_visualizer.gui.ros.ros_link import RosLinkError
 from process_visualizer.gui.ros.rviz_markers import BoxMarker
 from process_visualizer.gui.ros.snapshots import ObjectsSnapshot
-from process_visualizer.health.device_state import Level
-from process_visualizer.health.near_objects import SeenObject
+from process_visualizer.health.near_objects import seen_objects
 from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.ros_names import OBJECTS, ROI_FILTER
 
@@ -64,8 +63,6 @@ class RegionLink(QObject):
 
 
 _BEAT_S = 1.0
-_LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
-           DetectedObject.STOP: Level.BAD}
 
 
 class ObjectLink(QObject):
@@ -109,10 +106,6 @@ class ObjectLink(QObject):
         if is_near or is_due or self._was_near.get(device, False):
             self._told_s[device] = now_s
             self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
-                                           tuple(_objects(message))))
+                                           seen_objects(message)))
         self._was_near[device] = is_near
 
-
-def _objects(message: DetectedObjects) -> List[SeenObject]:
-    return [SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
-                       _LEVELS.get(it.level, Level.BAD)) for it in message.objects]
