@@ -80,6 +80,18 @@ def test_a_film_has_each_frame_once_and_is_the_same_every_time(tmp_path: Path) -
         'a.bag', 'cell.xml', 'one.csv', 'one.mp4', 'two.csv', 'two.mp4']
 
 
+def test_the_camera_is_at_another_view_after_its_time(tmp_path: Path) -> None:
+    def drawn(at: str, view: str) -> bytes:
+        assert main(['picture', write_bag(tmp_path), '--at', at, '--view', view, '--size',
+                     '320x240', '-o', str(tmp_path / 'a.png')]) == 0
+        return (tmp_path / 'a.png').read_bytes()
+
+    way = [drawn(at, 'cell,top@2') for at in ('1.9', '2.6', '3.6')]
+    assert way[0] == drawn('1.9', 'cell')
+    assert way[1] not in (drawn('2.6', 'cell'), drawn('2.6', 'top'))
+    assert way[2] == drawn('3.6', 'top')
+
+
 def test_the_table_has_the_numbers_of_each_frame(tmp_path: Path) -> None:
     film = filmed(tmp_path, 'slow.gif', '--speed', '0.5')
     rows = table_of(film)

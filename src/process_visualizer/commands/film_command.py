@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import time
-from typing import Dict, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 from process_visualizer.commands.chosen_spans import add_span_options, chosen_spans
 from process_visualizer.commands.share_command import add_clouds_option
@@ -16,6 +16,7 @@ from process_visualizer.film.film import (
     VIEWS,
     Frame,
     Style,
+    ViewAt,
     numbers_beside,
     write_film,
     write_picture,
@@ -53,7 +54,11 @@ def add_picture_options(command: argparse.ArgumentParser) -> None:
 def _add_style_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('--size', metavar='WxH', type=_size, default=Style().size,
                          help='in pixels (default: 1280x720)')
-    command.add_argument('--view', choices=VIEWS, default=Style().view)
+    command.add_argument('--view', metavar='VIEW[,VIEW@TIME …]', type=_views,
+                         default=Style().views,
+                         help=f'{", ".join(VIEWS)} (default: {VIEWS[0]}); in a film the camera '
+                              'moves to further views at a time of the recording, or at a mark: '
+                              'cell,tools@0:07.4,front@needle')
     command.add_argument('--curves', metavar='A,B', default='',
                          help='labels of the curves below; default: all that fit, those that '
                               'differed first')
@@ -125,6 +130,18 @@ class _Progress:
         self._said_s = now_s
         left_s = (now_s - self._begin_s) / (done - 1) * (count - done)
         say(f'{done} of {count} frames, {clock(left_s)[:-3]} left', file=sys.stderr)
+
+
+def _views(text: str) -> Tuple[ViewAt, ...]:
+    found: List[ViewAt] = []
+    for word in text.split(','):
+        view, has_time, at = word.partition('@')
+        if view not in VIEWS or bool(has_time) != bool(at) or bool(at) != bool(found):
+            raise argparse.ArgumentTypeError(
+                f'"{word}": write one of {", ".join(VIEWS)}, and for further views VIEW@TIME or '
+                'VIEW@MARK, such as cell,tools@0:07.4')
+        found.append(ViewAt(view, at))
+    return tuple(found)
 
 
 def _size(text: str) -> Tuple[int, int]:

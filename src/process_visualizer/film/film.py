@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -15,12 +16,16 @@ from typing import IO, Callable, Dict, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
+from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans, page_of
+from process_visualizer.runs.run import Run
 from process_visualizer.whole_file import whole_file, write_text
 
 VIEWS = ('cell', 'tools', 'front', 'side', 'top')
 _FILM = 'film'
+_MOVE_S = 1.5
+"""The camera moves from one view to the next in so much of a film."""
 _MAX_FRAMES = 60_000
 _ENCODERS: Dict[str, Tuple[str, ...]] = {
     '.mp4': ('-filter_complex', 'tile={0}x1', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf',
@@ -32,15 +37,25 @@ ENDINGS = tuple(_ENCODERS)
 """Of the names of films."""
 
 
+class ViewAt(NamedTuple):
+    """One of VIEWS, to which the camera moves at a time of the recording, or at a mark.
+
+    ``at``: such as 0:07.4, or the label of a mark or event; empty: from the begin on.
+    """
+
+    view: str
+    at: str = ''
+
+
 class Style(NamedTuple):
-    """The look of a film: width and height [pixels], one of VIEWS, labels of the curves below.
+    """The look of a film: width and height [pixels], views, labels of the curves below.
 
     Without ``curves`` there are as many as fit, those that differed first. ``is_beside``: at the
     left of each run is the good one, at the same moment of the process.
     """
 
     size: Tuple[int, int] = (1280, 720)
-    view: str = VIEWS[0]
+    views: Tuple[ViewAt, ...] = (ViewAt(VIEWS[0]),)
     curves: Tuple[str, ...] = ()
     is_dark: bool = False
     with_clouds: bool = False
@@ -112,6 +127,72 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
     return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
 
 
+class CameraMove(NamedTuple):
+    """The camera of a frame: a share of the way from one view to another.
+
+    A view is that of the cell at a time [s] of the run, because tools move.
+    """
+
+    begin: Tuple[str, float]
+    end: Tuple[str, float]
+    share: float
+
+
+def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
+    """Return the times [s] of a run's recording from which views hold, in their order.
+
+    Raises:
+        ValueError: the run has no such mark.
+    """
+    found = []
+    for view, at in views:
+        try:
+            time_s = clock_seconds(at) if at else -math.inf
+        except ValueError:
+            times_s = [run.begin_s + it.time_s for it in run.events if it.name == at]
+            if not times_s:
+                known = ', '.join(dict.fromkeys(it.name for it in run.events)) or 'none'
+                raise ValueError(
+                    f'{view}@{at}: {run.name} has no mark or event "{at}" (it has: {known}); '
+                    'write one of these, or a time such as 0:07.4') from None
+            found += [(it, view) for it in times_s]
+            continue
+        found.append((time_s, view))
+    return sorted(found, key=lambda it: it[0])
+
+
+def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: '_Shots',
+                 move_s: float) -> List[Tuple[CameraMove, ...]]:
+    """Return the camera of each frame; it begins and ends a move slowly.
+
+    Frames beside each other move together, at the times of the run.
+
+    Args:
+        chosen: the runs.
+        views: where the camera is, from when on; the first one also before.
+        shots: the frames.
+        move_s: length of a move, in the time of the recording.
+
+    Raises:
+        ValueError: a run has no such mark.
+    """
+    times = {number: view_times(chosen.runs[number], views)
+             for number in dict.fromkeys(shot[-1].run for shot in shots)}
+    first: Dict[Tuple[int, int], Tuple[Frame, ...]] = {}  # shots at which views of runs begin
+    moves = []
+    for shot in shots:
+        run, time_s = shot[-1]
+        number = max(sum(it <= time_s for it, _ in times[run]) - 1, 0)
+        begun = first.setdefault((run, number), shot)
+        before = first.get((run, number - 1), begun)
+        names = [times[run][max(number - 1, 0)][1], times[run][number][1]]
+        part = min(max((time_s - times[run][number][0]) / move_s, 0.0), 1.0) if number else 1.0
+        share = part * part * (3.0 - 2.0 * part)
+        moves.append(tuple(CameraMove((names[0], one.time_s), (names[1], other.time_s), share)
+                           for one, other in zip(before, begun)))
+    return moves
+
+
 def numbers_beside(path: str) -> str:
     """Return the name of the table with the numbers of a film's frames."""
     return f'{os.path.splitext(path)[0]}.csv'
@@ -150,7 +231,7 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
         process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished,
                                                len(shots[0])))
         try:
-            _draw(chosen, style, shots, _pipe(process), table, on_frame)
+            _draw(chosen, style, shots, _pipe(process), table, on_frame, _MOVE_S * speed)
         except BrokenPipeError:
             raise ValueError(f'ffmpeg has ended: {_said(process)}') from None
         except BaseException:
@@ -175,24 +256,26 @@ def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) ->
 
 
 def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
-          table: TextIO, on_frame: OnFrame) -> None:
+          table: TextIO, on_frame: OnFrame, move_s: float = _MOVE_S) -> None:
     """Write the pictures of each frame, and its row of the table."""
     # Other commands begin 50 ms earlier without it.
     from process_visualizer.film.headless_browser import BrowserError, HeadlessBrowser
     rows: List[Dict[str, str]] = []
+    moves = camera_moves(chosen, style.views, shots, move_s)
     try:
         with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
             page = Path(folder) / 'page.html'
             write_text(str(page), page_of(chosen, style.with_clouds, worst_first=False))
             size = style.size[0] // len(shots[0]), style.size[1]
             with HeadlessBrowser(page, size, _FILM) as browser:
-                look = {'view': style.view, 'dark': style.is_dark, 'curves': list(style.curves)}
+                look = {'dark': style.is_dark, 'curves': list(style.curves)}
                 browser.evaluate(f'page.film({json.dumps(look)})')
-                for number, frames in enumerate(shots):
+                for number, (frames, cameras) in enumerate(zip(shots, moves)):
                     row = {'frame': str(number)}
-                    for frame in frames:
+                    for frame, camera in zip(frames, cameras):
                         said = browser.evaluate(
-                            f'page.filmFrame({frame.run}, {json.dumps(frame.time_s)})')
+                            f'page.filmFrame({frame.run}, {json.dumps(frame.time_s)}, '
+                            f'{json.dumps(camera)})')
                         pictures.write(browser.picture())
                         whose = '' if frame is frames[-1] else 'good '
                         row.update({f'{whose}run': chosen.runs[frame.run].name,

@@ -2,6 +2,7 @@
 """The frames of a film, and what is refused before anything is drawn."""
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -12,11 +13,19 @@ import pytest
 from cycle_bags import write_bag
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.film.film import beside_good, film_frames
+from process_visualizer.film.film import (
+    Frame,
+    ViewAt,
+    beside_good,
+    camera_moves,
+    film_frames,
+    view_times,
+)
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+from process_visualizer.runs.run import RunEvent
 
 
 @pytest.mark.parametrize(('span', 'rate_hz', 'speed', 'count'), [
@@ -45,6 +54,27 @@ def test_of_the_good_run_that_part_is_beside_which_belongs_to_the_run(tmp_path: 
     assert both.spans[1] == pytest.approx((14.0, 15.1), abs=0.1)
     with pytest.raises(ValueError, match='beside a.bag#1: name a good run with --reference'):
         beside_good(chosen._replace(good=None), [])
+
+
+def test_the_camera_moves_to_further_views_slowly_at_first_and_at_last(tmp_path: Path) -> None:
+    run, = ChosenRuns().runs([f'{write_bag(tmp_path, cycles=2)}#1'])
+    chosen = ChosenSpans(None, [run], [PageSpan(0.0, 10.0)])
+    shots = [(Frame(0, float(second)),) for second in range(9)]
+    moves = [it for it, in camera_moves(
+        chosen, [ViewAt('cell'), ViewAt('tools', '0:03'), ViewAt('top', '5')], shots, 4.0)]
+    assert [it.end for it in moves] == [('cell', 0.0)] * 3 + [('tools', 3.0)] * 2 + [
+        ('top', 5.0)] * 4
+    assert [it.begin for it in moves[3:]] == [('cell', 0.0)] * 2 + [('tools', 3.0)] * 4
+    assert [it.share for it in moves[5:]] == [0.0, 0.15625, 0.5, 0.84375]
+
+
+def test_views_begin_at_marks(tmp_path: Path) -> None:
+    run, = ChosenRuns().runs([f'{write_bag(tmp_path, cycles=2)}#1'])
+    run = run._replace(begin_s=2.0, events=(RunEvent('needle', 3.0), RunEvent('seam', 4.0)))
+    assert view_times(run, [ViewAt('cell'), ViewAt('top', 'seam'), ViewAt('tools', 'needle')]) == [
+        (-math.inf, 'cell'), (5.0, 'tools'), (6.0, 'top')]
+    with pytest.raises(ValueError, match=r'no mark or event "nadel" \(it has: needle, seam\)'):
+        view_times(run, [ViewAt('cell'), ViewAt('top', 'nadel')])
 
 
 @pytest.mark.parametrize(('words', 'problem'), [
