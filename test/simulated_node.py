@@ -11,7 +11,7 @@ from typing import Any, Callable, DefaultDict, Dict, List, Optional, Tuple
 import rospy
 
 from process_visualizer.clients.service_connection import ServiceMissing
-from process_visualizer.nodes.common.node_handle import required_name
+from process_visualizer.nodes.common.node_handle import checking_names, required_name
 
 
 class SimulatedPublisher:
@@ -220,10 +220,10 @@ class SimulatedNode:
             self.call_in(0.0, lambda it=message: subscriber.take(it))
         return subscriber
 
-    def serve(self, name: str, _service_class: Any, handler: Callable[[Any], Any]
+    def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]
               ) -> SimulatedServer:
         """Offer a service."""
-        self.services[self.resolve(name)] = handler
+        self.services[self.resolve(name)] = checking_names(service_class, handler)
         return SimulatedServer(self.resolve(name), self.services)
 
     def connect(self, name: str, service_class: Any, timeout_s: float) -> SimulatedService:

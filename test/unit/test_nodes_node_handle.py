@@ -9,7 +9,9 @@ import pytest
 from rospy import AnyMsg
 from simulated_node import SimulatedNode
 
+from process_visualizer.msg import GhostRobot
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.srv import ShowGhost, ShowGhostRequest
 
 OF_PLAYER = 'thread'  # only the player has threads of its own, whose turns simulated_player takes
 NAMES = [name for name, value in vars(NodeHandle).items()
@@ -25,10 +27,25 @@ def test_the_simulated_node_takes_the_same(name: str) -> None:
     assert parameters(SimulatedNode, name) == parameters(NodeHandle, name)
 
 
-@pytest.mark.parametrize('name', ['/arm\x1b[31m/joint_states', '/arm\n', '/a\ud800', '/\u202e', ''])
+@pytest.mark.parametrize('name', [
+    pytest.param('/a' * 500, id='long'), '/arm\x1b[31m/joint_states', '/arm\n', '/a\ud800',
+    '/\u202e', ''])
 def test_a_name_that_rospy_would_repeat_for_ever_is_refused(name: str) -> None:
     """A subscriber with it kept the lock that all others of the node need."""
     node = NodeHandle()
     for use in (lambda: node.subscribe(name, AnyMsg, lambda _: None), lambda: node.param(name)):
-        with pytest.raises(ValueError, match='is no name of a topic or parameter'):
+        with pytest.raises(ValueError, match='is no name of a topic|has 1000 characters'):
             use()
+
+
+@pytest.mark.parametrize(('name', 'reason'), [
+    pytest.param('x' * 1_000_000, 'joints has 1000000 characters; at most 255', id='long'),
+    ('a\nb', r"joints: 'a\nb' is no name")])
+def test_a_request_with_what_is_no_name_is_refused_in_a_sentence(name: str, reason: str) -> None:
+    node = SimulatedNode()
+    node.serve('~show', ShowGhost, lambda _: pytest.fail('it is handled'))
+    request = ShowGhostRequest(robots=[GhostRobot(device='arm', joints=['slide', name])])
+    answer = node.services[node.resolve('~show')](request)
+    assert not answer.success
+    assert answer.message.startswith(reason)
+    assert len(answer.message) < 100

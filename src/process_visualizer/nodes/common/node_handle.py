@@ -2,16 +2,19 @@
 """A node's connection to ROS and to the clocks, in one object that a test can replace."""
 from __future__ import annotations
 
+import functools
 import logging
 import os
 import signal
 import sys
 import threading
 import time
-from typing import Any, Callable, List, NoReturn, Optional
+from typing import Any, Callable, Iterator, List, NoReturn, Optional, Tuple
 
 import rospy
+from rosgraph.xmlrpc import ThreadingXMLRPCServer
 from rospy.impl.paramserver import get_param_server_cache
+from rospy.impl.tcpros_base import TCPServer
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.msg import PlayerState
@@ -19,10 +22,12 @@ from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from process_visualizer.shown_text import shown
 
+MAX_NAME_CHARACTERS = 255  # as in common/required_name.hpp
 _SHOWN_CHARACTERS = 100
 
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
+_RETRY_S = 0.5
 _SHUTDOWN_S = 5.0
 """Enough to unregister many topics while a busy master hears that from all nodes at once: a node
 that ends before stays in the master's list. Less than the 15 s after which roslaunch kills it."""
@@ -36,6 +41,7 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
     the thread that the signal interrupts. If that thread is just asking the master, it holds the
     lock that unregistering needs, and waits for itself for ever.
     """
+    keep_serving()
     received = threading.Event()
 
     def shut_down() -> None:
@@ -51,6 +57,39 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
         if not rospy.is_shutdown():
             raise
         end_process(0)
+
+
+def keep_serving() -> None:
+    """Let rospy's two servers in this process go on after a shortage of memory, threads or files.
+
+    rospy's threads end at it, so for ever no other node would be connected, no service called,
+    and no question answered, though the process goes on.
+    """
+    if not hasattr(TCPServer.run, '__wrapped__'):
+        TCPServer.run = _surviving(TCPServer.run, lambda it: bool(it.is_shutdown))
+        ThreadingXMLRPCServer.serve_forever = _surviving(
+            ThreadingXMLRPCServer.serve_forever, lambda it: it.socket.fileno() < 0)
+
+
+def _surviving(run: Callable[..., None], is_over: Callable[[Any], bool]) -> Callable[..., None]:
+    """The loop of a server, which is begun again when it fails, until the server is over."""
+    @functools.wraps(run)
+    def run_on(server: Any, *arguments: Any) -> None:
+        problem: Optional[Exception] = None
+        while True:
+            try:
+                if problem is not None:
+                    time.sleep(_RETRY_S)
+                    rospy.logerr('a connection was lost, and others may have been: %s. If this '
+                                 'goes on, start the node again', shown(repr(problem)))
+                run(server, *arguments)
+                return
+            except Exception as error:  # of any kind: each is told, also that of telling one
+                if is_over(server):
+                    raise
+                problem = error
+
+    return run_on
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
@@ -237,8 +276,8 @@ class NodeHandle:
                                 queue_size=queue_size, buff_size=buff_size, tcp_nodelay=True)
 
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
-        """Offer a service; returns rospy's service."""
-        return rospy.Service(name, service_class, handler)
+        """Offer a service; returns rospy's service. See `checking_names`."""
+        return rospy.Service(name, service_class, checking_names(service_class, handler))
 
     def connect(self, name: str, service_class: Any, timeout_s: float) -> ServiceConnection:
         """Return a connection to another node's service, which is opened by the first call."""
@@ -290,7 +329,44 @@ def required_name(name: str) -> str:
     """
     if not name or not name.isprintable():
         raise ValueError(f'{name[:_SHOWN_CHARACTERS]!a} is no name of a topic or parameter')
+    if len(name) > MAX_NAME_CHARACTERS:
+        raise ValueError(_too_long('a name', name))
     return name
+
+
+def checking_names(service_class: Any, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a handler of a service's requests that refuses texts which cannot be names.
+
+    All texts in requests to our nodes are names. What the handler does with them, also to tell
+    them to other programs or in its answer, must not take megabytes.
+    """
+    def answer(request: Any) -> Any:
+        for field, text in _texts(request):
+            if len(text) > MAX_NAME_CHARACTERS:
+                return service_class._response_class(success=False, message=_too_long(field, text))
+            if not text.isprintable():
+                return service_class._response_class(
+                    success=False, message=f'{field}: {text!a} is no name')
+        return handler(request)
+
+    return answer
+
+
+def _too_long(what: str, name: str) -> str:
+    return f'{what} has {len(name)} characters; at most {MAX_NAME_CHARACTERS} are allowed'
+
+
+def _texts(message: Any) -> Iterator[Tuple[str, str]]:
+    """The texts in a message, each with the name of its field."""
+    for field, kind in zip(message.__slots__, message._slot_types):
+        value = getattr(message, field)
+        values = value if kind.endswith(']') else (value,)
+        kind = kind.partition('[')[0]
+        if kind == 'string':
+            yield from ((field, it) for it in values)
+        elif '/' in kind:
+            for part in values:
+                yield from _texts(part)
 
 
 class PlaybackFollower:
