@@ -126,6 +126,14 @@ def test_its_own_topic_is_the_input_if_no_other_is_named() -> None:
     assert len(clouds(node)) == 1
 
 
+@pytest.mark.parametrize('topic', [5, ['/a'], '', '/' + 'a' * 300])
+def test_what_is_no_topic_is_refused_in_a_sentence(topic: object) -> None:
+    node = SimulatedNode('/kinect/depth_proc')
+    node.set_param('~topic', topic)
+    with pytest.raises(ValueError, match=r'a topic is expected|is no name|at most 255'):
+        DepthProcessor(node, 'kinect')
+
+
 def test_the_age_of_the_last_cloud_grows_but_not_while_playback_is_paused() -> None:
     node = depth_proc()
     node.advance(1.05)

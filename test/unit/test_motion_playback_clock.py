@@ -121,6 +121,16 @@ def test_a_player_that_hung_is_the_same_one():
     assert clock.age_s(played, 106.5) == age_s
 
 
+@pytest.mark.parametrize(('position', 'rate'), [
+    (float('nan'), 1.0), (5.0, float('nan')), (float('inf'), 1.0), (1e308, 1.0), (5.0, 1e308)])
+def test_what_no_player_says_changes_nothing(position, rate):
+    """Anybody can publish a state; NaN stayed, so that data was never old any more."""
+    clock = clock_of((100.0, 5.0, 1.0, False, 0), (101.0, position, rate, False, 0),
+                     (102.0, 7.0, 1.0, False, 0))
+    assert clock.age_s(clock.data_time_s(102.0), 102.5) == pytest.approx(0.5)
+    assert clock.bag_time(101.5) == (0, 6.5, 1.0)
+
+
 def test_memory_is_bounded():
     clock = PlaybackClock()
     for step in range(10_000):

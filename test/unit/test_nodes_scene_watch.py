@@ -258,3 +258,12 @@ def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
     watch.processes.is_master_there = True
     watch.wait(4.0)
     assert watch.words() == ''
+
+
+@pytest.mark.parametrize('seen', [5, 'r', {'r': 1}, [['a'], 5]])
+def test_what_others_wrote_into_its_memory_does_not_end_it(seen: object) -> None:
+    """It is started again when it has ended, and would end again."""
+    watch = Watch()
+    watch.processes.parameters['/scene_watch/seen'] = seen
+    watch.start()
+    assert not watch.words()

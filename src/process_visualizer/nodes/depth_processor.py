@@ -8,6 +8,7 @@ through as the received bytes; only their header is rewritten.
 from __future__ import annotations
 
 import struct
+import sys
 from typing import BinaryIO, Callable, ClassVar, Optional
 
 import rospy
@@ -18,6 +19,7 @@ from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import (
     NodeHandle,
     PlaybackFollower,
+    required_name,
     spin_to_end,
     start_node,
 )
@@ -114,7 +116,11 @@ class DepthProcessor:
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
-        """Subscribe, advertise, and start the timers."""
+        """Subscribe, advertise, and start the timers.
+
+        Raises:
+            ValueError: the parameter is no name of a topic.
+        """
         self._node = node
         self._complaints = Complaints(node, device)
         self._playback = PlaybackFollower(node)
@@ -122,7 +128,11 @@ class DepthProcessor:
         self._last_s: Optional[float] = None
         self._age = node.publisher('points_age', Float32, queue_size=1)
         self._publisher = node.publisher('points', SerializedPointCloud2, queue_size=1)
-        self._topic: str = node.resolve(node.param('~topic', '~input'))
+        topic = node.param('~topic', '~input')
+        if not isinstance(topic, str):
+            raise ValueError(f"parameter {node.resolve('~topic')}: a topic is expected, "
+                             f'not {topic!r:.100}')
+        self._topic = node.resolve(required_name(topic))
         self._received = False
         node.subscribe(self._topic, rospy.AnyMsg, self._republish, queue_size=1,
                        buff_size=_BUFFER_SIZE)
@@ -166,5 +176,9 @@ class DepthProcessor:
 def main() -> None:
     """Run the node until ROS shuts it down."""
     start_node(DEPTH_PROC)
-    DepthProcessor(NodeHandle(), rospy.get_namespace().strip('/'))
+    try:
+        DepthProcessor(NodeHandle(), rospy.get_namespace().strip('/'))
+    except ValueError as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)
     spin_to_end()

@@ -78,7 +78,8 @@ class SceneWatch:
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
         self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
-        self._seen = frozenset(map(str, node.param(SEEN, [])))  # by its last process
+        seen = node.param(SEEN, [])  # by its last process, if nobody has written anything else
+        self._seen = frozenset(map(str, seen if isinstance(seen, list) else ()))
         known = {name for meanings in self._meanings.values() for name in meanings}
         self._pulses.watch(self._seen & known, are_expected=True)
         self._publisher = node.publisher('~marker_array', MarkerArray, queue_size=1, latch=True)

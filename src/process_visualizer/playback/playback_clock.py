@@ -6,6 +6,7 @@ from typing import NamedTuple, Optional, Tuple
 
 LOST_AFTER_S = 1.0  # without a state of the player, which sends ten a second
 _MEMORY = 64  # states: some seconds
+_MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
 
 
 class ClockState(NamedTuple):
@@ -17,6 +18,10 @@ class ClockState(NamedTuple):
     paused: bool
     segment: int  # grows where the position jumps
     since_s: float = 0.0  # wall time since which this holds; 0: since the stamp
+
+    def is_usable(self) -> bool:
+        """Return whether a player can be at this position, and play at this rate."""
+        return abs(self.position_s) < _MAX_POSITION_S and abs(self.rate) < _MAX_RATE
 
     def begin_s(self) -> float:
         """Return the wall time [s] from which the state holds."""
@@ -57,7 +62,12 @@ class PlaybackClock:
         self._begin = (0.0, 0.0)  # of the present player: wall time, data time
 
     def add(self, state: ClockState) -> None:
-        """Take the player's next state; when its clock was set back, start anew."""
+        """Take the player's next state; when its clock was set back, start anew.
+
+        One that is not usable changes nothing: NaN would stay in all later times.
+        """
+        if not state.is_usable():
+            return
         last = self.state
         is_other = last is None or state.begin_s() > last.stamp_s and \
             state.stamp_s - last.stamp_s >= LOST_AFTER_S

@@ -376,6 +376,7 @@ class PlaybackFollower:
         """Subscribe to the player's state."""
         self._node = node
         self.clock = PlaybackClock()
+        self._has_complained = False
         node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._receive)
 
     def data_time_s(self) -> float:
@@ -387,5 +388,10 @@ class PlaybackFollower:
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
     def _receive(self, state: PlayerState) -> None:
-        self.clock.add(ClockState(state.stamp.to_sec(), state.position, state.rate,
-                                     state.paused, state.segment, state.since.to_sec()))
+        told = ClockState(state.stamp.to_sec(), state.position, state.rate,
+                          state.paused, state.segment, state.since.to_sec())
+        if not told.is_usable() and not self._has_complained:
+            self._has_complained = True
+            self._node.warn(f'a state on {PLAYER_STATE_TOPIC} is left out: position '
+                            f'{told.position_s} s, rate {told.rate}. Who publishes it is no player')
+        self.clock.add(told)
