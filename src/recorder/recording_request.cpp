@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "process_visualizer/common/required_name.hpp"
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/problems.hpp"
 
@@ -70,6 +71,21 @@ mode_t fileModeMask(const std::string& octal) {
 
 namespace {
 
+constexpr std::size_t kMostPathCharacters = 4096;
+
+void checkTexts(const StartRecording::Request& request) {
+  try {
+    for (const std::string& text : {request.prefix, request.name, request.compression})
+      requiredName(text);
+  } catch (const std::invalid_argument& error) {
+    throw RecordingError(error.what());
+  }
+  if (request.folder.size() > kMostPathCharacters)
+    throw RecordingError("the folder has " + std::to_string(request.folder.size()) +
+                         " characters; at most " + std::to_string(kMostPathCharacters) +
+                         " are allowed");
+}
+
 Compression compressionOf(const std::string& name) {
   if (name.empty() || name == "none") return Compression::kNone;
   if (name == "lz4") return Compression::kLz4;
@@ -84,6 +100,7 @@ std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& paramete
 
 RecordingOptions optionsOf(const StartRecording::Request& request, const ros::NodeHandle& node,
                            const std::string& folder, const AllowedFolders& allowed) {
+  checkTexts(request);
   checkSplit(request.split_bytes, request.split_duration);
   checkRecent(request.recent);
   RecordingOptions options;

@@ -4,7 +4,9 @@
 #include <ros/names.h>
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "process_visualizer/common/required_name.hpp"
 #include "process_visualizer/recorder/problems.hpp"
 
 namespace process_visualizer::recorder {
@@ -12,10 +14,14 @@ namespace {
 
 /// Of one expression: libstdc++ goes down brackets by calling itself.
 constexpr std::size_t kMostCharacters = 2000;
+constexpr std::size_t kMostExpressions = 100;
 /// The other way of libstdc++ takes longer than anybody waits for (.*)*x.
 constexpr auto kSyntax = std::regex::ECMAScript | std::regex_constants::__polynomial;
 
 std::vector<std::regex> expressions(const std::vector<std::string>& texts) {
+  if (texts.size() > kMostExpressions)
+    throw RecordingError(std::to_string(texts.size()) + " regular expressions are given; at most " +
+                         std::to_string(kMostExpressions) + " are allowed");
   std::vector<std::regex> compiled;
   for (const std::string& text : texts) {
     if (text.size() > kMostCharacters)
@@ -41,8 +47,14 @@ TopicChoice::TopicChoice(const std::vector<std::string>& names,
                          const std::vector<std::string>& patterns,
                          const std::vector<std::string>& excluded)
     : patterns_(expressions(patterns)), excluded_(expressions(excluded)) {
+  if (names.size() > kMostTopics)
+    throw RecordingError(std::to_string(names.size()) + " topics are named; at most " +
+                         std::to_string(kMostTopics) + " are recorded at once");
   try {
-    for (const std::string& name : names) names_.insert(ros::names::resolve("/", name));
+    for (const std::string& name : names)
+      names_.insert(ros::names::resolve("/", requiredName(name)));
+  } catch (const std::invalid_argument& error) {
+    throw RecordingError(error.what());
   } catch (const ros::InvalidNameException& error) {
     throw RecordingError(error.what());
   }
@@ -52,6 +64,7 @@ bool TopicChoice::follow(const Publishers& publishers,
                          const std::vector<std::string>& own_prefixes) {
   const std::size_t before = names_.size();
   for (const auto& [name, nodes] : publishers) {
+    if (isFull()) break;
     const auto is_prefix = [&, &topic = name](const std::string& prefix) {
       return topic.compare(0, prefix.size(), prefix) == 0;
     };

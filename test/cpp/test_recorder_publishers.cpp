@@ -118,6 +118,28 @@ TEST(Choice, OfWhatIsNoExpressionOrNameIsRefused) {
   EXPECT_THROW(TopicChoice({}, {}, {"*"}), RecordingError);
   EXPECT_THROW(TopicChoice({"a b"}, {}, {}), RecordingError);
   EXPECT_TRUE(TopicChoice({}, {}, {"a"}).isEmpty());
+  EXPECT_THROW(TopicChoice({std::string(1'000'000, 'x')}, {}, {}), RecordingError);
+  EXPECT_THROW(TopicChoice({}, std::vector<std::string>(1000, "a"), {}), RecordingError);
+}
+
+TEST(Choice, HasNoMoreTopicsThanCanBeConnected) {
+  std::vector<std::string> names;
+  Publishers publishers;
+  for (int i = 0; i < 20'000; ++i) {
+    names.push_back("/t" + std::to_string(i));
+    publishers[names.back()];
+  }
+  try {
+    const TopicChoice all(names, {}, {});
+    ADD_FAILURE() << "it is taken";
+  } catch (const RecordingError& error) {
+    EXPECT_STREQ(error.what(), "20000 topics are named; at most 2000 are recorded at once");
+  }
+  TopicChoice matching({}, {"/t.*"}, {});
+  EXPECT_TRUE(matching.follow(publishers, {}));
+  EXPECT_TRUE(matching.isFull());
+  EXPECT_EQ(matching.names().size(), kMostTopics);
+  EXPECT_FALSE(matching.follow(publishers, {}));
 }
 
 TEST(Choice, NoExpressionKeepsTheRecorderBusy) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <regex>
 #include <set>
 #include <string>
@@ -10,6 +11,9 @@
 
 namespace process_visualizer::recorder {
 
+/// Topics at once: for each, the master and a publisher are asked, which takes some milliseconds.
+constexpr std::size_t kMostTopics = 2000;
+
 /// The topics that are recorded: some by their names, and those that match a pattern as soon as
 /// somebody publishes them.
 class TopicChoice {
@@ -18,11 +22,12 @@ class TopicChoice {
   /// \param names of topics
   /// \param patterns regular expressions for whole names
   /// \param excluded regular expressions for whole names that no pattern may take
-  /// \throws RecordingError if a name or an expression is none
+  /// \throws RecordingError if a name or an expression is none, or there are too many
   TopicChoice(const std::vector<std::string>& names, const std::vector<std::string>& patterns,
               const std::vector<std::string>& excluded);
 
   bool isEmpty() const { return names_.empty() && patterns_.empty(); }
+  bool isFull() const { return names_.size() >= kMostTopics; }  ///< patterns take no more
   bool contains(const std::string& name) const { return names_.count(name) != 0; }
   /// Returns whether a topic is one of these, or would be if it were published now.
   bool wouldTake(const std::string& name) const { return contains(name) || isWanted(name); }

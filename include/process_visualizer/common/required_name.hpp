@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace process_visualizer {
+
+constexpr std::size_t kMostNameCharacters = 255;  // as in node_handle.py
+
+/// Returns the name of a topic, frame or logger that came from outside: no other program should
+/// have to bear one of a megabyte, or one with control characters.
+/// \throws std::invalid_argument that says what is wrong with it
+inline const std::string& requiredName(const std::string& name) {
+  if (name.size() > kMostNameCharacters)
+    throw std::invalid_argument("a name has " + std::to_string(name.size()) +
+                                " characters; at most " + std::to_string(kMostNameCharacters) +
+                                " are allowed");
+  if (std::any_of(name.begin(), name.end(), [](unsigned char it) { return std::iscntrl(it) != 0; }))
+    throw std::invalid_argument("a name has control characters");
+  return name;
+}
+
+}  // namespace process_visualizer
