@@ -20,7 +20,7 @@ add_library(process_visualizer_nodelets
 process_visualizer_compile(process_visualizer_nodelets)
 add_dependencies(process_visualizer_nodelets process_visualizer_generate_messages_cpp)
 target_link_libraries(process_visualizer_nodelets
-  roi_filter process_visualizer_common ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
+  roi_filter process_visualizer_node ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
   ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS roi_filter process_visualizer_nodelets

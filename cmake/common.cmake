@@ -7,6 +7,7 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 find_package(Eigen3 REQUIRED)
+find_package(EXPAT REQUIRED)
 find_package(Threads REQUIRED)
 
 # Headers of dependencies are SYSTEM, so that warnings are errors in this code only.
@@ -45,11 +46,18 @@ if(CATKIN_ENABLE_TESTING)
 endif()
 
 add_library(process_visualizer_common SHARED
-  src/common/complaint.cpp src/common/message_bytes.cpp src/common/time_slice.cpp)
+  src/common/complaint.cpp src/common/message_bytes.cpp src/common/time_slice.cpp
+  src/common/xml_walk.cpp)
 process_visualizer_compile(process_visualizer_common)
-target_link_libraries(process_visualizer_common Threads::Threads)
+target_link_libraries(process_visualizer_common Threads::Threads EXPAT::EXPAT)
 
-install(TARGETS process_visualizer_common LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+# What only nodes need: the rest has no roscpp.
+add_library(process_visualizer_node SHARED src/common/logger_services.cpp)
+process_visualizer_compile(process_visualizer_node)
+target_link_libraries(process_visualizer_node process_visualizer_common ${roscpp_LIBRARIES})
+
+install(TARGETS process_visualizer_common process_visualizer_node
+  LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
 
 if(CATKIN_ENABLE_TESTING)

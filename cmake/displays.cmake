@@ -39,7 +39,7 @@ add_executable(process_visualizer_rviz_main src/displays/rviz_main.cpp)
 set_target_properties(process_visualizer_rviz_main PROPERTIES OUTPUT_NAME rviz)
 process_visualizer_compile(process_visualizer_rviz_main)
 target_link_libraries(process_visualizer_rviz_main
-  ${rviz_LIBRARIES} ${rviz_qt}::Widgets ${X11_X11_LIB})
+  process_visualizer_node ${rviz_LIBRARIES} ${rviz_qt}::Widgets ${X11_X11_LIB})
 
 install(TARGETS process_visualizer_rviz_main RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 

@@ -11,8 +11,8 @@ target_link_libraries(process_visualizer_fit process_visualizer_surface ${PCL_LI
 add_executable(sensor_fit src/cloud/sensor_fit.cpp)
 process_visualizer_compile(sensor_fit)
 add_dependencies(sensor_fit ${${PROJECT_NAME}_EXPORTED_TARGETS})
-target_link_libraries(sensor_fit process_visualizer_fit process_visualizer_common roi_filter ${roscpp_LIBRARIES}
-  ${resource_retriever_LIBRARIES} ${tf2_ros_LIBRARIES})
+target_link_libraries(sensor_fit process_visualizer_fit process_visualizer_mesh_address
+  process_visualizer_node roi_filter ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS process_visualizer_fit LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS sensor_fit RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})

@@ -3,10 +3,11 @@
 
 add_library(process_visualizer_joints src/joints/joint_board.cpp src/joints/joint_message.cpp)
 process_visualizer_compile(process_visualizer_joints)
+target_link_libraries(process_visualizer_joints process_visualizer_common)
 
 add_executable(joint_proc src/joints/joint_processor.cpp)
 process_visualizer_compile(joint_proc)
-target_link_libraries(joint_proc process_visualizer_joints process_visualizer_common
+target_link_libraries(joint_proc process_visualizer_joints process_visualizer_node
   ${roscpp_LIBRARIES})
 
 install(TARGETS process_visualizer_joints LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})

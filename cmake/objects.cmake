@@ -29,7 +29,7 @@ target_sources(process_visualizer_nodelets PRIVATE
   src/objects/object_finder_nodelet.cpp
 )
 target_link_libraries(process_visualizer_nodelets
-  process_visualizer_objects ${resource_retriever_LIBRARIES})
+  process_visualizer_objects process_visualizer_mesh_address)
 
 install(TARGETS process_visualizer_objects
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
@@ -45,9 +45,10 @@ if(CATKIN_ENABLE_TESTING)
   # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
   # the test. The sources are compiled into it, so that they are watched as well.
   process_visualizer_add_watched_gtest(test_bad_objects memory test/cpp/test_bad_objects.cpp
-    ${surface_sources} ${objects_sources} $<TARGET_OBJECTS:roi_filter_watched>)
+    src/common/xml_walk.cpp ${mesh_sources} ${surface_sources} ${objects_sources}
+    $<TARGET_OBJECTS:roi_filter_watched>)
   target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
-  target_link_libraries(test_bad_objects PkgConfig::assimp ${objects_libraries})
+  target_link_libraries(test_bad_objects EXPAT::EXPAT PkgConfig::assimp ${objects_libraries})
   add_dependencies(test_bad_objects process_visualizer_generate_messages_cpp)
 endif()
 

@@ -24,7 +24,7 @@ add_dependencies(process_visualizer_recorder process_visualizer_generate_message
 
 add_executable(bag_recorder src/recorder/bag_recorder.cpp src/recorder/subscriptions.cpp)
 process_visualizer_compile(bag_recorder)
-target_link_libraries(bag_recorder process_visualizer_recorder process_visualizer_common ${roscpp_LIBRARIES})
+target_link_libraries(bag_recorder process_visualizer_recorder process_visualizer_node ${roscpp_LIBRARIES})
 
 install(TARGETS process_visualizer_recorder LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS bag_recorder RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})

@@ -33,6 +33,7 @@
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/common/logger_services.hpp"
 
 namespace process_visualizer::cloud {
 
@@ -193,6 +194,7 @@ class CloudFusion : public nodelet::Nodelet {
 };
 
 void CloudFusion::onInit() {
+  replaceLoggerServices();  // of the manager, in whose process this runs
   timer_ = getPrivateNodeHandle().createWallTimer(
       ros::WallDuration(kTickPeriod),
       [this](const ros::WallTimerEvent&) { clouds_ ? tick() : begin(); });

@@ -30,6 +30,7 @@
 #include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/common/logger_services.hpp"
 
 namespace process_visualizer::cloud {
 
@@ -180,6 +181,7 @@ class RoiFilter : public nodelet::Nodelet {
 };
 
 void RoiFilter::onInit() {
+  replaceLoggerServices();  // of the manager, in whose process this runs
   tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
   region_.emplace(getPrivateNodeHandle());
   parameter_timer_ = getPrivateNodeHandle().createWallTimer(
@@ -251,6 +253,7 @@ class RegisteredCropNodelet : public nodelet::Nodelet {
 };
 
 void RegisteredCropNodelet::onInit() {
+  replaceLoggerServices();  // of the manager, in whose process this runs
   keepFreedMemory();
   ros::NodeHandle& node_handle = getPrivateNodeHandle();
   const bool is_rectified = node_handle.param("rectified", false);

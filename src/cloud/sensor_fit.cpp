@@ -2,7 +2,6 @@
 // The node sensor_fit: its service ~fit finds the pose of a sensor from its cloud and models.
 
 #include <process_visualizer/FitSensor.h>
-#include <resource_retriever/retriever.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -22,11 +21,15 @@
 #include <vector>
 
 #include "process_visualizer/cloud/pose_fit.hpp"
+#include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 #include "process_visualizer/cloud/surface.hpp"
 #include "process_visualizer/common/checked_service.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/common/logger_services.hpp"
+#include "process_visualizer/common/required_name.hpp"
+#include "process_visualizer/mesh/mesh_address.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -38,6 +41,8 @@ constexpr double kPatience = 5.0;   ///< s
 constexpr double kBeginning = 0.5;  ///< until the transforms of a cloud are heard as well, s
 constexpr double kQuiet = 1.0;      ///< after which no newer cloud is to be expected, s
 constexpr double kPeriod = 0.05;    ///< s
+constexpr double kUnitTolerance = 0.01;
+constexpr std::size_t kMostModels = 10'000;
 
 // as in ros_names.py
 constexpr char kRepeat[] = "/bag_player/repeat";
@@ -81,16 +86,6 @@ PointCloud2::ConstPtr nextCloud(const std::string& topic) {
                                         : "nobody publishes clouds on " + topic);
 }
 
-std::vector<std::uint8_t> contentOf(const std::string& address) {
-  try {
-    resource_retriever::Retriever retriever;
-    const resource_retriever::MemoryResource file = retriever.get(address);
-    return {file.data.get(), file.data.get() + file.size};
-  } catch (const resource_retriever::Exception& error) {
-    throw std::invalid_argument(address + ": " + error.what());
-  }
-}
-
 Eigen::Vector3f vectorOf(const geometry_msgs::Vector3& vector) {
   return Eigen::Vector3d(vector.x, vector.y, vector.z).cast<float>();
 }
@@ -107,7 +102,7 @@ Surface surfaceOf(const Marker& marker) {
       return sphereSurface(vectorOf(marker.scale));
     case Marker::MESH_RESOURCE: {
       Surface surface;
-      append(surface, readSurface(contentOf(marker.mesh_resource), marker.mesh_resource),
+      append(surface, readSurface(mesh::contentAt(marker.mesh_resource), marker.mesh_resource),
              Eigen::Affine3f(Eigen::Scaling(vectorOf(marker.scale))));
       return surface;
     }
@@ -115,6 +110,20 @@ Surface surfaceOf(const Marker& marker) {
       throw std::invalid_argument("markers of type " + std::to_string(marker.type) +
                                   " have no surface");
   }
+}
+
+/// \throws std::invalid_argument if it is none
+Eigen::Isometry3d poseOf(const Marker& marker) {
+  Eigen::Isometry3d pose;
+  tf2::fromMsg(marker.pose, pose);
+  // Four numbers that are no rotation would be a scale, too, which makes a model of any size.
+  const Eigen::Quaterniond turn(marker.pose.orientation.w, marker.pose.orientation.x,
+                                marker.pose.orientation.y, marker.pose.orientation.z);
+  require(
+      pose.translation().allFinite() &&
+          (turn.norm() == 0.0 || std::abs(turn.norm() - 1.0) < kUnitTolerance),
+      "a model in " + marker.header.frame_id + " has no pose: its orientation must be of length 1");
+  return pose;
 }
 
 constexpr double kTransformWait = 0.5;      ///< s
@@ -148,10 +157,13 @@ class Places {
     return tf2::transformToEigen(newest);
   }
 
-  /// Returns whether a frame hangs on another one, over any number of others.
+  /// Returns whether a frame hangs on another one, over others. What is the newest may be a circle.
   bool hangsOn(const std::string& name, const std::string& base) const {
     std::string frame = withoutLeadingSlash(name), next;
-    while (frame != base && buffer_._getParent(frame, ros::Time(0), next)) frame = next;
+    for (unsigned links = 0; links < tf2::BufferCore::MAX_GRAPH_DEPTH && frame != base &&
+                             buffer_._getParent(frame, ros::Time(0), next);
+         ++links)
+      frame = next;
     return frame == base;
   }
 
@@ -190,9 +202,7 @@ std::vector<PlacedSurface> placed(const std::vector<Marker>& models, const Place
     const std::string& frame = marker.header.frame_id;
     if (std::find(left_out.begin(), left_out.end(), frame) != left_out.end()) continue;
     try {
-      Eigen::Isometry3d pose;
-      tf2::fromMsg(marker.pose, pose);
-      found.push_back({surfaceOf(marker), Eigen::Affine3d(places.of(frame) * pose)});
+      found.push_back({surfaceOf(marker), Eigen::Affine3d(places.of(frame) * poseOf(marker))});
     } catch (const tf2::TransformException&) {
       left_out.push_back(frame);
     }
@@ -210,6 +220,7 @@ double areaOf(const Surface& surface) {
 double spacingFor(const std::vector<PlacedSurface>& surfaces) {
   double area = 0.0;
   for (const PlacedSurface& placed : surfaces) area += areaOf(placed.surface);
+  require(std::isfinite(area), "the models have sizes that are no numbers");
   return std::max(kSpacingM, std::sqrt(area / kMaxPoints));
 }
 
@@ -223,6 +234,9 @@ std::string describe(const PoseFit& fit) {
 }
 
 void fitSensor(const FitSensor::Request& request, FitSensor::Response& response) {
+  require(request.models.size() <= kMostModels,
+          "there are more than " + std::to_string(kMostModels) + " models");
+  for (const std::string& name : {request.cloud, request.base, request.parent}) requiredName(name);
   tf2_ros::Buffer buffer;
   const tf2_ros::TransformListener listener(buffer);
   const auto cloud = nextCloud(request.cloud);
@@ -271,5 +285,6 @@ int main(int argc, char** argv) {
   const ros::ServiceServer service =
       process_visualizer::advertiseChecked<process_visualizer::FitSensor>(
           node_handle, "fit", &process_visualizer::cloud::answerFit);
+  process_visualizer::replaceLoggerServices();
   ros::spin();
 }

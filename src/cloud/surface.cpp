@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/cloud/surface.hpp"
 
-#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cmath>
 
 #include "process_visualizer/cloud/require.hpp"
+#include "process_visualizer/mesh/mesh_file.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -205,16 +204,10 @@ void addNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
 }  // namespace
 
 Surface readSurface(const std::vector<std::uint8_t>& content, const std::string& name) {
-  Assimp::Importer importer;
-  // As RViz does: the unit of a Collada file counts, its upper axis does not.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const std::string extension = name.substr(name.rfind('.') + 1);
-  const aiScene* scene = importer.ReadFileFromMemory(content.data(), content.size(),
-                                                     aiProcess_Triangulate, extension.c_str());
-  require(scene != nullptr && scene->mRootNode != nullptr,
-          "the mesh " + name + " cannot be read: " + importer.GetErrorString());
+  mesh::MeshReader reader;
   Surface surface;
-  addNode(*scene, *scene->mRootNode, aiMatrix4x4(), surface);
+  const aiScene& scene = reader.read(content, name, aiProcess_Triangulate);
+  addNode(scene, *scene.mRootNode, aiMatrix4x4(), surface);
   require(!surface.empty(), "the mesh " + name + " has no triangles");
   return surface;
 }

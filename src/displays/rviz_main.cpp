@@ -12,6 +12,8 @@
 #include <QApplication>
 #include <QtGlobal>
 
+#include "process_visualizer/common/logger_services.hpp"
+
 // The last one: its macros are common words.
 #include <X11/Xlib.h>
 
@@ -27,5 +29,7 @@ int main(int argc, char** argv) {
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // newer versions do without it
   rviz.setApp(&application);
 #pragma GCC diagnostic pop
-  return rviz.init(argc, argv) ? QApplication::exec() : 1;
+  if (!rviz.init(argc, argv)) return 1;
+  process_visualizer::replaceLoggerServices();
+  return QApplication::exec();
 }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "process_visualizer/common/message_bytes.hpp"
+#include "process_visualizer/common/xml_walk.hpp"
 
 namespace process_visualizer::joints {
 namespace {
@@ -179,6 +180,11 @@ std::vector<std::string> movableJoints(const std::string& urdf) {
   // as MOVABLE in robot/kinematics.py
   static const std::set<std::string> kMovable = {"revolute", "continuous", "prismatic"};
   std::vector<std::string> names;
+  try {
+    walkXml(urdf.data(), urdf.size());  // Boost calls itself for each element in another one
+  } catch (const std::invalid_argument& error) {
+    refuse(std::string("the URDF is not XML that can be read: ") + error.what());
+  }
   try {
     std::istringstream stream(urdf);
     boost::property_tree::ptree document;

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "process_visualizer/common/complaint.hpp"
+#include "process_visualizer/common/logger_services.hpp"
 #include "process_visualizer/common/raw_message.hpp"
 #include "process_visualizer/common/time_slice.hpp"
 #include "process_visualizer/joints/joint_board.hpp"
@@ -328,6 +329,7 @@ int main(int argc, char** argv) {
   if (!process_visualizer::takeRealTimePriority())
     process_visualizer::takeSlices(process_visualizer::kShortSlice);
   ros::NodeHandle node;  // keeps roscpp running
+  process_visualizer::replaceLoggerServices();
   try {
     const JointParameters parameters = readParameters();
     process_visualizer::joints::JointProcessor processor(

@@ -8,14 +8,21 @@
 
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "process_visualizer/mesh/mesh_file.hpp"
+
 namespace {
+
+using process_visualizer::mesh::checkMesh;
+using process_visualizer::mesh::contentOf;
+using process_visualizer::mesh::MeshReader;
 
 constexpr float kSmoothUpToDegrees = 35.0F;
 
@@ -71,18 +78,23 @@ void addNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
 }
 
 void read(const std::string& path, ColoredMesh& result) {
-  Assimp::Importer importer;
-  // As RViz does: the unit of a Collada file counts, its upper axis does not.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSmoothUpToDegrees);
-  const aiScene* scene = importer.ReadFile(
+  MeshReader reader;
+  reader.importer().SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSmoothUpToDegrees);
+  const aiScene& scene = reader.read(
       path, aiProcess_Triangulate | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    result.error = importer.GetErrorString();
-    return;
+  addNode(scene, *scene.mRootNode, aiMatrix4x4(), result);
+  if (result.triangles.empty())
+    throw std::invalid_argument("the mesh " + path + " cannot be read: it has no triangles");
+}
+
+ColoredMesh* answered(const std::function<void(ColoredMesh&)>& step) {
+  auto* result = new ColoredMesh;
+  try {
+    step(*result);
+  } catch (const std::exception& error) {
+    result->error = error.what();
   }
-  addNode(*scene, *scene->mRootNode, aiMatrix4x4(), result);
-  if (result.triangles.empty()) result.error = "it has no triangles";
+  return result;
 }
 
 }  // namespace
@@ -91,13 +103,12 @@ extern "C" {
 
 /// To be given to colored_mesh_delete; where it has an error, it has no triangles.
 ColoredMesh* colored_mesh_read(const char* path) {
-  auto* result = new ColoredMesh;
-  try {
-    read(path, *result);
-  } catch (const std::exception& error) {
-    result->error = error.what();
-  }
-  return result;
+  return answered([&](ColoredMesh& result) { read(path, result); });
+}
+
+/// The same without its triangles: only whether it can be given to a reader.
+ColoredMesh* colored_mesh_check(const char* path) {
+  return answered([&](ColoredMesh&) { checkMesh(contentOf(path), path); });
 }
 
 void colored_mesh_delete(ColoredMesh* mesh) { delete mesh; }

@@ -12,6 +12,7 @@
 
 #include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/common/xml_walk.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -72,6 +73,7 @@ cloud::Surface surfaceOfAll(const Shapes& shapes, const ReadResource& read) {
 }  // namespace
 
 std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadResource& read) {
+  walkXml(urdf.data(), urdf.size());  // urdfdom calls itself for each element in another one
   const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf);
   cloud::require(model != nullptr, "it is not a robot description (URDF)");
   std::vector<LinkGeometry> geometries;

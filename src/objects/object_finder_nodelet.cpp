@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
-#include <resource_retriever/retriever.h>
 #include <ros/node_handle.h>
 #include <ros/param.h>
 #include <ros/ros.h>
@@ -25,6 +24,8 @@
 #include "process_visualizer/cloud/require.hpp"
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/common/logger_services.hpp"
+#include "process_visualizer/mesh/mesh_address.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
@@ -173,12 +174,6 @@ FinderParameters readFinderParameters(const ros::NodeHandle& node_handle) {
           settingsOf(reader)};
 }
 
-std::vector<std::uint8_t> readResource(const std::string& url) {
-  resource_retriever::Retriever retriever;
-  const resource_retriever::MemoryResource resource = retriever.get(url);
-  return {resource.data.get(), resource.data.get() + resource.size};
-}
-
 /// The links of a device's model, from the parameter `/NAME/robot_description`.
 /// \param reach  of their distance fields, m
 /// \throws std::invalid_argument that names the parameter and says what is wrong
@@ -188,7 +183,7 @@ std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_
   require(ros::param::get(name, urdf), "the parameter " + name + " is not set yet");
   std::vector<KnownBody> bodies;
   try {
-    for (const LinkGeometry& link : linkGeometries(urdf, readResource))
+    for (const LinkGeometry& link : linkGeometries(urdf, mesh::contentAt))
       bodies.emplace_back(link.frame, link.mesh, reach, is_robot);
   } catch (const std::exception& error) {
     throw std::invalid_argument("the model in " + name + " cannot be used: " + error.what());
@@ -237,6 +232,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
 };
 
 void ObjectFinderNodelet::onInit() {
+  replaceLoggerServices();  // of the manager, in whose process this runs
   tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
   ros::NodeHandle& node_handle = getPrivateNodeHandle();
   objects_publisher_ = node_handle.advertise<DetectedObjects>("objects", 1);

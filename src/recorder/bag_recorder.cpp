@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "process_visualizer/common/checked_service.hpp"
+#include "process_visualizer/common/logger_services.hpp"
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/problems.hpp"
@@ -44,9 +45,14 @@ namespace {
 constexpr std::chrono::milliseconds kUnderWay(100);
 constexpr std::chrono::milliseconds kStatePeriod(500), kMasterPeriod(1000);
 
+constexpr std::size_t kMostLabelBytes = 4096;
+
 const char* const kNoTime =
     "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
     "simulation or the player first";
+
+const std::string kFull = "patterns match more topics than the " + std::to_string(kMostTopics) +
+                          " that are recorded at once: the others are left out";
 
 std::string defaultFolder() {
   const char* home = std::getenv("HOME");
@@ -231,6 +237,11 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
     response.message = kNoTime;
     return true;
   }
+  if (request.label.size() > kMostLabelBytes) {
+    response.message = "the label has " + std::to_string(request.label.size()) +
+                       " bytes; at most " + std::to_string(kMostLabelBytes) + " are allowed";
+    return true;
+  }
   response.success = intake_.mark(ros::Time::now(), request.label);
   if (!response.success) {
     response.message = "nothing is being recorded: a mark has no place to go to";
@@ -302,7 +313,9 @@ void BagRecorder::requireIdle() const {
 
 /// Subscribes to these topics, and to no others.
 void BagRecorder::watch(TopicChoice choice) {
-  if (const auto publishers = publishersAtMaster()) choice.follow(*publishers, ownPrefixes());
+  if (const auto publishers = publishersAtMaster();
+      publishers && choice.follow(*publishers, ownPrefixes()) && choice.isFull())
+    addProblem(kFull);
   intake_.choose(std::move(choice));
   subscriptions_.choose(intake_.sources());
 }
@@ -418,7 +431,9 @@ void BagRecorder::lookAtMaster() {
 void BagRecorder::followPublishers(const Publishers& publishers) {
   const std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
   if (!command || subscriptions_.topics().empty()) return;  // another time
-  if (intake_.follow(publishers, ownPrefixes())) subscriptions_.choose(intake_.sources());
+  if (!intake_.follow(publishers, ownPrefixes())) return;
+  subscriptions_.choose(intake_.sources());
+  if (intake_.choice().isFull()) addProblem(kFull);
 }
 
 }  // namespace process_visualizer::recorder
@@ -444,6 +459,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "bag_recorder", ros::init_options::NoSigintHandler);
   try {
     ros::NodeHandle node;  // keeps roscpp running until everything else is gone
+    process_visualizer::replaceLoggerServices();
     process_visualizer::recorder::BagRecorder recorder;
     ros::AsyncSpinner spinner(2);  // ~mark is answered while ~start waits
     spinner.start();

@@ -365,6 +365,9 @@ TEST(LinkGeometry, BadDescriptionsAreRefused) {
   EXPECT_THROW(linkGeometries("no robot", readStl), std::invalid_argument);
   EXPECT_THROW(cloud::readSurface({1, 2, 3}, "a.stl"), std::invalid_argument);
   EXPECT_THROW(cloud::readSurface({}, "a"), std::invalid_argument);
+  std::string deep;  // a reader calls itself for each element in another one
+  for (int i = 0; i < 200'000; ++i) deep += "<a>";
+  EXPECT_THROW(linkGeometries(robot(deep), readStl), std::invalid_argument);
 }
 
 }  // namespace

@@ -4,16 +4,20 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 import unittest
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
 
 import numpy as np
 import rospy
 import rostest
+from geometry_msgs.msg import Pose, Quaternion, Vector3
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import Marker
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))
 from fit import displaced
@@ -22,6 +26,7 @@ from still_cell import CLOUD, StillCell
 from process_visualizer.cell.model import BaseFrame, Device, RegionOfInterest
 from process_visualizer.clients.sensor_fit_client import FitError, fit_sensor
 from process_visualizer.robot.rotations import pose_difference
+from process_visualizer.srv import FitSensor
 
 PICTURE = 120  # 4 s: the upper robot brings covers
 TIMEOUT_S = 30.0
@@ -102,6 +107,35 @@ class SensorFitTest(unittest.TestCase):
         publisher.publish(broken)
         topic = replace(self.stage.sensor.topics[0], name='/broken')
         self.assertIn('cut off', self.refusal(replace(self.stage.sensor, topics=(topic,))))
+
+    def test_models_that_do_harm_are_refused(self) -> None:
+        """A request may name any mesh, and give models any size."""
+        fit = rospy.ServiceProxy('/sensor_fit/fit', FitSensor)
+        base = self.stage.sensor.base
+        assert base is not None
+
+        def refusal(**changes: Any) -> str:
+            model = Marker(type=Marker.CUBE, scale=Vector3(1.0, 1.0, 1.0))
+            model.header.frame_id = 'world'
+            for name, value in changes.items():
+                setattr(model, name, value)
+            answer = fit(CLOUD, base.frame, 'world', [model])
+            self.assertFalse(answer.success)
+            return str(answer.message)
+
+        with TemporaryDirectory() as folder:
+            pipe, deep = Path(folder, 'a.stl'), Path(folder, 'a.dae')
+            os.mkfifo(pipe)
+            deep.write_text('<node>' * 100_000)
+            for address, reason in (
+                    ('http://localhost:1/a.stl', 'neither with package:// nor with file:///'),
+                    (f'file://{pipe}', 'is not a file'),
+                    (f'file://{deep}', 'nested more than 200 deep')):
+                self.assertIn(reason, refusal(type=Marker.MESH_RESOURCE, mesh_resource=address))
+        self.assertIn('no numbers', refusal(scale=Vector3(math.nan, 1.0, 1.0)))
+        self.assertIn('length 1', refusal(
+            pose=Pose(orientation=Quaternion(1e6, 1e6, 0.0, 1.0))))
+        self.assertIn('1000000 characters', fit('x' * 1_000_000, base.frame, 'world', []).message)
 
 
 if __name__ == '__main__':

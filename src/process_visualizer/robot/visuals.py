@@ -2,8 +2,6 @@
 """The visual shapes of a model's links, and their meshes as triangles with colors."""
 from __future__ import annotations
 
-import ctypes
-import os
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
@@ -11,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from process_visualizer.robot.kinematics import Placement, origin_of, triple, urdf_root
-from process_visualizer.robot.mesh_files import MeshError, check_mesh_file
+from process_visualizer.robot.mesh_files import MeshError, opened_mesh
 
 Size = Tuple[float, float, float]
 Color = Tuple[float, float, float, float]
@@ -94,8 +92,6 @@ def _size(shape: ElementTree.Element) -> Size:
 
 # The mesh in a file as triangles with normals and colors, as RViz reads it.
 
-LIBRARY = 'libprocess_visualizer_mesh.so'
-
 class ColoredMesh(NamedTuple):
     """Triangles (m, 3) of corners (n, 3) [m] with ``normals`` (n, 3) and ``colors`` (n, 3) 0..255.
 
@@ -110,21 +106,13 @@ class ColoredMesh(NamedTuple):
 
 
 def read_colored_mesh(path: str) -> ColoredMesh:
-    """Return the mesh in a file (STL, Collada, OBJ and what else assimp reads).
+    """Return the mesh in a file (STL, Collada or OBJ).
 
     Raises:
         MeshError: it cannot be read, or has no triangles.
     """
-    check_mesh_file(path)
-    library = _library()
-    mesh = library.colored_mesh_read(os.fsencode(path))
-    try:
-        reason = library.colored_mesh_error(mesh).decode('utf-8', 'replace')
-        if reason:
-            raise MeshError(f'the mesh {path} cannot be read: {reason}')
+    with opened_mesh(path) as (library, mesh):
         return _checked(path, _copied(library, mesh))
-    finally:
-        library.colored_mesh_delete(mesh)
 
 
 def _copied(library: Any, mesh: int) -> ColoredMesh:
@@ -146,19 +134,3 @@ def _checked(path: str, mesh: ColoredMesh) -> ColoredMesh:
         raise MeshError(f'the mesh {path} cannot be read: it has no triangles')
     return mesh._replace(positions=np.where(is_finite[:, np.newaxis], mesh.positions, 0.0),
                          normals=np.nan_to_num(mesh.normals), triangles=triangles)
-
-
-def _library() -> Any:
-    library = ctypes.CDLL(LIBRARY)
-    library.colored_mesh_read.argtypes = [ctypes.c_char_p]
-    library.colored_mesh_read.restype = ctypes.c_void_p
-    results = {'error': ctypes.c_char_p, 'has_colors': ctypes.c_int, 'delete': None,
-               'corners': ctypes.c_size_t, 'triangles': ctypes.c_size_t,
-               'positions': ctypes.POINTER(ctypes.c_float),
-               'normals': ctypes.POINTER(ctypes.c_float),
-               'colors': ctypes.POINTER(ctypes.c_uint8),
-               'indices': ctypes.POINTER(ctypes.c_uint32)}
-    for name, result in results.items():
-        function = getattr(library, f'colored_mesh_{name}')
-        function.argtypes, function.restype = [ctypes.c_void_p], result
-    return library

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "process_visualizer/mesh/mesh_file.hpp"
+
+namespace process_visualizer::mesh {
+
+/// Returns what is at the address of a mesh in a robot description or a marker, which anybody in
+/// the network may have written: `package://NAME/PATH` below that installed package, or
+/// `file:///PATH`. Nothing is fetched from other computers.
+/// \throws std::invalid_argument that names the address or its file, and says what is wrong
+Bytes contentAt(const std::string& address);
+
+}  // namespace process_visualizer::mesh
