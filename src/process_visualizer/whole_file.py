@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files that are replaced as a whole or not at all."""
+"""Files that are replaced as a whole or not at all, and small ones that are read as a whole."""
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import tempfile
 from contextlib import contextmanager
 from typing import Iterator
@@ -41,6 +43,43 @@ def whole_file(path: str) -> Iterator[str]:
         raise
     finally:
         os.close(descriptor)
+
+
+MAX_SMALL_BYTES = 16 << 20
+
+
+def small_file(path: str, most_bytes: int = MAX_SMALL_BYTES) -> bytes:
+    """Return the content of a file of settings, or of another that cannot be large.
+
+    Nothing but a regular file is opened: a pipe keeps its reader waiting, and a device may never
+    end.
+
+    Raises:
+        OSError: it cannot be read, is no regular file, or is larger; ``strerror`` says so.
+    """
+    with open(path, 'rb', opener=_regular) as file:
+        content = file.read(most_bytes + 1)
+    if len(content) > most_bytes:
+        raise OSError(errno.EFBIG, f'is larger than {most_bytes >> 20} MB', path)
+    return content
+
+
+def write_small_file(path: str, content: bytes) -> None:
+    """Write a file that ``small_file`` reads.
+
+    Raises:
+        OSError: it cannot be written, or stands for something else; that is as it was.
+    """
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise OSError(errno.EINVAL, 'is not a regular file', path)
+    with whole_file(path) as unfinished, open(unfinished, 'wb') as file:
+        file.write(content)
+
+
+def _regular(path: str, flags: int) -> int:
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise OSError(errno.EINVAL, 'is not a regular file', path)
+    return os.open(path, flags | os.O_NONBLOCK)  # if it has become a pipe meanwhile
 
 
 def write_text(path: str, text: str) -> None:

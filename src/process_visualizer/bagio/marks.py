@@ -13,7 +13,7 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.json_text import parsed_json
 from process_visualizer.bagio.recorder_topics import MARKS, texts
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.whole_file import write_text
+from process_visualizer.whole_file import small_file, write_text
 
 _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
@@ -67,11 +67,10 @@ def added_marks(bag: str) -> List[Mark]:
 
 def _marks_in(path: str) -> List[Mark]:
     """The marks in a file; none if it does not exist."""
-    if not os.path.exists(path):
-        return []
     try:
-        with open(path, encoding='utf-8') as file:
-            return [_mark(entry) for entry in parsed_json(file.read())]
+        return [_mark(entry) for entry in parsed_json(small_file(path).decode())]
+    except FileNotFoundError:
+        return []
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BagError(path, f'cannot be read as marks ({error}); repair or remove it') from error
 

@@ -23,7 +23,7 @@ from process_visualizer.bagio.recorder_topics import CALIBRATION
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
-from process_visualizer.whole_file import write_text
+from process_visualizer.whole_file import small_file, write_text
 
 _MIN_NORM = 1e-3  # of a quaternion
 
@@ -116,12 +116,11 @@ def saved_poses(bag: str) -> Dict[str, Pose]:
         BagError: the file does not hold poses.
     """
     path = calibration_path(bag)
-    if not os.path.exists(path):
-        return {}
     try:
-        with open(path, encoding='utf-8') as file:
-            return {name: Pose(_vector(entry['xyz']), _vector(entry['ypr']))
-                    for name, entry in _object(parsed_json(file.read())).items()}
+        return {name: Pose(_vector(entry['xyz']), _vector(entry['ypr']))
+                for name, entry in _object(parsed_json(small_file(path).decode())).items()}
+    except FileNotFoundError:
+        return {}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BagError(path, f'cannot be read as poses ({error}); repair or remove it') from error
 

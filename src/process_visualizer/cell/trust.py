@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
 from typing import FrozenSet
 
 import rospkg
 
 from process_visualizer.cell.values import package as checked_package
+from process_visualizer.whole_file import small_file, write_small_file
+
+_MAX_BYTES = 1 << 20
 
 
 class Origin(Enum):
@@ -71,8 +73,14 @@ def trusted_packages() -> FrozenSet[str]:
         OSError: the list cannot be read.
         ValueError: it is no text.
     """
-    path = Path(trust_file())
-    return frozenset(path.read_text(encoding='utf-8').split() if path.exists() else ())
+    path = trust_file()
+    try:
+        return frozenset(small_file(path, _MAX_BYTES).decode().split())
+    except FileNotFoundError:
+        return frozenset()
+    except UnicodeDecodeError as error:
+        raise ValueError(f'{path}: {error}; write one name of a package a line, or remove it'
+                         ) from None
 
 
 def set_trusted(name: str, is_trusted: bool) -> None:
@@ -82,8 +90,6 @@ def set_trusted(name: str, is_trusted: bool) -> None:
         OSError, ValueError: the list cannot be read or written, or it is no name of a package.
     """
     names = trusted_packages() - {checked_package(name)} | ({name} if is_trusted else set())
-    path = Path(trust_file())
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = path.with_name(f'{path.name}.new')
-    new.write_text(''.join(f'{it}\n' for it in sorted(names)), encoding='utf-8')
-    new.replace(path)
+    path = trust_file()
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    write_small_file(path, ''.join(f'{it}\n' for it in sorted(names)).encode())

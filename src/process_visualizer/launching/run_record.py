@@ -15,6 +15,8 @@ from typing import Any, Callable, Dict, List, Optional
 
 import rospkg
 
+from process_visualizer.whole_file import small_file
+
 # Finds the processes of a run by a mark in their environment, which every descendant inherits.
 
 RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
@@ -199,8 +201,8 @@ def _folder() -> Path:
 
 def _owner(path: Path) -> Dict[str, Any]:
     try:
-        owner = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError):
+        owner = json.loads(small_file(str(path)))
+    except (OSError, ValueError, RecursionError):
         return {}
     return owner if isinstance(owner, dict) else {}
 

@@ -19,7 +19,10 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.values import plain_yaml
 from process_visualizer.rviz.camera import seen_points
 from process_visualizer.rviz.window_geometry import scene_aspect
-from process_visualizer.whole_file import whole_file
+from process_visualizer.whole_file import small_file, write_small_file
+
+_MAX_VIEW_BYTES = 1 << 20
+"""Of YAML, which is read slowly; RViz writes some 20 kB."""
 
 
 def read_view(path: str) -> Dict[str, Any]:
@@ -30,7 +33,7 @@ def read_view(path: str) -> Dict[str, Any]:
         ValueError: it is not a file of RViz.
     """
     try:
-        content = plain_yaml(Path(path).read_text(encoding='utf-8'))
+        content = plain_yaml(small_file(path, _MAX_VIEW_BYTES).decode())
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
     if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
@@ -74,7 +77,7 @@ class SavedViews:
         try:
             read_view(rviz_file)
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write_whole(self._path(name), Path(rviz_file).read_bytes())
+            write_small_file(str(self._path(name)), Path(rviz_file).read_bytes())
         except (OSError, ValueError) as error:
             raise SavedViewError(f'the view "{name}" cannot be saved: {_reason(error)}') from None
         self.choose(name)
@@ -114,7 +117,8 @@ class SavedViews:
             if name is None:
                 (self.folder / _CHOSEN_FILE).unlink(missing_ok=True)
             else:
-                _write_whole(self.folder / _CHOSEN_FILE, name.encode('utf-8', 'surrogatepass'))
+                write_small_file(str(self.folder / _CHOSEN_FILE),
+                                 name.encode('utf-8', 'surrogatepass'))
         except OSError as error:
             raise SavedViewError('the choice of a view cannot be saved: '
                                  f'{_reason(error)}') from None
@@ -122,7 +126,7 @@ class SavedViews:
     def chosen(self) -> Optional[str]:
         """The chosen name; None if no view is chosen, or it no longer exists."""
         try:
-            name = (self.folder / _CHOSEN_FILE).read_bytes().decode('utf-8', 'surrogatepass')
+            name = small_file(str(self.folder / _CHOSEN_FILE)).decode('utf-8', 'surrogatepass')
         except (OSError, UnicodeDecodeError):
             return None
         return name if self._path(name).is_file() else None
@@ -131,11 +135,6 @@ class SavedViews:
         """Its file; characters not allowed in file names, and dots, are encoded."""
         return self.folder / (quote(name, safe=' ', errors='surrogatepass').replace('.', '%2E')
                               + _ENDING)
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    with whole_file(str(path)) as unfinished:
-        Path(unfinished).write_bytes(content)
 
 
 def _reason(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Mapping
@@ -241,3 +242,17 @@ def test_runs_of_another_configuration_are_kept_until_it_is_back(qtbot: Any, bag
     open_cell(again.session, again.cell)
     again.tasks.end_all()
     assert again.model.good == {0, 1}
+
+
+def test_nothing_but_a_file_is_read_or_written(tmp_path: Path) -> None:
+    path = tmp_path / 'session.json'
+    os.mkfifo(path)
+    session = Program(path)
+    session.tick('arm')
+    assert [it.endswith('is not a regular file') for it in session.told] == [True, True]
+
+
+def test_a_file_nested_too_deeply_is_put_aside(tmp_path: Path) -> None:
+    path = tmp_path / 'session.json'
+    path.write_text('[' * 100_000)
+    assert 'is damaged' in Program(path).told[0]

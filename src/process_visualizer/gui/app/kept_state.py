@@ -10,10 +10,10 @@ from typing import Any, Callable, Deque, Dict, Mapping, Optional
 from PyQt5.QtCore import QObject, QSettings, pyqtSignal
 
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.whole_file import write_text
+from process_visualizer.whole_file import small_file, write_small_file
 
 FILE_NAME = 'session.json'
-_DAMAGED = (KeyError, TypeError, ValueError, AttributeError)
+_DAMAGED = (KeyError, TypeError, ValueError, AttributeError, RecursionError)
 Values = Dict[str, Any]
 
 
@@ -37,9 +37,7 @@ class KeptState(QObject):
     def restore(self) -> None:
         """Take what is in the file, if there is one; blocks."""
         try:
-            with open(self._path, encoding='utf-8') as file:
-                found = json.load(file)
-            self._restore(found)
+            self._restore(json.loads(small_file(self._path)))
             self._written = self._values()
         except FileNotFoundError:
             return
@@ -85,7 +83,7 @@ class KeptState(QObject):
 def _write(path: str, values: Values) -> None:
     """Write the file at once or not at all."""
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    write_text(path, json.dumps(values, indent=1))
+    write_small_file(path, json.dumps(values, indent=1).encode())
 
 
 class Settings:
