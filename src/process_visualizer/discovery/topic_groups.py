@@ -132,9 +132,10 @@ def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
     own = _robots_outputs(names) | _crops_outputs(names) | _finders_outputs(names)
     kept = [it for it in found if it.name not in own and not _is_other(it, names)]
     cropped = [it for it in found if it.name in own and it.name.endswith(_CROPPED)]
-    kept += [it for it in cropped
-             if not any(_is_source(group, it) for group in camera_groups(kept))]
-    return tuple(it for it in found if it in kept)
+    cameras = camera_groups(kept) if cropped else ()
+    kept += [it for it in cropped if not any(_is_source(group, it) for group in cameras)]
+    chosen = set(map(id, kept))  # comparing them would take as long as there are many, squared
+    return tuple(it for it in found if id(it) in chosen)
 
 
 def _is_other(topic: SeenTopic, names: Set[str]) -> bool:
