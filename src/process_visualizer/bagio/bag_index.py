@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from datetime import datetime, timezone
-from typing import Iterable, NamedTuple, Optional, Sequence, Tuple
+from functools import cached_property
+from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -66,6 +67,9 @@ class BagIndex:
                  gaps: Iterable[Gap] = (), strays: Iterable[Strays] = ()) -> None:
         """Take columns of any order; they are sorted by time only if they are not yet."""
         self.connections = tuple(connections)
+        self._numbers: Dict[str, List[int]] = {}
+        for number, connection in enumerate(self.connections):
+            self._numbers.setdefault(connection.topic, []).append(number)
         self.time_ns, self.connection, self.chunk, self.offset = _in_order(columns)
         self.chunks = chunks
         self.gaps, self.strays = tuple(gaps), tuple(strays)
@@ -134,8 +138,7 @@ class BagIndex:
 
     def connections_of(self, topic: str) -> Tuple[int, ...]:
         """Return the numbers of a topic's connections."""
-        return tuple(number for number, connection in enumerate(self.connections)
-                     if connection.topic == topic)
+        return tuple(self._numbers.get(topic, ()))
 
     def last_before(self, position: int, connection: int) -> Optional[int]:
         """Return the position of a connection's last message before a position, or None."""
@@ -150,12 +153,20 @@ class BagIndex:
 
     def topics_of_chunk(self, chunk: int) -> Tuple[Tuple[str, ...], int, int]:
         """Return topics, first and last time [ns] of a chunk's messages."""
-        rows = np.flatnonzero(self.chunk == chunk)
+        order, sorted_chunks = self._by_chunk
+        begin, end = np.searchsorted(sorted_chunks, [chunk, chunk + 1])
+        rows = order[begin:end]
         if not len(rows):
             return (), 0, 0
         numbers = np.unique(self.connection[rows])
         topics = tuple(sorted({self.connections[number].topic for number in numbers}))
         return topics, int(self.time_ns[rows[0]]), int(self.time_ns[rows[-1]])
+
+    @cached_property
+    def _by_chunk(self) -> Tuple[np.ndarray, np.ndarray]:
+        """The rows by chunk, and the chunk of each: only damaged recordings need them."""
+        order = np.argsort(self.chunk, kind='stable').astype(np.int32)
+        return order, self.chunk[order]
 
 
 def is_rising(values: np.ndarray) -> bool:

@@ -67,11 +67,11 @@ class ChunkStore:
 
     @property
     def gaps(self) -> Tuple[Gap, ...]:
-        """The chunks that could not be read so far, and messages that were noted."""
+        """The chunks and messages that could not be read so far, and those that were noted."""
         return (*self._damaged.values(), *self._noted.values())
 
     def note(self, position: int, reason: str) -> None:
-        """Take note of a message that cannot be understood: of each topic the first by reason."""
+        """Take note of a message that cannot be used: of each topic the first by reason."""
         topic = int(self._index.connection[position])
         if (topic, reason) not in self._noted and len(self._noted) < _MAX_NOTES:
             self._noted[topic, reason] = self._gap_of_message(position, reason)
@@ -107,6 +107,7 @@ class ChunkStore:
                 return _message_in(memoryview(content)[offset:])
             return self._message_on_disk(self._file(number_), chunk, offset)
         except RecordError as error:
+            self.note(position, str(error))
             raise BagDamaged(self._gap_of_message(position, str(error))) from error
 
     def own_time_ns(self, position: int) -> int:

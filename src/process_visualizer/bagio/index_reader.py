@@ -118,8 +118,9 @@ def _holds(connection: Connection) -> bool:
 
 def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
     for topic in sorted({it.topic for it in index.connections}):
-        numbers: List[int] = list(index.connections_of(topic))
-        times_ns = index.time_ns[rows & np.isin(index.connection, numbers)]
+        numbers = index.connections_of(topic)
+        positions = index.positions_of(numbers)
+        times_ns = index.time_ns[positions[rows[positions]]]
         unset = int(np.searchsorted(times_ns, MAX_UNSET_NS, side='right'))
         for part in filter(len, (times_ns[:unset], times_ns[unset:])):
             yield Strays(topic, len(part), int(part[0]), int(part[-1]),

@@ -13,6 +13,7 @@ from typing import (
     NamedTuple,
     Optional,
     Sequence,
+    Set,
     Tuple,
     Type,
     Union,
@@ -20,8 +21,8 @@ from typing import (
 
 import numpy as np
 
-from process_visualizer.bagio.bag_errors import Gap, RecordError
-from process_visualizer.bagio.bag_file import BagFile
+from process_visualizer.bagio.bag_errors import BagDamaged, Gap, RecordError
+from process_visualizer.bagio.bag_file import OP_MESSAGE, BagFile
 from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns, connection_dtype
 from process_visualizer.bagio.chunk_store import Chunk, ChunkStore, chunk_at, decompressed
 from process_visualizer.bagio.index_reader import read_index
@@ -201,6 +202,9 @@ _CLOSE_BYTES = 16 << 10  # what lies between two records is read with them
 _MAX_RECORD_BYTES = 1 << 20  # of the wanted ones; of a larger one, the beginning is read
 _BATCH_BYTES = 8 << 20
 _BATCH_RECORDS = 1 << 15
+U32_BYTES = 4
+_IS_MESSAGE = b'op=' + bytes([OP_MESSAGE])
+_IS_MESSAGE_U32 = int.from_bytes(_IS_MESSAGE, 'little')
 
 
 class RecordBatch(NamedTuple):
@@ -215,29 +219,89 @@ class RecordBatch(NamedTuple):
     begin: np.ndarray
     end: np.ndarray
 
+    def u32_at(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Return the numbers (int64) at some bytes of the buffer, -1 if they go beyond an end."""
+        fits = begin + U32_BYTES <= end
+        if not fits.any():
+            return np.full(len(begin), -1, np.int64)
+        at = np.where(fits, begin, 0)[:, np.newaxis] + np.arange(U32_BYTES)
+        values = self.buffer[at].view('<u4')[:, 0].astype(np.int64)
+        return np.where(fits, values, -1)
+
 
 def record_batches(recording: Recording, positions: np.ndarray,
                    most_bytes: int = _MAX_RECORD_BYTES) -> Iterator[RecordBatch]:
     """Yield the records of messages, given by their positions in the index (int).
 
     They come in the order of the files; of records of more than ``most_bytes`` the beginning.
-    Chunks that cannot be read are left out.
+    Chunks that cannot be read, and what is no message, are left out; ``recording.gaps`` has them,
+    of each connection the first message.
     """
     rows, spans = _Rows(recording.index, positions, most_bytes), _Spans(recording)
+    readable = _SingleReader(recording)
     batch: List[RecordBatch] = []
     size = count = 0
     for first, last in rows.spans():
         try:
             part = spans.read(rows, slice(first, last))
         except RecordError:
+            readable.among(rows.positions[first:last])
             continue
         batch.append(part)
         size, count = size + len(part.buffer), count + last - first
         if size >= _BATCH_BYTES or count >= _BATCH_RECORDS:
-            yield _joined(batch)
+            yield _of_messages(_joined(batch), readable)
             batch, size, count = [], 0, 0
     if batch:
-        yield _joined(batch)
+        yield _of_messages(_joined(batch), readable)
+
+
+class _SingleReader:
+    """Reads doubtful messages singly, so that it is noted which cannot be read."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._failed: Set[int] = set()  # connections: one message of each is enough to be told
+
+    def among(self, positions: np.ndarray) -> List[int]:
+        """Return those of some positions whose messages can be read."""
+        return [it for it in positions.tolist() if self._is_readable(it)]
+
+    def _is_readable(self, position: int) -> bool:
+        connection = int(self._recording.index.connection[position])
+        if connection in self._failed or not self._recording.is_readable(position):
+            return False
+        try:
+            self._recording.message(position)
+        except BagDamaged:
+            self._failed.add(connection)
+            return False
+        return True
+
+
+def _of_messages(batch: RecordBatch, readable: _SingleReader) -> RecordBatch:
+    """The records of a batch that are messages."""
+    are_messages = _are_messages(batch)
+    if are_messages.all():
+        return batch
+    # a header may be longer than what was read of it
+    are_messages |= np.isin(batch.positions, readable.among(batch.positions[~are_messages]))
+    return RecordBatch(batch.buffer, *(column[are_messages] for column in batch[1:]))
+
+
+def _are_messages(batch: RecordBatch) -> np.ndarray:
+    """Whether the header of each record says that it is one of a message."""
+    at = batch.begin + U32_BYTES
+    end = np.minimum(at + batch.u32_at(batch.begin, batch.end), batch.end)
+    found = np.zeros(len(at), bool)
+    rows = np.arange(len(at))
+    while len(rows):  # the next field of each header that has not said it yet
+        size = batch.u32_at(at[rows], end[rows])
+        found[rows] = ((size == len(_IS_MESSAGE))
+                       & (batch.u32_at(at[rows] + U32_BYTES, end[rows]) == _IS_MESSAGE_U32))
+        at[rows] += U32_BYTES + size
+        rows = rows[~found[rows] & (size >= 0) & (at[rows] < end[rows])]
+    return found
 
 
 class _Rows:

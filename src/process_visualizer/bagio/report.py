@@ -2,8 +2,9 @@
 """The report on a recording: its contents, what is missing, and whether it is complete."""
 from __future__ import annotations
 
+from collections import defaultdict
 from enum import Enum
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,7 +18,12 @@ from process_visualizer.bagio.message_definition import (
     short_name,
 )
 from process_visualizer.bagio.recorder_topics import ACCOUNT, last_json, texts
-from process_visualizer.bagio.recording import RecordBatch, Recording, record_batches
+from process_visualizer.bagio.recording import (
+    U32_BYTES,
+    RecordBatch,
+    Recording,
+    record_batches,
+)
 from process_visualizer.ros_names import OWN_TOPICS
 
 # Finds what is missing in the stream of a topic, from the times and numbers of its messages.
@@ -154,16 +160,18 @@ def backward_jumps(time_ns: np.ndarray, least_s: float) -> List[Tuple[int, float
 
 _HEAD_BYTES = 512
 """Of a record: its header has some 40 bytes, and the number follows."""
-_U32 = 4
 
 
 def header_numbers(recording: Recording) -> np.ndarray:
-    """Return the numbers (int64) in the headers of all messages by position, -1 without one."""
+    """Return the numbers (int64) in the headers of all messages by position, -1 without one.
+
+    What is not there though the index lists it is one of ``recording.gaps`` afterwards.
+    """
     index = recording.index
-    numbered = [number for number, it in enumerate(index.connections) if begins_with_header(it)]
+    is_numbered = np.array([*map(begins_with_header, index.connections)], bool)[index.connection]
     found = np.full(len(index), -1, np.int64)
-    for batch in record_batches(recording, index.positions_of(numbered), _HEAD_BYTES):
-        found[batch.positions] = _numbers_in(batch)
+    for batch in record_batches(recording, np.arange(len(index)), _HEAD_BYTES):
+        found[batch.positions] = np.where(is_numbered[batch.positions], _numbers_in(batch), -1)
     return found
 
 
@@ -179,20 +187,11 @@ def begins_with_header(connection: Connection) -> bool:
 
 def _numbers_in(batch: RecordBatch) -> np.ndarray:
     """The numbers of the records of a batch: header and data follow their lengths."""
-    header_size = _u32_at(batch, batch.begin, batch.end)
-    data = batch.begin + 2 * _U32 + header_size
-    data_size = _u32_at(batch, data - _U32, batch.end)
-    number = _u32_at(batch, data, batch.end)
-    return np.where((header_size >= 0) & (data_size >= _U32), number, -1)
-
-
-def _u32_at(batch: RecordBatch, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The numbers (int64) at some offsets, -1 where the data ends too early."""
-    fits = begin + _U32 <= end
-    at = np.where(fits, begin, 0)[:, np.newaxis] + np.arange(_U32)
-    padded = np.concatenate((batch.buffer, np.zeros(_U32, np.uint8)))
-    values = padded[at].view('<u4')[:, 0].astype(np.int64)
-    return np.where(fits, values, -1)
+    header_size = batch.u32_at(batch.begin, batch.end)
+    data = batch.begin + 2 * U32_BYTES + header_size
+    data_size = batch.u32_at(data - U32_BYTES, batch.end)
+    number = batch.u32_at(data, batch.end)
+    return np.where((header_size >= 0) & (data_size >= U32_BYTES), number, -1)
 
 
 _MIN_JUMP_S = 0.1
@@ -282,9 +281,7 @@ def make_report(recording: Recording) -> Report:
     # each file of a recording ends with one; a file that was repaired has none
     has_account = account is not None and len(texts(recording, ACCOUNT)) >= len(recording.paths)
     recording.check_chunks()
-    sequence = header_numbers(recording)
-    topics = tuple(_topic_report(recording, topic, sequence, account)
-                   for topic in _topics(recording, account))
+    topics = tuple(_topic_reports(recording, account))
     return Report(recording.paths, recording.index.begin_ns, recording.index.end_ns, topics,
                   _clock_jumps(recording, account), tuple(read_marks(recording)),
                   tuple(str(gap) for gap in recording.gaps), has_account, recording.remarks)
@@ -297,23 +294,32 @@ def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str
     return sorted(topic for topic in topics if not topic.startswith(OWN_TOPICS))
 
 
-def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
-                  account: Optional[Dict[str, Any]]) -> TopicReport:
+def _topic_reports(recording: Recording,
+                   account: Optional[Dict[str, Any]]) -> Iterator[TopicReport]:
     index = recording.index
-    numbers = index.connections_of(topic)
-    positions = index.positions_of(numbers)
-    connections = [index.connections[number] for number in numbers]
-    times_ns = index.time_ns[positions]
-    stream = Stream(times_ns, sequence[positions],
-                    _publishers(index.connections)[index.connection[positions]])
+    sequence, publishers = header_numbers(recording), _publishers(index.connections)
+    accounted = None if account is None else _accounted(account)
+    untimed: Dict[str, int] = defaultdict(int)
+    for it in index.strays:
+        untimed[it.topic] += it.message_count
+    for topic in _topics(recording, account):
+        positions = index.positions_of(index.connections_of(topic))
+        stream = Stream(index.time_ns[positions], sequence[positions],
+                        publishers[index.connection[positions]])
+        connections = [index.connections[it] for it in index.connections_of(topic)]
+        yield _topic_report(topic, connections, stream, untimed[topic], accounted)
+
+
+def _topic_report(topic: str, connections: Sequence[Connection], stream: Stream, untimed: int,
+                  accounted: Optional[Dict[str, Any]]) -> TopicReport:
+    times_ns = stream.time_ns
     # A latching publisher speaks when something changes: no interval of it is usual.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
-    untimed = sum(it.message_count for it in index.strays if it.topic == topic)
-    return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(positions),
-                       (len(positions) - 1) / duration_s if duration_s else 0.0,
-                       *largest_interval(times_ns), gaps, _dropped(account, topic),
-                       0 if account is None else _lost(gaps, len(positions), untimed),
+    return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(times_ns),
+                       (len(times_ns) - 1) / duration_s if duration_s else 0.0,
+                       *largest_interval(times_ns), gaps, _dropped(accounted, topic),
+                       0 if accounted is None else _lost(gaps, len(times_ns), untimed),
                        untimed)
 
 
@@ -336,10 +342,10 @@ def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
     return max(sum(left_out) - untimed, 0)
 
 
-def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
-    if account is None:
+def _dropped(accounted: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
+    if accounted is None:
         return None
-    entry = _accounted(account).get(topic)
+    entry = accounted.get(topic)
     count = entry.get('dropped') if isinstance(entry, dict) else 0
     return count if isinstance(count, int) and count >= 0 else None
 

@@ -18,7 +18,7 @@ from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
 from process_visualizer.runs.recorded.run_reader import read_run
-from process_visualizer.runs.run import Run
+from process_visualizer.runs.run import DAMAGED, Run
 from process_visualizer.shown_text import say
 
 
@@ -53,6 +53,9 @@ def chosen_spans(options: argparse.Namespace, arguments: Dict[str, str]) -> Chos
     chosen = ChosenRuns(cell)
     good = _good_runs(chosen, getattr(options, 'reference', []))
     runs = _runs(chosen, options.runs, cell)
+    for run in runs:
+        if run.is_damaged:
+            say(f'note: {run.name}: {DAMAGED}', file=sys.stderr)
     return ChosenSpans(cell, runs, [_span(it, options.begin, options.end) for it in runs], good)
 
 

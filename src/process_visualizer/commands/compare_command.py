@@ -18,7 +18,7 @@ from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
-from process_visualizer.runs.run import Run
+from process_visualizer.runs.run import DAMAGED, Run
 from process_visualizer.shown_text import say
 from process_visualizer.whole_file import write_text
 
@@ -68,7 +68,8 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
                            for event in run.events[:6])
         say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
             + ''.join(f', {what} {_number(value)}' for what, value in run.context + run.place)
-            + (', broken off' if run.is_broken_off else '') + (f': {events}' if events else ''))
+            + (', broken off' if run.is_broken_off else '')
+            + (f', {DAMAGED}' if run.is_damaged else '') + (f': {events}' if events else ''))
     return 0
 
 
@@ -160,6 +161,7 @@ def _number(value: Optional[float]) -> str:
 def _entry(run: Run) -> Dict[str, object]:
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
             'duration_s': round(run.duration_s, 3), 'is_broken_off': run.is_broken_off,
+            'is_damaged': run.is_damaged,
             'context': dict(run.context + run.place),
             'events': [{'name': it.name, 'time_s': round(run.begin_s + it.time_s, 3)}
                        for it in run.events],

@@ -348,6 +348,9 @@ def _summary(types: Sequence[str], process: Optional[Process]) -> str:
     return text if process is None else f'{text}; {process.summary}'
 
 
+_MAX_GAPS = 5
+
+
 def from_bags(paths: Sequence[str]) -> NewConfiguration:
     """Return a configuration for a recording.
 
@@ -368,7 +371,7 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
                 refused = [f'The configuration in the recording is not used: {error}']
         models, of_models = recorded_models(recording)
         motions = recorded_motions(recording)
-        of_bags = recording.remarks
+        of_bags = (*recording.remarks, *map(str, recording.gaps[:_MAX_GAPS]))
     remarks = (*refused, *(f'{it}.' for it in of_bags), *of_models,
                *(() if models else seen.remarks))
     try:

@@ -93,6 +93,9 @@ class RunPhase(NamedTuple):
     is_wait: bool
 
 
+DAMAGED = 'a part of its recording cannot be read; "cell report" says which'
+
+
 class Run(NamedTuple):
     """A run; its times count from its begin, which is at ``begin_s`` of its recording.
 
@@ -100,7 +103,8 @@ class Run(NamedTuple):
     were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
     to its end. Of runs with the same ``context`` the same is expected, of those with the same
     ``place`` also that the tools are at the same places. ``absent`` says what is configured and was
-    not recorded, and whether that is a mistake.
+    not recorded, and whether that is a mistake. Of a recording that ``is_damaged`` something that
+    belongs here could not be read.
     """
 
     name: str
@@ -118,6 +122,7 @@ class Run(NamedTuple):
     phases: Tuple[RunPhase, ...] = ()
     absent: Tuple[Tuple[str, bool], ...] = ()
     torques: Tuple[ToolForce, ...] = ()
+    is_damaged: bool = False
 
     @property
     def waits_s(self) -> Tuple[Tuple[float, float], ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, Iterator, List, Optional, Tuple
 
 import numpy as np
 import pytest
@@ -15,7 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String, UInt32
+from test_bags_damaged import places_of
 
+from process_visualizer.bagio.bag_file import INDEX_ENTRY_BYTES, OP_INDEX, record_at
+from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import (
     Completeness,
@@ -252,6 +255,49 @@ def test_a_chunk_that_cannot_be_read_is_told_whatever_it_holds(tmp_path: Path) -
     data[at:at + 3] = b'xxx'
     path.write_bytes(data)
     assert 'a part of the file cannot be read' in verdict(report_of(str(path)))
+
+
+@pytest.mark.parametrize('compression', ['none', 'lz4'])
+@pytest.mark.parametrize('offset', [3, 5000, (1 << 32) - 1])
+def test_an_index_that_points_at_no_message_is_told(tmp_path: Path, compression: str,
+                                                    offset: int) -> None:
+    """Also of a topic whose messages need not be read, and once for each topic."""
+    path = tmp_path / 'a.bag'
+    with rosbag.Bag(str(path), 'w', compression=compression) as bag:
+        for number in range(20):
+            for topic in ('/a', '/b'):
+                bag.write(topic, UInt32(number), Time(BEGIN_S + number, 0))
+    data = bytearray(path.read_bytes())
+    for index in places_of(bytes(data), OP_INDEX):
+        entries = record_at(memoryview(bytes(data)), index).end - 2 * INDEX_ENTRY_BYTES
+        data[entries + 8:entries + 12] = offset.to_bytes(4, 'little')
+    path.write_bytes(data)
+    report = report_of(str(path))
+    assert 'not complete: a part of the file cannot be read' in verdict(report)
+    assert [it.partition('missing are the topics ')[2][:2] for it in report.unreadable] == [
+        '/a', '/b']
+
+
+def test_many_topics_take_no_longer_than_many_messages(tmp_path: Path) -> None:
+    class Counted(Tuple[Connection, ...]):
+        looks = 0
+
+        def __iter__(self) -> Iterator[Connection]:
+            Counted.looks += 1
+            return super().__iter__()
+
+    def looks(count: int) -> int:
+        path = tmp_path / f'{count}.bag'
+        with rosbag.Bag(str(path), 'w') as bag:
+            for number in range(count):
+                bag.write(f'/n{number}', UInt32(number), Time(BEGIN_S, number))
+        with Recording([str(path)]) as recording:
+            recording.index.connections = Counted(recording.index.connections)
+            Counted.looks = 0
+            assert len(make_report(recording).topics) == count
+        return Counted.looks
+
+    assert looks(20) == looks(5)
 
 
 def test_a_part_without_an_account_makes_it_unknown(tmp_path: Path) -> None:

@@ -16,12 +16,14 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 
+from process_visualizer.bagio.bag_file import OP_MESSAGE
 from process_visualizer.bagio.marks import Mark, add_mark
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.runs.comparison.ghost import reference_tracks
 from process_visualizer.runs.recorded.run_reader import read_run
+from process_visualizer.runs.run import DAMAGED
 
 Bag = Callable[..., str]
 
@@ -45,6 +47,19 @@ def test_cycles_for_programs(bag: Bag, capsys: pytest.CaptureFixture[str]) -> No
     assert second['begin_s'] == pytest.approx(11.02, abs=0.03)
     assert second['events'][0]['time_s'] == pytest.approx(13.02, abs=0.03)
     assert 'arm tool force' in second['channels']
+
+
+def test_a_run_of_a_damaged_recording_says_so(
+        bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its index points at what is no message."""
+    good, path = bag('good.bag'), Path(bag())
+    data = path.read_bytes()
+    at = data.rindex(b'op=' + bytes([OP_MESSAGE]))
+    path.write_bytes(data[:at] + b'op=\x09' + data[at + 4:])
+    assert main(['runs', str(path)]) == 0
+    assert all(DAMAGED in line for line in capsys.readouterr().out.splitlines())
+    main(['compare', f'{path}#2', '--reference', f'{good}#1'])
+    assert f'note: {DAMAGED}' in capsys.readouterr().out
 
 
 def test_a_poor_run_is_found(bag: Bag, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

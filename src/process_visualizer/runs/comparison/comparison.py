@@ -70,7 +70,7 @@ from process_visualizer.runs.deviation.signals import (
     tool_speed,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
-from process_visualizer.runs.run import Context, Key, Run, fingerprint
+from process_visualizer.runs.run import DAMAGED, Context, Key, Run, fingerprint
 from process_visualizer.runs.series import (
     ROUGH_S,
     States,
@@ -447,6 +447,8 @@ class GoodRuns:
             last = max(run.events, key=lambda it: it.time_s, default=None)
             notes.append('it was broken off' + ('' if last is None else
                                                 f' after "{last.name}"'))
+        if run.is_damaged:
+            notes.append(DAMAGED)
         if alignment.means is not AlignmentMethod.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         else:

@@ -162,7 +162,8 @@ def read_run(recording: Recording, cell: Cell,
                configuration='' if stored is None else repr(stored),
                absent=(*((it.text, it.is_misspelt) for it in absent), *_no_lag(of_robots)),
                phases=tuple(RunPhase(it.name, it.begin, it.end, it.is_wait)
-                            for it in cell.phases))
+                            for it in cell.phases),
+               is_damaged=bool(recording.gaps))
 
 
 def as_received(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Run:
