@@ -2,6 +2,7 @@
 """A device whose nodes run on another computer (``<device machine>``), reached by SSH."""
 from __future__ import annotations
 
+import os
 import shlex
 import signal
 import subprocess
@@ -106,6 +107,34 @@ def test_the_nodes_of_a_device_run_on_its_machine(
     finally:
         cell.end()
         print(cell.text)
+
+
+def test_a_machine_whose_link_is_cut_does_not_keep_the_cell_from_ending(
+        networks: TwoNetworks, far_computer: Path, home: Path, tmp_path: Path,
+        ros_environment: Dict[str, str]) -> None:
+    config = tmp_path / 'cell.xml'
+    config.write_text(CONFIGURATION.format(address=FAR_ADDRESS, port=PORT, loader=far_computer),
+                      encoding='utf-8')
+    cell = CellRun(['run', str(config), '--no-rviz', '--remote'],
+                   {**ros_environment, 'HOME': str(home), 'ROS_MASTER_URI': MASTER_URI,
+                    'ROS_IP': CELL_ADDRESS}, networks.command(networks.cell))
+    try:
+        cell.wait_for_line('/view_relay: running')
+        wait_until(lambda: processes_of(networks, networks.viewer, 'variable_proc'),
+                   'the node there')
+        networks.is_cut = True
+        assert cell.signal_and_wait(signal.SIGINT) == 0
+        where = f'/oven/variable_proc on far ({FAR_ADDRESS})'
+        assert f'no answer: {where}; waiting' in cell.text
+        assert f'could not be stopped: {where}' in cell.text
+        assert not processes_of(networks, networks.cell, 'ros')
+    finally:
+        networks.is_cut = False
+        cell.end()
+        print(cell.text)
+        for name in ('roslaunch', 'variable_proc'):  # what goes on there, as it was told
+            for pid in processes_of(networks, networks.viewer, name):
+                os.kill(int(pid), signal.SIGKILL)
 
 
 def test_a_machine_that_cannot_be_reached_is_named(

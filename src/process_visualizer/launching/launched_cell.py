@@ -66,7 +66,7 @@ class LaunchedPart:
         """Stop it, and everything that it has left if it has failed."""
         self._change(lambda report: report.stopping())
         if self._run is not None:
-            self._run.stop()
+            self._run.stop(self._tail.add)
             self._run = None
         self._change(lambda report: report.stopped())
 

@@ -27,6 +27,7 @@ from typing import (
 )
 from urllib.parse import urlparse
 
+from process_visualizer.launching.far_computers import FarComputer, silent
 from process_visualizer.launching.run_record import (
     RUN_VARIABLE,
     RunRecord,
@@ -91,6 +92,11 @@ _LOCAL = {'ROS_HOSTNAME': 'localhost'}
 _NAMED = {'ROS_IP', 'ROS_HOSTNAME'}
 _LOCAL_HOSTS = ('localhost', '127.0.0.1', '::1')
 _TELL_PERIOD_S = 5.0
+_FAR_S = 1.0
+"""Within which roslaunch has ended if all is well, so that no computer need be asked."""
+_LOST_PERIOD_S = 3.0
+_CORE = {'rosmaster', 'rosout'}
+"""What roslaunch ends last."""
 
 
 Child = Union['subprocess.Popen[str]', ForkedProcess]
@@ -145,34 +151,56 @@ class RoslaunchProcess:
         """Wait for the end of roslaunch; returns its exit code."""
         return self._process.wait()
 
-    def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
+    def stop(self, tell: Callable[[str], None] = lambda text: None,
+             far: Sequence[FarComputer] = ()) -> List[int]:
         """Stop roslaunch and everything it started; return the ids of remaining orphans.
 
         What was stopped with SIGSTOP goes on, so that a recorder finishes its bag.
-        ``tell`` is called every 5 s with what has not ended yet.
+        ``tell`` is called every 5 s with what has not ended yet. roslaunch would wait for minutes
+        for a computer whose link is cut: of the ``far`` ones those that do not answer are told at
+        once, and left to themselves when everything here has ended.
         """
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
-            if self._ends_on(number, timeout_s, tell):
+            lost = self._wait_after(number, timeout_s, tell, far)
+            if lost or self.exit_code() is not None:
                 break
-        else:
+        if self.exit_code() is None:
             self._process.kill()
             self._process.wait()
+            for computer in lost:
+                tell(f'could not be stopped: {computer}, which does not answer; end it there, or '
+                     'restart that computer')
         return end_processes(self._run_id)
 
-    def _ends_on(self, number: int, timeout_s: float, tell: Callable[[str], None]) -> bool:
+    def _wait_after(self, number: int, timeout_s: float, tell: Callable[[str], None],
+                    far: Sequence[FarComputer]) -> List[FarComputer]:
+        """Send a signal and wait for the end; return those for which alone it would go on."""
         if self.exit_code() is None:
             self._process.send_signal(number)
             continue_processes(self._run_id)
-        while timeout_s > 0.0:
-            try:
-                self._process.wait(min(timeout_s, _TELL_PERIOD_S))
-                return True
-            except subprocess.TimeoutExpired:
-                timeout_s -= _TELL_PERIOD_S
-                left = sorted(set(names_of(processes_of_run(self._run_id))))
-                tell(f'waiting for the end of {", ".join(left)}')
-        return False
+        if far and self._has_ended(_FAR_S):
+            return []
+        lost = silent(far)
+        for computer in lost:
+            tell(f'no answer: {computer}; waiting some seconds for its end')
+        period_s = _LOST_PERIOD_S if lost else _TELL_PERIOD_S
+        while timeout_s > 0.0 and not self._has_ended(min(timeout_s, period_s)):
+            timeout_s -= period_s
+            left = processes_of_run(self._run_id)
+            names = set(names_of([it for it in left if it != self._process.pid]))
+            lost = silent(far) if names <= _CORE else []
+            if lost:
+                return lost
+            tell(f'waiting for the end of {", ".join(sorted(set(names_of(left))))}')
+        return []
+
+    def _has_ended(self, timeout_s: float) -> bool:
+        try:
+            self._process.wait(timeout_s)
+            return True
+        except subprocess.TimeoutExpired:
+            return False
 
 
 def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:

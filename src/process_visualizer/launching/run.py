@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple, Union
 
+from process_visualizer.launching.far_computers import far_computers
 from process_visualizer.launching.part_report import NodeReport, NodeState, exit_words
 from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.launching.roslaunch_process import (
@@ -279,6 +280,7 @@ class LaunchRun:
         self._on_end = on_end
         self._record = RunRecord()
         self._record.write()
+        self._far = far_computers(launch_file)
         self._watcher = NodeWatcher(on_report, self._take_line, master_uri)
         self._process = self._start(launch_file, start, master_uri)
         self._ended = threading.Event()
@@ -329,7 +331,7 @@ class LaunchRun:
         ``tell`` is called with what is waited for, if that takes long.
         """
         self._is_stopping = True
-        orphans = self._process.stop(tell)
+        orphans = self._process.stop(tell, self._far)
         for thread in self._threads:
             thread.join()
         with contextlib.suppress(OSError):  # what cannot be written was reported when it came

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 from pathlib import Path
 from typing import Callable, Iterator, List
 
 import pytest
 
+from process_visualizer.launching import roslaunch_process
+from process_visualizer.launching.far_computers import FarComputer, far_computers, silent
 from process_visualizer.launching.roslaunch_process import RoslaunchProcess
 from process_visualizer.launching.run_record import RUN_VARIABLE, processes_of_run
 
@@ -84,3 +87,38 @@ def test_child_is_not_interrupted_with_the_terminal(start: Start) -> None:
     assert os.getsid(pid) == os.getpgid(pid) == pid != os.getpgrp()
     os.kill(pid, signal.SIGTERM)
     assert process.wait() == -signal.SIGTERM
+
+
+def test_a_computer_that_does_not_answer_is_told_and_left(
+        start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    """roslaunch itself would wait for it for minutes."""
+    far = FarComputer('far', '10.0.0.9', 22, ('/oven/driver',))
+    for name in ('_FAR_S', '_LOST_PERIOD_S'):
+        monkeypatch.setattr(roslaunch_process, name, 0.1)
+    monkeypatch.setattr(roslaunch_process, 'silent', list)
+    told: List[str] = []
+    process = start("trap '' INT TERM; echo ready; exec sleep 1000")
+    assert process.output.readline() == 'ready\n'
+    assert process.stop(told.append, [far]) == []
+    assert [it.partition(': ')[::2] for it in told] == [
+        ('no answer', '/oven/driver on far (10.0.0.9); waiting some seconds for its end'),
+        ('could not be stopped', '/oven/driver on far (10.0.0.9), which does not answer; end it '
+                                 'there, or restart that computer')]
+
+
+def test_the_computers_of_a_launch_file(tmp_path: Path) -> None:
+    path = tmp_path / 'a.launch'
+    path.write_text('<launch><machine name="far" address="10.0.0.9" ssh-port="2222"/>'
+                    '<machine name="near" address="b"/><node name="here"/><group ns="oven">'
+                    '<node name="driver" machine="far"/></group></launch>')
+    assert far_computers(str(path)) == [FarComputer('far', '10.0.0.9', 2222, ('/oven/driver',)),
+                                        FarComputer('near', 'b', 22, ())]
+    assert far_computers(str(tmp_path)) == []
+
+
+def test_a_computer_that_refuses_does_answer() -> None:
+    with socket.create_server(('127.0.0.1', 0)) as there:
+        port = there.getsockname()[1]
+        open_ = FarComputer('far', '127.0.0.1', port, ())
+        assert silent([open_]) == []
+    assert silent([open_, open_._replace(address='no name')]) == []
