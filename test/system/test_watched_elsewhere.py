@@ -106,6 +106,25 @@ def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: 
         end(viewer, cell)
 
 
+def test_a_cell_that_is_started_again_with_another_port_is_seen_again(
+        networks: TwoNetworks, ros_environment: Dict[str, str], config: str) -> None:
+    cell = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz', '--remote')
+    viewer = again = None
+    try:
+        cell.wait_for_line('/view_relay: running')
+        viewer = run(networks, networks.viewer, ros_environment, 'view', '--no-rviz', '--master',
+                     CELL_ADDRESS)
+        viewer.wait_for_line('ready')
+        assert cell.signal_and_wait(signal.SIGINT) == 0
+        viewer.wait_for_line('no connection to')
+        again = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz',
+                    '--remote', '--ports', '11450-11459')
+        viewer.wait_for_line('connected again')
+        assert viewer.signal_and_wait(signal.SIGINT) == 0
+    finally:
+        end(viewer, cell, again)
+
+
 def test_clocks_that_are_apart_are_told(networks: TwoNetworks, ros_environment: Dict[str, str],
                                         config: str, tmp_path: Path) -> None:
     source, library = tmp_path / 'clock.c', tmp_path / 'clock.so'

@@ -9,7 +9,8 @@ import shutil
 import signal
 import socket
 import sys
-from typing import Dict, Iterator, Optional
+from functools import partial
+from typing import Dict, Iterator, Optional, Tuple
 
 import rosgraph
 
@@ -47,20 +48,20 @@ def execute_view(options: argparse.Namespace) -> int:
     """
     wanted = options.master or address_of(rosgraph.get_master_uri())
     try:
-        host, port = find_relay(wanted)
+        address = find_relay(wanted)
     except CellNotFound as error:
         for problem in error.problems:
             say(f'cell: {problem}', file=sys.stderr)
         return 1
     if options.check:
-        say(f'the cell on {host} can be watched (port {port})')
+        say(f'the cell on {address[0]} can be watched (port {address[1]})')
         return 0
     clean_up_crashed_runs()
     try:
         with _signals(), _own_master() as uri:
             if options.no_rviz:
                 say(f'ROS_MASTER_URI={uri}')
-            return _show(str(wanted), host, port, not options.no_rviz)
+            return _show(wanted, address, not options.no_rviz)
     except StopRequested:
         return 0
 
@@ -72,14 +73,14 @@ def _address(text: str) -> Address:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _show(name: str, host: str, port: int, with_rviz: bool) -> int:
+def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
     import rospy  # only now: it reads where its master is
 
     from process_visualizer.viewing.viewer import Viewer
     rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
     record = RunRecord()
     folder = record.begin()
-    viewer = Viewer(name, host, port, folder, say, with_rviz)
+    viewer = Viewer(str(wanted), address, partial(find_relay, wanted), folder, say, with_rviz)
     try:
         return viewer.run()
     except StopRequested:

@@ -34,6 +34,7 @@ from process_visualizer.shown_text import shown_in_line
 _ANSWER_S, _WHOLE_S = 4.0, 12.0
 _ENOUGH_BYTES = 16 << 10
 """More than any packet has."""
+_MAX_PORT = 65535
 _NODE = ADDRESS_PARAMETER.rpartition('/')[0]
 
 
@@ -117,7 +118,9 @@ def _asked(uri: str) -> _Said:
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]
     listens = texts[0] if isinstance(texts[0], str) and texts[1] else ''
-    return _Said(listens if listens.rpartition(':')[2].isdecimal() else None)
+    port = listens.rpartition(':')[2]
+    return _Said(listens if port.isdecimal() and len(port) <= len(str(_MAX_PORT))
+                 and int(port) <= _MAX_PORT else None)
 
 
 class _Told(ConnectionError):

@@ -34,6 +34,7 @@ from process_visualizer.remote.frames import (
 )
 from process_visualizer.remote.link_words import only_small_packets
 from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
+from process_visualizer.viewing.finding import CellNotFound
 
 _LATEST = 30
 _NS_PER_S = 1e9
@@ -78,6 +79,7 @@ _CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
 """An attempt that nothing answers ends after the first time; the next one begins before that: when
 the link is back, one must come soon."""
 _NO_ANSWER_S = 2.0
+_LOOK_S = 1.0
 _RECEIVED_BYTES = 128 << 10
 
 
@@ -112,9 +114,14 @@ class Listener(Protocol):
 class RelayConnection:
     """Connects in a thread of its own, until it is closed."""
 
-    def __init__(self, host: str, port: int, listener: Listener) -> None:
-        """Take the relay's address, and the receiver of what comes."""
-        self._host, self._port, self._listener = host, port, listener
+    def __init__(self, address: Tuple[str, int], listener: Listener,
+                 find: Optional[Callable[[], Tuple[str, int]]] = None) -> None:
+        """Take the relay's host and port, and the receiver of what comes.
+
+        ``find`` asks the cell where its relay is, or raises CellNotFound: a cell that was started
+        again may have another port.
+        """
+        self._address, self._listener, self._find = address, listener, find
         self._closed = threading.Event()
         self._lock = threading.Lock()
         self._socket: Optional[socket.socket] = None
@@ -122,6 +129,7 @@ class RelayConnection:
         self._files: Dict[int, Callable[[bytes], None]] = {}
         self._uris: Dict[int, str] = {}
         self._heard_s = time.monotonic()
+        self._looking = threading.Thread()
         self.clock = ClockOffset()
         self._thread = threading.Thread(target=self._run, name='relay', daemon=True)
 
@@ -159,7 +167,22 @@ class RelayConnection:
                 self._socket = None
             if not self._closed.is_set():
                 self._listener.on_lost(reason, self._heard_s)
+                self._look_elsewhere()
             self._closed.wait(_AGAIN_S)
+
+    def _look_elsewhere(self) -> None:
+        """Ask for the address while there is no connection; attempts go on meanwhile."""
+        if self._find is not None and not self._looking.is_alive():
+            self._looking = threading.Thread(target=self._look, name='find relay', daemon=True)
+            self._looking.start()
+
+    def _look(self) -> None:
+        assert self._find is not None
+        while not self._closed.wait(_LOOK_S) and time.monotonic() - self._heard_s > _LOOK_S:
+            try:
+                self._address = self._find()
+            except CellNotFound:
+                continue  # the connection itself says what is wrong
 
     def _connected(self) -> socket.socket:
         """Connect: one attempt after the other begins, and the first that is answered counts.
@@ -167,7 +190,7 @@ class RelayConnection:
         Raises:
             OSError: none is answered, or the answer is no.
         """
-        found = socket.getaddrinfo(self._host, self._port, type=socket.SOCK_STREAM)
+        found = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
         lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
         begin_s = next_s = time.monotonic()
         attempts: Deque[Tuple[float, socket.socket]] = deque()
@@ -206,7 +229,8 @@ class RelayConnection:
         while not self._closed.is_set():
             now_s = time.monotonic()
             if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
-                raise OSError(only_small_packets(self._host) if received == 0 else 'no answer')
+                raise OSError(only_small_packets(self._address[0]) if received == 0
+                              else 'no answer')
             if now_s >= ping_s:
                 ping_s = now_s + _PING_S
                 self._send(number_frame(Kind.PING, time.time_ns()))
@@ -215,11 +239,12 @@ class RelayConnection:
             data = connection.recv(_RECEIVED_BYTES)
             if not data:
                 return
-            heard_s = self._heard_s = time.monotonic()
+            heard_s = time.monotonic()
             received += len(data)
             if received > 0:
                 self._send(number_frame(Kind.ACKNOWLEDGE, received))
             talk.take(data)
+            self._heard_s = heard_s  # it is the relay that says it
 
     def _send(self, frame: bytes) -> None:
         with self._lock:

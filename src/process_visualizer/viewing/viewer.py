@@ -157,14 +157,17 @@ class Viewer:
     connection, ``run`` is called by the main thread.
     """
 
-    def __init__(self, name: str, host: str, port: int, folder: str, say: Say,
-                 with_rviz: bool) -> None:
-        """``name`` is what the user calls the cell; files are written into a folder."""
+    def __init__(self, name: str, address: Tuple[str, int], find: Callable[[], Tuple[str, int]],
+                 folder: str, say: Say, with_rviz: bool) -> None:
+        """``name`` is what the user calls the cell; files are written into a folder.
+
+        ``address`` is that of its relay; for ``find`` see RelayConnection.
+        """
         self._name, self._folder, self._say = name, folder, say
         self._with_rviz = with_rviz
         self._events: 'queue.Queue[Callable[[], None]]' = queue.Queue()
         self._scene = OwnScene(self._changed_wants)
-        self._connection = RelayConnection(host, port, self)
+        self._connection = RelayConnection(address, self, find)
         self._said: Dict[str, str] = {}
         self._offer: Optional[Offer] = None
         self._run: Optional[LaunchRun] = None

@@ -14,6 +14,7 @@ from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, LinkFrame, LinkFrameReader
 from process_visualizer.viewing import relay_connection
+from process_visualizer.viewing.finding import CellNotFound
 from process_visualizer.viewing.relay_connection import Listener, RelayConnection
 
 
@@ -41,7 +42,7 @@ def losses() -> Losses:
 
 @pytest.fixture
 def connection(server: socket.socket, losses: Losses) -> Iterator[RelayConnection]:
-    made = RelayConnection('127.0.0.1', server.getsockname()[1], cast(Listener, losses))
+    made = RelayConnection(server.getsockname(), cast(Listener, losses))
     yield made
     made.close()
 
@@ -72,6 +73,28 @@ def test_a_loss_says_when_anything_came_last(
         first_frame(there)  # it has connected, and says something from time to time
     heard_s = losses.told.get(timeout=PATIENCE_S)[1]
     assert losses.told.get(timeout=PATIENCE_S)[1] == heard_s  # nothing has come since
+
+
+def test_a_cell_that_has_another_port_is_found_again(
+        server: socket.socket, losses: Losses, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(relay_connection, '_LOOK_S', 0.01)
+    with socket.create_server(('127.0.0.1', 0)) as old:
+        before: Tuple[str, int] = old.getsockname()
+    answers: Iterator[Tuple[str, int]] = iter([before, server.getsockname()])
+
+    def find() -> Tuple[str, int]:
+        try:
+            return next(answers)
+        except StopIteration:
+            raise CellNotFound(('its master is away',)) from None
+
+    connection = RelayConnection(before, cast(Listener, losses), find)
+    connection.start()
+    try:
+        with server.accept()[0] as there:
+            assert there.recv(len(GREETING)) == GREETING
+    finally:
+        connection.close()
 
 
 def test_large_packets_that_are_lost_are_told(
