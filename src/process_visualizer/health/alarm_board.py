@@ -6,7 +6,7 @@ import time
 from enum import Enum
 from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
-from process_visualizer.health.device_state import Level
+from process_visualizer.health.device_state import Level, said_of
 
 MAX_EVENTS = 5000
 
@@ -54,9 +54,7 @@ class Condition(NamedTuple):
     @property
     def said(self) -> str:
         """Return where and what."""
-        if self.text.startswith(f'{self.source} '):
-            return self.text  # "oven is above 200" says where
-        return f'{self.source}{"" if self.is_clause else ":"} {self.text}'
+        return said_of(self.source, self.text, '' if self.is_clause else ':')
 
 
 class Alarm(NamedTuple):

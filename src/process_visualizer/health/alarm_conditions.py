@@ -8,7 +8,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, Condition
-from process_visualizer.health.device_state import Level, Line, node_line
+from process_visualizer.health.device_state import Level, Line, about_node, node_line
 from process_visualizer.health.near_objects import NearObject, ObjectSpans
 from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.launching.cell_watch import CellLook
@@ -37,7 +37,7 @@ def part_conditions(source: str, report: PartReport, restart: Action) -> List[Co
             if node_line(node).level >= Level.WARNING]
     if not dead and report.state is PartState.FAILED:
         return [Condition(source, report.part, report.reason, Level.BAD, actions, report.part)]
-    return [Condition(source, name, _about_node(source, name, line.text), line.level,
+    return [Condition(source, name, about_node(source, name, line.text), line.level,
                       actions, report.part, name) for name, line in dead]
 
 
@@ -94,12 +94,6 @@ _STATE_KEY = 'for_s'  # of what is on /diagnostics for as long as it lasts
 _TRANSIENT_S = 1.0  # while a driver starts
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RECORDER: _end_of_recorder, _RVIZ: _end_of_window}
-
-
-def _about_node(source: str, name: str, text: str) -> str:
-    """Say which node it is, unless it is called like its device."""
-    short = name.rpartition('/')[2]
-    return text if short == source else f'{short} {text}'
 
 
 def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
@@ -188,7 +182,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         source = titles.get(part, part)
         is_alone = part in (RVIZ_PART, BAG_PART)
         action = own_restart(part) if part in titles else Action.RESTART_DEVICE
-        text = _SILENT if is_alone else _about_node(source, name, _SILENT)
+        text = _SILENT if is_alone else about_node(source, name, _SILENT)
         found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
                                is_clause=text is _SILENT))
     return found

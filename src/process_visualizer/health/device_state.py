@@ -191,7 +191,7 @@ def part_line(report: PartReport) -> Line:
         return Line(Level.WAITING, report.state.value)
     dead = [node for node in report.nodes if node_line(node).level >= Level.WARNING]
     if dead:
-        return _dead(dead)
+        return _dead(report.part, dead)
     if report.state is PartState.FAILED:
         return Line(Level.BAD, report.reason)
     starting = sum(node.state is NodeState.STARTING for node in report.nodes)
@@ -218,22 +218,28 @@ def _summary(report: PartReport, topics: Mapping[str, Line],
 
 def _silent(part: str, silent: Sequence[str], warnings: Tuple[NodeWarning, ...]) -> Line:
     """Say who does not answer before what other nodes complain of, which mostly follows from it."""
-    short = _short(silent[0])
-    text = ('' if short == part else f'{short} is ') + 'not responding' + _more(len(silent) - 1)
+    text = about_node(part, silent[0], 'not responding', 'is ') + _more(len(silent) - 1)
     if not warnings:
         return Line(Level.BAD, text)
     count = counted(warnings)
     return Line(Level.BAD, f'{text}, {count}: {warnings[0].text}', f'not responding, {count}')
 
 
-def _dead(nodes: 'list[NodeReport]') -> Line:
+def _dead(part: str, nodes: 'list[NodeReport]') -> Line:
     worst = max(nodes, key=lambda node: node_line(node).level)
     line = node_line(worst)
-    return Line(line.level, f'{_short(worst.name)} {line.text}' + _more(len(nodes) - 1))
+    return Line(line.level, about_node(part, worst.name, line.text) + _more(len(nodes) - 1))
 
 
-def _short(name: str) -> str:
-    return name.rpartition('/')[2]
+def about_node(source: str, name: str, text: str, verb: str = '') -> str:
+    """Say which node it is, unless it is called like what it belongs to, which is named anyway."""
+    short = name.rpartition('/')[2]
+    return text if short == source else f'{short} {verb}{text}'
+
+
+def said_of(source: str, text: str, separator: str = ':') -> str:
+    """Say where and what; a text that begins with the source says where itself."""
+    return text if text.startswith(f'{source} ') else f'{source}{separator} {text}'
 
 
 def _more(count: int) -> str:

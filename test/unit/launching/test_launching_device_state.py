@@ -17,6 +17,7 @@ from process_visualizer.health.device_state import (
     device_state,
     live_line,
     recorded_line,
+    said_of,
     worst,
 )
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
@@ -29,6 +30,7 @@ UP = NodeReport('/arm/driver', NodeState.RUNNING)
 STARTING = NodeReport('/arm/robot_proc', NodeState.STARTING)
 DIED = NodeReport('/arm/driver', NodeState.EXITED, -9)
 ENDED = NodeReport('/arm/driver', NodeState.EXITED, 0)
+NAMESAKE = NodeReport('/arm/arm', NodeState.EXITED, -9)
 REFUSED = NodeReport('/arm/driver', NodeState.FAILED, reason='no such executable')
 FLOWING = TopicActivity(125.0, 0.004, False)
 SILENT = TopicActivity(0.0, 3.24, True)
@@ -44,6 +46,7 @@ def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity]
     (summary(PartState.RUNNING, UP, topic=FLOWING), Level.GOOD, 'running'),
     (summary(PartState.STARTING, UP, STARTING), Level.WAITING, 'starting, 1 of 2 nodes up'),
     (summary(PartState.RUNNING, DIED), Level.BAD, 'driver killed by SIGKILL'),
+    (summary(PartState.RUNNING, NAMESAKE, UP), Level.BAD, 'killed by SIGKILL'),
     (summary(PartState.RUNNING, ENDED, UP), Level.WARNING, 'driver ended with code 0'),
     (summary(PartState.RUNNING, REFUSED, ENDED), Level.BAD,
      'driver cannot be started: no such executable (and 1 more)'),
@@ -55,6 +58,14 @@ def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity]
 ])
 def test_summary(line: Line, level: Level, text: str) -> None:
     assert (line.level, line.text) == (level, text)
+
+
+@pytest.mark.parametrize('text, said', [
+    ('killed by SIGKILL', 'arm: killed by SIGKILL'),
+    ('arm is above 200', 'arm is above 200'),
+    ('armature is above 200', 'arm: armature is above 200')])
+def test_a_name_is_said_once(text: str, said: str) -> None:
+    assert said_of('arm', text) == said
 
 
 def test_of_several_silent_topics_the_number_is_told() -> None:

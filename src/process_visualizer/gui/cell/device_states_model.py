@@ -25,6 +25,7 @@ from process_visualizer.health.device_state import (
     live_line,
     part_line,
     recorded_line,
+    said_of,
     worst,
 )
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, by_node
@@ -172,12 +173,12 @@ class DeviceStatesModel(QObject):
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
         lines = [(device.name, self.state(device).summary) for device in devices]
-        told = [Line(line.level, f'{name}: {line.text}') for name, line in lines]
+        told = [Line(line.level, said_of(name, line.text)) for name, line in lines]
         running, reports = self._launch.running, self._launch.reports
         if running is not None:
             told += [Line(it.level, it.said)
                      for it in own_part_conditions(running.mode, reports)]
-            told += [Line(line.level, f'{title}: {line.text}')
+            told += [Line(line.level, said_of(title, line.text))
                      for part, title in part_titles(running.mode).items() if part in reports
                      for line in [part_line(reports[part])] if line.level < Level.WARNING]
         return worst(tuple(told))
