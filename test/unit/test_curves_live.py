@@ -9,10 +9,11 @@ from typing import Dict, List, Tuple
 import numpy as np
 import pytest
 from cycle_bags import write_bag
+from geometry_msgs.msg import WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recent_parts import part_of, parts_of
-from recorded_rows import Row
+from recorded_rows import Row, stamp
 from recorded_rows import write_bag as rows_bag
 from sensor_msgs.msg import JointState
 
@@ -22,7 +23,13 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
-from process_visualizer.curves.live_curves import COLUMN_S, LiveCurve, LiveCurves, RollingColumns
+from process_visualizer.curves.live_curves import (
+    COLUMN_S,
+    LiveCurve,
+    LiveCurves,
+    RecentPart,
+    RollingColumns,
+)
 from process_visualizer.curves.samples import found_series, read_samples, sampled
 
 DURATION_S = 24.0
@@ -114,6 +121,52 @@ def test_the_value_of_now_is_none_when_nothing_has_come_for_long(
     assert all(np.isfinite(it.value) for it in live.window(30.0).curves)
     live.add(part_of(last.connections, [], last.now_ns + 70 * 10 ** 9))
     assert all(np.isnan(it.value) for it in live.window(120.0).curves)
+
+
+def held_up(part: RecentPart, begin_ns: int, end_ns: int) -> RecentPart:
+    """The same messages as a recorder takes them that hangs meanwhile."""
+    is_late = (part.times_ns >= begin_ns) & (part.times_ns < end_ns)
+    return part._replace(times_ns=np.where(
+        is_late, end_ns - 10 ** 7 + 10 ** 3 * np.arange(len(is_late)), part.times_ns))
+
+
+def test_what_came_together_after_a_silence_is_not_drawn_at_that_moment(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    (part,) = parts_of(path, 30.0)
+    begin_ns = int(part.times_ns[0])
+    live.add(held_up(part, begin_ns + 8 * 10 ** 9, begin_ns + 16 * 10 ** 9))
+    window = live.window(30.0)
+    at_s = window.begin_s + (np.arange(len(window.curves[0].low)) + 0.5) * COLUMN_S
+    for curve in window.curves:
+        known_s = at_s[np.isfinite(curve.low)]
+        assert known_s.min() < 1.0 and known_s.max() > 23.0
+        assert not np.any((known_s > 8.2) & (known_s < 15.9))
+        held = curve.high - curve.low
+        assert np.nanmax(held[(at_s > 15.9) & (at_s < 16.1)], initial=0.0) < 0.1
+
+
+def test_what_has_stamps_is_where_it_was_though_it_came_late(tmp_path: Path) -> None:
+    config = tmp_path / 'cell.xml'
+    config.write_text('<visualizer><device type="robot" name="arm"><base frame="base"/>'
+                      '<topic name="ft" type="force_sensor"/></device></visualizer>')
+    rows = []
+    for number in range(1200):
+        wrench = WrenchStamped()
+        wrench.header.stamp = stamp(20 * number - 5)
+        wrench.wrench.force.x = 0.1 * number
+        rows.append(Row('/ft', 20 * number, wrench))
+    (part,) = parts_of(rows_bag(tmp_path / 'a.bag', rows), 30.0)
+    live = LiveCurves(XmlParser().parse(str(config)).devices)
+    begin_ns = int(part.times_ns[0])
+    live.add(held_up(part, begin_ns + 8 * 10 ** 9, begin_ns + 16 * 10 ** 9))
+    window = live.window(30.0)
+    curve = by_label(window.curves)['F']
+    known = np.flatnonzero(np.isfinite(curve.low))
+    at_s = window.begin_s + (known + 0.5) * COLUMN_S
+    assert np.diff(at_s).max() < 0.05
+    assert np.abs(0.5 * (curve.low + curve.high)[known] - 5.0 * at_s).max() < 0.2
 
 
 def test_the_value_of_a_topic_that_is_sent_seldom_holds(bag: Tuple[str, Tuple[Device, ...]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Deque, Dict, List, NamedTuple, Sequence, Set, Tuple
+from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from process_visualizer.curves.curve_sources import (
     plain_color,
     tool_from_joints,
 )
+from process_visualizer.curves.late_arrivals import LateConnections
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
 from process_visualizer.curves.sending_habit import SendingHabit
@@ -109,7 +110,11 @@ _CONTEXT_S = 2.0  # of the past, to know the period of a driver and to join what
 
 
 class LiveSeries:
-    """Numbers with their times [s] from a beginning."""
+    """Numbers with their times [s] from a beginning.
+
+    Those of messages that were held up have the times of their stamps; without stamps nobody knows
+    when they were, and they are left out.
+    """
 
     def __init__(self, source: CurveSource, locators: SourceLocators, begin_ns: int) -> None:
         self._source, self._locators, self._begin_ns = source, locators, begin_ns
@@ -117,20 +122,39 @@ class LiveSeries:
                          for part in locators.parts]
         self._context: List[Numbers] = []  # of each part
         self._known_s = -np.inf  # up to here the numbers have been returned
+        self._delay_ns: Optional[int] = None  # from the stamp to the arrival, where that is usual
 
-    def new(self, part: RecentPart) -> Tuple[np.ndarray, np.ndarray]:
-        """Return times (m,) and finite numbers (m,) that follow from messages that have come."""
+    def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Return times (m,) and finite numbers (m,) that follow from messages that have come.
+
+        ``late`` says which messages (bool) of the part were held up.
+        """
         # a number's position is the time at which it arrived
         batch = RecordBatch(part.buffer, part.times_ns, part.begin, part.end)
         found = []
         for columns in self._columns:
             for number, of_connection in columns.items():
                 of_connection.add(batch, np.flatnonzero(part.numbers == number))
-            found.append(joined_numbers(tuple(it.taken() for it in columns.values())))
+            numbers = joined_numbers(tuple(it.taken() for it in columns.values()))
+            found.append(self._placed(numbers, np.isin(numbers.positions, part.times_ns[late])))
         with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
             if self._source.quantity is not Quantity.SPEED:
                 return _finite(*sampled(self._samples(found[0])))
             return self._speeds(found)
+
+    def _placed(self, numbers: Numbers, is_late: np.ndarray) -> Numbers:
+        """Return the numbers with the times at which they would have come, in their order."""
+        has_stamp = numbers.stamps_ns > 0
+        usual = np.flatnonzero(has_stamp & ~is_late)
+        if len(usual):
+            self._delay_ns = int(numbers.positions[usual[-1]] - numbers.stamps_ns[usual[-1]])
+        if not is_late.any():
+            return numbers
+        if self._delay_ns is None:
+            has_stamp[:] = False
+        positions = np.where(is_late, numbers.stamps_ns + (self._delay_ns or 0), numbers.positions)
+        is_kept = has_stamp | ~is_late
+        return Numbers(positions[is_kept], numbers.values[is_kept], numbers.stamps_ns[is_kept])
 
     def _speeds(self, found: List[Numbers]) -> Tuple[np.ndarray, np.ndarray]:
         self._context = [_with_context(old, new)
@@ -238,6 +262,7 @@ class LiveCurve(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     value: float  # that of now; NaN if there is none yet, or the newest one is out of date
+    age_s: float = math.inf  # of the newest value; infinite if there is none yet
 
 
 class LiveMark(NamedTuple):
@@ -278,6 +303,7 @@ class LiveCurves:
         self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
         self._habits: Dict[CurveSource, SendingHabit] = {}
         self._marks: List[LiveMark] = []
+        self._late = LateConnections()
 
     @property
     def topics(self) -> Tuple[str, ...]:
@@ -295,8 +321,9 @@ class LiveCurves:
             self._begin_ns = int(part.times_ns.min())
         self._seen.add(part)
         self._locate(part)
+        late = self._late.find(part.numbers, part.times_ns)
         for source, series in self._series.items():
-            self._take(source, *series.new(part))
+            self._take(source, *series.new(part, late))
         self._take_marks(part)
 
     def window(self, duration_s: float) -> LiveWindow:
@@ -307,18 +334,18 @@ class LiveCurves:
         # a whole number of columns, which stay the same while they move
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
         curves = tuple(LiveCurve(source, *columns.window(end, count, joined),
-                                 self._value(source, now_s))
+                                 *self._value(source, now_s))
                        for source, columns in self._in_order())
         length_s = count * joined * COLUMN_S
         return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
                           self._begin_ns / 1e9)
 
-    def _value(self, source: CurveSource, now_s: float) -> float:
-        """Return the value that holds now; NaN where it is out of date."""
-        time_s, value = self._values.get(source, (math.inf, math.nan))
+    def _value(self, source: CurveSource, now_s: float) -> Tuple[float, float]:
+        """Return the value that holds now, NaN where it is out of date, and its age [s]."""
+        time_s, value = self._values.get(source, (-math.inf, math.nan))
         age_s = now_s - time_s
         holds = age_s <= _QUICK_S or age_s <= self._habits[source].holds_for_s(_QUICK_S)
-        return value if holds else math.nan
+        return value if holds else math.nan, age_s
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
         """Return what has been seen, in the order of the devices; plain ones with a color each."""

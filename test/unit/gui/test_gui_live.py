@@ -203,7 +203,7 @@ def test_a_silent_recorder_leaves_no_old_values_as_if_they_were_present(stand: S
     stand.now_s = stand.panel._end_s() + 4.0
     stand.come(ServiceUnreachable('gone'))
     assert stand.timeline.time_text(0.0, 0) == '−4 s'
-    assert stand.timeline.lane_texts(2).at_position == 'no data'
+    assert stand.timeline.lane_texts(2).at_position == 'no data for 4 s'
     stand.now_s += 3.0
     stand.panel._clock.timeout.emit()
     assert stand.timeline.time_text(0.0, 0) == '−7 s'
@@ -220,7 +220,7 @@ def test_curves_end_at_their_data_before_it_is_known_that_the_recorder_hangs(
     stand.now_s = stand.panel._end_s() + 1.0
     stand.model._late.timeout.emit()
     assert stand.timeline.time_text(0.0, 0) == '−1 s'
-    assert stand.timeline.lane_texts(2).at_position == 'no data'
+    assert stand.timeline.lane_texts(2).at_position == 'no data for 1 s'
     assert stand.panel.state.text() == ''
     stand.now_s += 1.0
     stand.panel._clock.timeout.emit()

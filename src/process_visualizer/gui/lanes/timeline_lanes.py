@@ -126,16 +126,20 @@ class LaneTexts(NamedTuple):
 
 
 def lane_texts(lane: Lane, span: float, at_position: Optional[float],
-               at_mouse: Optional[float], good: Optional[float] = None) -> LaneTexts:
+               at_mouse: Optional[float], good: Optional[float] = None,
+               silent_s: float = math.inf) -> LaneTexts:
     """Return values in the unit of a lane that shows a ``span`` of values.
 
     A value is NaN where there is none; None at the position: not known yet, at the mouse: there is
-    no mouse. What is ``good`` at the position stands beside the value, with the difference.
+    no mouse. What is ``good`` at the position stands beside the value, with the difference. Where
+    there is no value, it is said for how long there has been none [s], if that is known.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else _value_text(at_position, decimals)
     if at_mouse is None:
-        unit = '' if known == _NO_DATA else lane.unit
+        if known == _NO_DATA:
+            known += '' if math.isinf(silent_s) else f' for {_seconds_text(silent_s)}'
+        unit = '' if known.startswith(_NO_DATA) else lane.unit
         return LaneTexts(f'{known} {unit}'.rstrip() + _beside_good(at_position, good, decimals))
     difference = math.nan if at_position is None else (
         round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
@@ -145,6 +149,11 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
 
 def _value_text(value: float, decimals: int) -> str:
     return _NO_DATA if math.isnan(value) else number_text(value, decimals)
+
+
+def _seconds_text(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f'{minutes} min {rest} s' if minutes else f'{rest} s'
 
 
 def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -> str:

@@ -27,7 +27,7 @@ from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
 from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurvesModel
-from process_visualizer.gui.live.live_timeline import LiveTimeline
+from process_visualizer.gui.live.live_timeline import LiveTimeline, LiveValue
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase, age_text
 from process_visualizer.gui.playback.transport_view import RateBox
 from process_visualizer.gui.toolkit.icons import icon
@@ -229,7 +229,8 @@ class LivePanel(QWidget):
             for curve in window.curves)}
         self.timeline.show_lanes(
             window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
-            {_key(curve): self._present(curve) for curve in window.curves}, window.marks,
+            {_key(curve): LiveValue(self._present(curve), curve.age_s)
+             for curve in window.curves}, window.marks,
             window.begin_s + window.duration_s)
         self._show_near()
         self._show_moment()

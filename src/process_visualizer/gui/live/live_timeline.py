@@ -2,7 +2,8 @@
 """Timeline of the last seconds: the curves as they come; the present is at the right."""
 from __future__ import annotations
 
-from typing import List, Mapping, Optional, Sequence, Tuple
+import math
+from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QEvent, QRect, QRectF, Qt, pyqtSignal
@@ -38,6 +39,13 @@ _TICK_PX = 110.0  # the last label, beside the right end, needs room for one and
 _NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
 
 
+class LiveValue(NamedTuple):
+    """A value that holds at the right end, NaN where none does; how old the newest one is there."""
+
+    value: float
+    age_s: float
+
+
 class LiveTimeline(LanesTimeline):
     """Lanes of the same time, with what the mouse points at."""
 
@@ -53,14 +61,15 @@ class LiveTimeline(LanesTimeline):
         self._replay_s: Optional[float] = None
         self.near: Tuple[NearSpan, ...] = ()  # [s, below 0]: when objects were near robots
         self._age_s = 0.0
-        self._values: Mapping[Key, float] = {}
+        self._values: Mapping[Key, LiveValue] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
         self._is_dragged = False
         self.setObjectName('live_timeline')
         self.setAccessibleName('Curves of the last seconds')
 
-    def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Mapping[Key, float],
-                   marks: Sequence[LiveMark], now_s: float) -> None:
+    def show_lanes(self, duration_s: float, lanes: Sequence[Lane],
+                   values: Mapping[Key, LiveValue], marks: Sequence[LiveMark],
+                   now_s: float) -> None:
         """Show lanes of the last seconds, with the newest value of each curve.
 
         ``now_s`` is the end, on the clock of the marks.
@@ -153,16 +162,16 @@ class LiveTimeline(LanesTimeline):
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
         """Return a curve's value in the scene, the one at the mouse, and their difference."""
         curve, at_mouse, hover_s = self.stack.lanes[row].curves[number], None, self.hover_s
-        value = self._values[curve.key]
+        value, silent_s = self._values[curve.key]
         good = curve.good_at(_newest_share(curve, self._duration_s))
         if self._duration_s > 0.0:
             if hover_s is not None:
                 at_mouse = curve.at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
                 share = max(1.0 + self._replay_s / self._duration_s, 0.0)
-                value, good = curve.at(share), curve.good_at(share)
+                value, good, silent_s = curve.at(share), curve.good_at(share), math.inf
         return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse,
-                          good)
+                          good, silent_s + self._age_s)
 
     # The mouse
 
