@@ -23,7 +23,8 @@ class ComparePhotographer(Photographer):
         launcher, playback = self.launcher, self.launcher.playback
         self._start_with(bag)
         self._click('launch')
-        self._until(lambda: playback.is_available and launcher.launch.is_running, _LAUNCH_S)
+        self._until(lambda: playback.state.is_available and launcher.launch.is_running,
+                    _LAUNCH_S)
         self._until(lambda: playback.is_playing, 60.0)
         playback.toggle()
         self.window.panels.setCurrentIndex(2)
@@ -49,7 +50,7 @@ class ComparePhotographer(Photographer):
         if not launcher.launch.is_idle:
             self._quit()
         launcher.cell.open(self._config, {'image_rate': '0', 'fault': 'friction'})
-        launcher.cell.set_mode(Mode.REALTIME)
+        launcher.session.set_mode(Mode.REALTIME)
         self._until(lambda: not launcher.cell.is_loading
                     and self.window.launch.launch.isEnabled(), 60.0)
         launcher.cell.tick('kinect', False)
@@ -70,9 +71,10 @@ class ComparePhotographer(Photographer):
         launcher.cell.open(self._config)
         self._until(lambda: launcher.cell.cell is not None, 60.0)
         launcher.cell.tick('kinect', False)
-        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])
-        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.curves), 60.0)
+        self._until(lambda: launcher.session.paths == (bag,)
+                    and bool(launcher.bag.curves.curves), 60.0)
         self._until(self.window.launch.launch.isEnabled, 60.0)
 
 

@@ -163,9 +163,11 @@ class Photographer:
         self._pause(0.5)
         self._picture('playback_empty')
         launcher.bag.open([bag])
-        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.curves), 60.0)
+        self._until(lambda: launcher.session.paths == (bag,)
+                    and bool(launcher.bag.curves.curves), 60.0)
         self._click('launch')
-        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        self._until(lambda: playback.state.is_available and launcher.launch.is_running,
+                    120.0)
         self._until(lambda: playback.is_playing, 60.0)
         self._until(lambda: playback.position_s > 8.0, 30.0)
         playback.toggle()
@@ -238,9 +240,11 @@ class Photographer:
         launcher, playback = self.launcher, self.launcher.playback
         launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])
-        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.alarms), 60.0)
+        self._until(lambda: launcher.session.paths == (bag,)
+                    and bool(launcher.bag.curves.alarms), 60.0)
         self._click('launch')
-        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        self._until(lambda: playback.state.is_available and launcher.launch.is_running,
+                    120.0)
         playback.pause()
         alarm = launcher.bag.curves.alarms[0]
         playback.seek(0.5 * (alarm.begin_s + alarm.end_s))
@@ -273,9 +277,10 @@ class Photographer:
         launcher, playback = self.launcher, self.launcher.playback
         launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])
-        self._until(lambda: launcher.bag.path == bag, 60.0)
+        self._until(lambda: launcher.session.paths == (bag,), 60.0)
         self._click('launch')
-        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        self._until(lambda: playback.state.is_available and launcher.launch.is_running,
+                    120.0)
         self._until(self._is_something_near, 120.0)
         self._pause(1.0)
         playback.pause()
