@@ -127,10 +127,10 @@ void RecentMessages::setRecorded() {
   unrecorded_ = oldest_ + messages_.size();
 }
 
-double RecentMessages::duration() const {
+double RecentMessages::reach(const ros::Time& now) const {
   const std::size_t first = unrecorded();
-  if (first == messages_.size()) return 0.0;
-  return (messages_.back().time - messages_[first].time).toSec();
+  if (first == messages_.size() || (now - messages_.back().time).toSec() > duration_) return 0.0;
+  return std::clamp((now - messages_[first].time).toSec(), 0.0, duration_);
 }
 
 double RecentMessages::age() const {

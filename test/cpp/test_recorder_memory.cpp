@@ -19,7 +19,7 @@ TEST(Recent, IsBoundedInTimeAndBytes) {
   RecentMessages recent(10, 1000);
   const auto connection = connectionWith("");
   for (int i = 1; i <= 30; ++i) recent.add(messageAt(i, connection, 50));
-  EXPECT_DOUBLE_EQ(recent.duration(), 10);
+  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(30)), 10);
   EXPECT_EQ(recent.bytes(), 11u * 50);
   EXPECT_EQ(recent.last(ros::Time(30), 3).messages.size(), 4u);
   EXPECT_TRUE(recent.last(ros::Time(30), 0).messages.empty());
@@ -27,6 +27,22 @@ TEST(Recent, IsBoundedInTimeAndBytes) {
   EXPECT_LE(recent.bytes(), 1000u);
   recent.add(messageAt(32, connection, 2000));
   EXPECT_EQ(recent.bytes(), 0u);
+}
+
+TEST(Recent, ReachesBackFromNow) {
+  RecentMessages recent(10, 1000);
+  const auto connection = connectionWith("");
+  EXPECT_EQ(recent.reach(ros::Time(1)), 0);
+  recent.add(messageAt(1, connection, 50));
+  recent.setRecorded();
+  for (int i = 2; i <= 4; ++i) recent.add(messageAt(i, connection, 50));
+  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(4)), 2);
+  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(9)), 7);  // nothing has come since, or nobody took it
+  EXPECT_EQ(recent.last(ros::Time(9), 7).messages.size(), 3u);
+  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(13)), 10);
+  EXPECT_EQ(recent.last(ros::Time(13), 10).messages.size(), 2u);
+  EXPECT_EQ(recent.reach(ros::Time(15)), 0);
+  EXPECT_EQ(recent.reach(ros::Time(1)), 0);  // the clock was set back
 }
 
 TEST(Recent, BeginsWithWhatWasLatchedThen) {

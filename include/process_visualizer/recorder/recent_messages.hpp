@@ -82,8 +82,9 @@ class RecentMessages {
   void clear();        ///< keeps what is latched
   void forget();       ///< keeps nothing
 
-  /// Time from the oldest message that no recording has to the newest, s.
-  double duration() const;
+  /// How long before `now` the oldest message came that no recording has, at most as long as they
+  /// are kept, s; 0 if none came within that time.
+  double reach(const ros::Time& now) const;
   std::size_t bytes() const { return bytes_; }
   bool isKept() const { return duration_ > 0; }  ///< whether anything is kept at all
 
