@@ -242,7 +242,9 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
                        " bytes; at most " + std::to_string(kMostLabelBytes) + " are allowed";
     return true;
   }
-  response.success = intake_.mark(ros::Time::now(), request.label);
+  const ros::Time now = ros::Time::now();
+  const bool is_past = !request.stamp.isZero() && request.stamp < now;
+  response.success = intake_.mark(is_past ? request.stamp : now, request.label);
   if (!response.success) {
     response.message = "nothing is being recorded: a mark has no place to go to";
     return true;

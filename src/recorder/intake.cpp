@@ -64,7 +64,10 @@ void Intake::receive(Message message) {
 
 bool Intake::mark(const ros::Time& time, const std::string& label) {
   const Lock lock(mutex_);
-  return take(textMessage(own_.marks, time, label));
+  if (marks_.count({time, label}) > 0) return true;
+  if (!take(textMessage(own_.marks, time, label))) return false;
+  marks_.emplace(time, label);
+  return true;
 }
 
 /// Hands a message to the memory and to the recording; the mutex has to be locked.
@@ -143,6 +146,7 @@ void Intake::open(const RecordingOptions& options, RecordingContents contents) {
   recording_ = std::make_shared<Recording>(options, std::move(contents), machine_);
   is_open_ = true;
   recent_.setRecorded();
+  marks_.clear();
   board_.begin({choice_.names().begin(), choice_.names().end()});
   for (const Message& message : past) board_.add(message, true);
   problems_.clear();
@@ -256,7 +260,7 @@ RecorderState Intake::state() const {
   state.stamp = machine_.now();
   state.state = phase_;
   state.rate = board_.byteRate();
-  state.recent = recent_.duration();
+  state.recent = recent_.reach(state.stamp);
   state.recent_bytes = recent_.bytes();
   state.problems = problems_.texts();
   state.problem_count = problems_.count();

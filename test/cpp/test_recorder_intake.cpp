@@ -131,7 +131,7 @@ class Sequence : public SimulatedIntake {
     ASSERT_EQ(state.topics.size(), 2u);
     for (const TopicRecord& topic : state.topics)
       EXPECT_EQ(topic.bytes, kBytes * in_bag_.at(topic.name)) << topic.name;
-    EXPECT_EQ(state.recent, memory_.empty() ? 0 : memory_.back().second - memory_.front().second);
+    EXPECT_EQ(state.recent, memory_.empty() ? 0 : now() - memory_.front().second);
     EXPECT_EQ(state.duration, (is_open_ ? now() : end_) - begin_);
   }
 
@@ -251,7 +251,7 @@ TEST_F(SimulatedIntake, SavesWhatHasComeUntilThisMoment) {
   const std::vector<Recorded> saved = messagesIn(bag());
   EXPECT_EQ(saved.front().time, moment - ros::Duration(1.5));
   EXPECT_EQ(saved.back().time, moment);
-  EXPECT_NEAR(intake_.state().recent, 0.2, 1e-9);
+  EXPECT_NEAR(intake_.state().recent, 0.3, 1e-9);
   EXPECT_EQ(sequencesIn(save(kAll), "/a"), numbersFrom(30, 33));
 }
 
@@ -587,6 +587,22 @@ TEST_F(Intakes, AreCopiedLikeARecording) {
   const auto& text = copy.back().content->bytes;
   EXPECT_NE(std::string(text.begin(), text.end()).find(R"("/a": {"received": 1, "dropped": 0})"),
             std::string::npos);
+}
+
+TEST_F(SimulatedIntake, WritesAMarkOnceAtItsTime) {
+  begin();
+  receiveMany(a_, 0, 5);
+  const ros::Time moment = machine_.now();
+  receiveMany(a_, 5, 10);  // nobody answered meanwhile, so it is sent twice
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(intake_.mark(moment, "here"));
+  EXPECT_EQ(end(intake_)[kMarks], 1u);
+  std::vector<ros::Time> times;
+  for (const Recorded& message : messagesIn(bag()))
+    if (message.topic == kMarks) times.push_back(message.time);
+  EXPECT_EQ(times, std::vector<ros::Time>{moment});
+  begin();
+  EXPECT_TRUE(intake_.mark(moment, "here"));
+  EXPECT_EQ(end(intake_)[kMarks], 1u);
 }
 
 TEST_F(Intakes, WithoutMemoryTakeNoMarksBetweenRecordings) {

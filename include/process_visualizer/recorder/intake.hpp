@@ -10,6 +10,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/recorder/machine.hpp"
@@ -47,7 +48,8 @@ class Intake {
   bool follow(const Publishers& publishers, const std::vector<std::string>& own_prefixes);
 
   void receive(Message message);  ///< a message of any topic
-  /// Marks a moment. \returns whether recording or memory has taken it
+  /// Marks a moment, which may be past; the same mark once. \returns whether recording or memory
+  /// has taken it
   bool mark(const ros::Time& time, const std::string& label);
 
   /// Begins a recording. \throws RecordingError
@@ -103,9 +105,10 @@ class Intake {
   Calibration calibration_;
   TopicBoard board_;
   RecentMessages recent_;
-  bool is_open_ = false;    ///< the recording takes messages
-  SteadyTime begin_, end_;  ///< of the recording
-  ros::Time last_time_;     ///< when it was closed
+  std::set<std::pair<ros::Time, std::string>> marks_;  ///< since the last recording began
+  bool is_open_ = false;                               ///< the recording takes messages
+  SteadyTime begin_, end_;                             ///< of the recording
+  ros::Time last_time_;                                ///< when it was closed
   /// The one that is made or, with its figures, the last one. Its thread uses what is above.
   std::shared_ptr<Recording> recording_;
 };

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
+import genpy
 import numpy as np
 
 from process_visualizer.bagio.message_definition import Connection, with_definition
@@ -158,13 +159,16 @@ class BagRecorder:
         """
         return list(self._call('stop').files)
 
-    def mark(self, label: str) -> None:
-        """Write a labeled moment, now, into the recording or into the memory.
+    def mark(self, label: str, stamp_s: float = 0.0) -> None:
+        """Write a labeled moment into the recording or into the memory.
+
+        ``stamp_s`` is its time on the recorder's clock, 0: when the recorder takes it. The same
+        mark may be sent again, if it is not known whether the recorder has taken it.
 
         Raises:
             RecorderError: neither is possible.
         """
-        self._call('mark', label)
+        self._call('mark', label, genpy.Time.from_sec(stamp_s))
 
     def _call(self, name: str, *request: object) -> Any:
         try:

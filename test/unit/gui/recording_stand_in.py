@@ -48,6 +48,7 @@ class StandInRecorder:
         self.path = BAG
         self.options: Optional[RecordingOptions] = None
         self.commands: List[str] = []
+        self.stamps_s: List[float] = []  # of marks
         self.verdict = BagVerdict(True, 'complete')
         self.judged: List[Sequence[str]] = []
         self.judging = threading.Event()
@@ -69,7 +70,8 @@ class StandInRecorder:
     def stop(self) -> List[str]:
         return list(self._do('stop', lambda: [self.path]))
 
-    def mark(self, label: str) -> None:
+    def mark(self, label: str, stamp_s: float) -> None:
+        self.stamps_s.append(stamp_s)
         self._do(f'mark {label}', lambda: None)
 
     def _do(self, command: str, answer: Callable[[], Any]) -> Any:

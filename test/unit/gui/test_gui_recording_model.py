@@ -210,7 +210,7 @@ def test_a_refusal_by_the_recorder_goes_with_another_folder(model, client, tmp_p
 
 
 def test_what_a_folder_has_to_do_with_nothing_stays(recording, client, tmp_path, qtbot):
-    client.error = RecorderUnreachable('no answer')
+    client.error = RecorderError('no place')
     with qtbot.waitSignal(recording.failed):
         recording.mark()
     recording.choices.set_folder(str(tmp_path / 'other'))
@@ -261,15 +261,47 @@ def test_marks_have_numbers_or_labels(recording, client, qtbot):
     recording.set_label(' the seam tears ')
     recording.mark()
     assert recording.state.label == ''
-    assert [label for _, label in recording.state.marks] == ['mark 1', 'the seam tears']
+    assert [it.label for it in recording.state.marks] == ['mark 1', 'the seam tears']
     assert recording.state.next_label == 'mark 3'
     qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1', 'mark the seam tears'])
 
 
 def test_a_mark_that_fails_is_told_and_not_counted(recording, client, qtbot):
-    client.error = RecorderUnreachable('no answer')
+    client.error = RecorderError('no place')
     with qtbot.waitSignal(recording.failed) as signal:
         recording.mark()
+    assert 'mark 1 was not written' in signal.args[0] and recording.state.marks == ()
+
+
+def test_a_mark_waits_with_its_time_until_the_recorder_responds(recording, client, clock, tasks,
+                                                                 qtbot):
+    state = told('recording', files=(client.path,), duration_s=1.0, stamp_s=5000.0)
+    recording.take_state(state)
+    clock.now_s += 20.0  # it hangs
+    client.error = RecorderUnreachable('no answer')
+    recording.mark()
+    qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1'])
+    wait_for_line(tasks, 'recorder', qtbot)
+    assert messages_of(recording) == []
+    assert [it.time_s for it in recording.state.unwritten] == [21.0]
+    client.error = None
+    clock.now_s += 10.0
+    recording.take_state(state._replace(duration_s=31.0, stamp_s=5030.0))
+    qtbot.waitUntil(lambda: not recording.state.unwritten)
+    assert client.stamps_s == [5020.0, 5020.0] and recording.state.marks[0].is_written
+
+
+@pytest.mark.parametrize('is_heard', [False, True])
+def test_a_mark_that_nobody_took_is_told_when_the_recording_ends(recording, client, session, tasks,
+                                                                 is_heard, qtbot):
+    client.error = RecorderUnreachable('no answer')
+    recording.mark()
+    wait_for_line(tasks, 'recorder', qtbot)
+    with qtbot.waitSignal(recording.failed) as signal:
+        if is_heard:  # it was too late for the mark
+            recording.take_state(told(files=(client.path,)))
+        else:
+            run(session, None)
     assert 'mark 1 was not written' in signal.args[0] and recording.state.marks == ()
 
 

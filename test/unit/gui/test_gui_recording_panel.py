@@ -274,6 +274,24 @@ def test_a_recorder_that_says_nothing_is_told_until_it_speaks(find, running, cli
     assert text(find, 'record_notice') == 'Into seam.bag'
 
 
+def test_a_mark_that_a_recorder_has_not_taken_is_told_to_wait(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    client.gate.clear()
+    running._silence.silent.emit()
+    told_of = []
+    for _ in range(3):
+        click(find, 'mark')
+        told_of.append(text(find, 'record_notice').partition('it writes ')[2])
+    assert told_of == ['mark 1, with its time.', 'mark 1 and mark 2, with their times.',
+                       '3 marks, with their times.']
+    running.take_state(told('recording', files=(client.path,)))
+    assert text(find, 'record_notice').startswith('mark 3 at ')
+    assert text(find, 'record_notice').endswith('…')
+    client.gate.set()
+    qtbot.waitUntil(lambda: not text(find, 'record_notice').endswith('…'))
+
+
 @pytest.mark.parametrize('is_ended', [False, True])
 def test_rates_are_not_shown_without_a_recorder_that_counts(find, running, session, is_ended):
     running.take_state(told())

@@ -37,6 +37,7 @@ from process_visualizer.gui.recording.recording_types import (
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
+from process_visualizer.gui.toolkit.sentences import listing
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 _VERDICT_LINE = 'verdict'
@@ -124,6 +125,7 @@ class RecordingModel(QObject):
         self._looked_s = now_s()
         self._state = RecordingState()
         self._sender = SenderClock()
+        self._unsent: Tuple[RecordedMark, ...] = ()  # the recorder did not answer
         self._silence = SilenceWatch(self)
         self._silence.silent.connect(self._take_silence)
         session.run_changed.connect(lambda: self._follow_run(session))
@@ -198,6 +200,7 @@ class RecordingModel(QObject):
         if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
             self.choices.take_topics(snapshot.topics)
             self._take(updated(self._state, snapshot, now_s))
+            self._write_unsent()
             self.take_end_of_run()  # of a recorder that was restarted
         if now_s - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = now_s
@@ -227,6 +230,7 @@ class RecordingModel(QObject):
         """Stop; ``finished`` comes when everything is written."""
         if self.phase is RecordingPhase.RECORDING:
             self._enter(self._state.asked_to_stop(self._now_s()))
+            self._write_unsent()
             self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
 
     def save_recent(self) -> None:
@@ -241,12 +245,14 @@ class RecordingModel(QObject):
         self._state = self._state._replace(label=label.strip())
 
     def mark(self) -> None:
-        """Write a moment, now, into the recording, with the prepared label or with a number."""
+        """Write this moment into the recording, with the prepared label or with a number.
+
+        A recorder that hangs writes it, with this time, when it responds.
+        """
         if self.phase is RecordingPhase.RECORDING:
-            marked = self._state.marked(self._now_s())
-            mark = marked.marks[-1]
-            self._tasks.run(_LINE, lambda: self._client.mark(mark.label), None,
-                            lambda error: self._not_marked(mark, error))
+            now_s = self._now_s()
+            marked = self._state.marked(now_s, self._sender.stamp_s(now_s))
+            self._write_mark(marked.marks[-1])
             self._enter(marked)
 
     def dismiss(self) -> None:
@@ -287,9 +293,33 @@ class RecordingModel(QObject):
     def _ended(self, files: List[str]) -> None:
         self._take(ended(self._state, files, self._now_s()))
 
+    def _write_mark(self, mark: RecordedMark) -> None:
+        self._tasks.run(_LINE, lambda: self._client.mark(mark.label, mark.stamp_s),
+                        lambda _: self._enter(self._state.mark_written(mark)),
+                        lambda error: self._not_marked(mark, error))
+
+    def _write_unsent(self) -> None:
+        """Send again what a recorder that hung did not answer."""
+        unsent, self._unsent = self._unsent, ()
+        for mark in unsent:
+            self._write_mark(mark)
+
     def _not_marked(self, mark: RecordedMark, error: Exception) -> None:
-        self._enter(self._state.not_marked(mark))
-        self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
+        if isinstance(error, RecorderUnreachable) and self._state.path:
+            self._unsent = *self._unsent, mark
+            self.changed.emit()
+        else:
+            self._enter(self._state.not_marked(mark))
+            self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
+
+    def _lose_unsent(self) -> None:
+        """Tell which marks the recorder never took, of a recording that is not made any more."""
+        lost, self._unsent = self._unsent, ()
+        if lost:
+            self._state = self._state.not_marked(*lost)
+            labels = listing([it.label for it in lost])
+            self._fail(f'{labels} {"was" if len(lost) == 1 else "were"} not written: the recorder '
+                       'did not respond before the recording ended')
 
     # How the state changes
 
@@ -301,6 +331,8 @@ class RecordingModel(QObject):
 
     def _take(self, step: RecordingStep) -> None:
         self._state = step.state
+        if not step.state.path:
+            self._lose_unsent()
         if step.ended is not None:
             self.verdict.look_at(step.ended)
             self.choices.look()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Dict, NamedTuple, Optional
+from typing import Dict, NamedTuple, Optional, Sequence
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
@@ -29,12 +29,20 @@ from process_visualizer.gui.recording.recording_choices import (
     TopicHealth,
 )
 from process_visualizer.gui.recording.recording_model import BagVerdict, RecordingModel
-from process_visualizer.gui.recording.recording_state import NOT_RESPONDING, RECENT_S
-from process_visualizer.gui.recording.recording_types import FinishedBag, RecordingPhase
+from process_visualizer.gui.recording.recording_state import (
+    NOT_RESPONDING,
+    RECENT_S,
+    RecordingState,
+)
+from process_visualizer.gui.recording.recording_types import (
+    FinishedBag,
+    RecordedMark,
+    RecordingPhase,
+)
 from process_visualizer.gui.recording.topic_list import TopicList
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import StillScroll, TextPlace
-from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
     color,
@@ -225,6 +233,8 @@ _LINES = {
 _SILENT = {True: 'It may still be recording. Commands take effect when it responds.',
            False: 'Wait until it responds.'}
 """By whether it does anything."""
+_NAMED_MARKS = 2
+_THEIR = {False: 'its time', True: 'their times'}
 
 
 class Notice(NamedTuple):
@@ -295,7 +305,7 @@ def notice_of(model: RecordingModel) -> Notice:
     if state.error:
         return Notice('warning', sentence(state.error))
     if state.is_silent:
-        return Notice('warning', f'{NOT_RESPONDING}. {_SILENT[state.is_busy]}')
+        return _while_silent(state)
     if state.is_saving:
         return Notice('', 'Saving the last seconds…')
     if state.phase is RecordingPhase.STOPPING:
@@ -310,6 +320,20 @@ def notice_of(model: RecordingModel) -> Notice:
     return Notice('warning' if state.phase is RecordingPhase.GONE else '', _LINES[state.phase])
 
 
+def _while_silent(state: RecordingState) -> Notice:
+    """Say what becomes of what the operator did meanwhile."""
+    marks, told = state.unwritten, _SILENT[state.is_busy]
+    if marks:
+        kept = listing([it.label for it in marks]) if len(marks) <= _NAMED_MARKS else (
+            count_text(len(marks), 'mark'))
+        told = f'When it responds, it writes {kept}, with {_THEIR[len(marks) > 1]}.'
+    return Notice('warning', f'{NOT_RESPONDING}. {told}', _mark_lines(marks))
+
+
+def _mark_lines(marks: Sequence[RecordedMark]) -> str:
+    return '\n'.join(f'{clock_text(it.time_s)}  {it.label}' for it in marks)
+
+
 def _while_recording(model: RecordingModel) -> Notice:
     silent = [row.name for row in model.choices.topics
               if row.is_ticked and row.health is TopicHealth.SILENT]
@@ -320,9 +344,9 @@ def _while_recording(model: RecordingModel) -> Notice:
     path, marks = model.state.path, model.state.marks
     if not marks:
         return Notice('', f'Into {os.path.basename(path)}', path)
-    lines = [f'{clock_text(time_s)}  {label}' for time_s, label in marks]
-    time_s, label = marks[-1]
-    return Notice('mark', f'{label} at {clock_text(time_s)}', '\n'.join(lines))
+    last = marks[-1]
+    text = f'{last.label} at {clock_text(last.time_s)}{"" if last.is_written else "…"}'
+    return Notice('mark', text, _mark_lines(marks))
 
 
 def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:

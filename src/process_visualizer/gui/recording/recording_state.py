@@ -120,6 +120,11 @@ class RecordingState(NamedTuple):
             return self.clock.elapsed_s(now_s)
         return 0.0 if self.figures is None else self.figures.duration_s
 
+    @property
+    def unwritten(self) -> Tuple[RecordedMark, ...]:
+        """The marks that the recorder has not taken yet."""
+        return tuple(it for it in self.marks if not it.is_written) if self.is_made else ()
+
     def is_late(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
         """Return whether it was sent before the answer to the last command, which came faster."""
         if sent_s - self.answered_s > _LATE_S:
@@ -178,14 +183,20 @@ class RecordingState(NamedTuple):
         is_there = self.is_asked and self.phase is not RecordingPhase.GONE
         return self.answered(phase if is_there else self.phase, now_s)
 
-    def marked(self, now_s: float) -> 'RecordingState':
+    def marked(self, now_s: float, stamp_s: float = 0.0) -> 'RecordingState':
         """Return the state with one mark more, which has the prepared label or a number."""
-        mark = RecordedMark(self.elapsed_s(now_s), self.label or self.next_label)
+        mark = RecordedMark(self.clock.moment_s(now_s), self.label or self.next_label, stamp_s)
         return self._replace(marks=(*self.marks, mark), label='')
 
-    def not_marked(self, mark: RecordedMark) -> 'RecordingState':
-        """Return the state after the recorder did not take this mark."""
-        return self._replace(marks=tuple(it for it in self.marks if it is not mark))
+    def mark_written(self, mark: RecordedMark) -> 'RecordingState':
+        """Return the state after the recorder took this mark."""
+        return self._replace(marks=tuple(it._replace(is_written=True) if it is mark else it
+                                         for it in self.marks))
+
+    def not_marked(self, *lost: RecordedMark) -> 'RecordingState':
+        """Return the state after the recorder did not take these marks."""
+        return self._replace(marks=tuple(
+            it for it in self.marks if not any(it is mark for mark in lost)))
 
     def unheard(self) -> 'RecordingState':
         """Return the state after the recorder has said nothing for long: rates are not known."""

@@ -21,8 +21,8 @@ class RecorderClient(Protocol):
     def stop(self) -> List[str]:
         """Stop; return the paths."""
 
-    def mark(self, label: str) -> None:
-        """Write a labeled moment."""
+    def mark(self, label: str, stamp_s: float) -> None:
+        """Write a labeled moment; 0: when it is taken."""
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write the memory; return the path."""
@@ -41,10 +41,16 @@ class RecordingPhase(Enum):
 
 
 class RecordedMark(NamedTuple):
-    """A labeled moment of a recording: the time since its beginning."""
+    """A labeled moment of a recording: the time since its beginning, and on the recorder's clock.
+
+    ``stamp_s`` is 0 where that clock is not known. Until ``is_written`` the recorder has not said
+    that it has taken it.
+    """
 
     time_s: float
     label: str
+    stamp_s: float = 0.0
+    is_written: bool = False
 
 
 class Figures(NamedTuple):
@@ -100,6 +106,11 @@ class RecordingClock(NamedTuple):
         passed_s = min(now_s - self.taken_s, _MAX_S) if self.is_running else 0.0
         return max(self.shown_s, self.duration_s + passed_s)
 
+    def moment_s(self, now_s: float) -> float:
+        """Return how long the recording has gone on, though the recorder may not say so."""
+        passed_s = now_s - self.taken_s if self.is_running else 0.0
+        return max(self.shown_s, self.duration_s + passed_s)
+
 
 _OLDEST_S = 60.0
 """Older states were stamped by a clock that has been set back."""
@@ -119,6 +130,10 @@ class SenderClock:
         """Return when a message with this stamp, which arrives now, was sent."""
         self._offset_s = min(self._offset_s, now_s - stamp_s)
         return max(stamp_s + self._offset_s, now_s - _OLDEST_S)
+
+    def stamp_s(self, now_s: float) -> float:
+        """Return the sender's time, at most as late as it is; 0 before its first message."""
+        return max(now_s - self._offset_s, 0.0)
 
 
 _SILENCE_MS, _SILENCES = 1000, 3
