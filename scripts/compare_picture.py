@@ -25,7 +25,7 @@ class ComparePhotographer(Photographer):
         self._click('launch')
         self._until(lambda: playback.state.is_available and launcher.launch.is_running,
                     _LAUNCH_S)
-        self._until(lambda: playback.is_playing, 60.0)
+        self._until(lambda: playback.state.is_playing, 60.0)
         playback.toggle()
         self.window.panels.setCurrentIndex(2)
         model = launcher.compare
@@ -69,7 +69,7 @@ class ComparePhotographer(Photographer):
     def _start_with(self, bag: str) -> None:
         launcher = self.launcher
         launcher.cell.open(self._config)
-        self._until(lambda: launcher.cell.cell is not None, 60.0)
+        self._until(lambda: launcher.session.cell is not None, 60.0)
         launcher.cell.tick('kinect', False)
         launcher.session.set_mode(Mode.PLAYBACK)
         launcher.bag.open([bag])

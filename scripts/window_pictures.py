@@ -168,10 +168,10 @@ class Photographer:
         self._click('launch')
         self._until(lambda: playback.state.is_available and launcher.launch.is_running,
                     120.0)
-        self._until(lambda: playback.is_playing, 60.0)
+        self._until(lambda: playback.state.is_playing, 60.0)
         self._until(lambda: playback.position_s > 8.0, 30.0)
         playback.toggle()
-        self._until(lambda: not playback.is_playing, 20.0)
+        self._until(lambda: not playback.state.is_playing, 20.0)
         self._pause(2.0)
         self._picture('playback', whole=True)
         self._fit()
@@ -180,7 +180,7 @@ class Photographer:
         playback.set_loop_end(14.0)
         playback.seek(10.5)
         playback.play()
-        self._until(lambda: playback.is_playing and playback.position_s > 11.5, 30.0)
+        self._until(lambda: playback.state.is_playing and playback.position_s > 11.5, 30.0)
         self._picture('loop', whole=True)
         self._button('bag_details').click()
         self._pause(0.5)
@@ -214,9 +214,9 @@ class Photographer:
 
     def _record_poor_seam(self) -> str:
         """Record until a limit has been left and kept again; returns the path of the bag."""
-        launcher, before = self.launcher, self.launcher.cell.devices
+        launcher, before = self.launcher, self.launcher.session.devices
         launcher.cell.open(self._config, {'quality': 'poor'})
-        self._until(lambda: launcher.cell.devices is not before, 20.0)
+        self._until(lambda: launcher.session.devices is not before, 20.0)
         launcher.cell.tick('kinect', False)
         launcher.session.set_mode(Mode.REALTIME)
         self._until(self.window.launch.launch.isEnabled, 60.0)
@@ -255,9 +255,9 @@ class Photographer:
 
     def _near_object(self) -> None:
         """A hand comes near a robot: now, and in a recording of it."""
-        launcher, before = self.launcher, self.launcher.cell.devices
+        launcher, before = self.launcher, self.launcher.session.devices
         launcher.cell.open(self._config, {'objects': 'true', 'intruder': 'hand'})
-        self._until(lambda: launcher.cell.devices is not before, 20.0)
+        self._until(lambda: launcher.session.devices is not before, 20.0)
         launcher.cell.tick('kinect', True)
         launcher.session.set_mode(Mode.REALTIME)
         self._until(self.window.launch.launch.isEnabled, 60.0)

@@ -101,12 +101,17 @@ class WindowPlaces(NamedTuple):
     timeline: Rectangle
 
 
+_LEAST_FOR_WIDE_PX = 900  # of the screen; in less, a panel above the timeline would be cut
+
+
 def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> WindowPlaces:
     """Return the places in the usable part of a screen: none overlaps another one.
 
-    The timeline, which has no frame, is below RViz or, if it is wide, below both. On a screen that
-    is too small for all, everything is smaller than it should be.
+    The timeline, which has no frame, is below RViz or, if it is wide, below both. On a low screen
+    it is never wide, as the launcher needs all of the height. On a screen that is too small for
+    all, everything is smaller than it should be.
     """
+    is_wide = is_wide and room.height >= _LEAST_FOR_WIDE_PX
     lower = _timeline_height(room.height, sizes)
     upper = room.height - lower
     sides = frame.left + frame.right
