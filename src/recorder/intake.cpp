@@ -96,7 +96,9 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
   RecordingContents saved = contents(beginning, now);
   if (saved.recent.empty())
     throw RecordingError("nothing from that time is in memory: are the devices running?");
+  const ros::Duration reach = now - saved.recent.front().time;
   open(options, std::move(saved));
+  begin_ -= std::chrono::nanoseconds(reach.toNSec());  // it lasted that long, though nobody watched
   end(now);
 }
 

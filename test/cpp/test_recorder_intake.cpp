@@ -197,8 +197,10 @@ class Sequence : public SimulatedIntake {
     const double recent_s = std::vector<double>{0, 2, 5, kAll}[random() % 4];
     std::map<std::string, unsigned> past{{"/a", 0}, {"/b", 0}};
     unsigned count = 0;
+    double oldest = now();
     for (const auto& [topic, time] : memory_)
-      if (recent_s > 0 && now() - time <= recent_s) ++past[topic], ++count;
+      if (recent_s > 0 && now() - time <= recent_s)
+        ++past[topic], ++count, oldest = std::min(oldest, time);
     const Beginning beginning{chosen(), recent_s, ""};
     const bool is_begun = random() % 2 == 0;
     if (!is_begun && count == 0) {
@@ -214,6 +216,7 @@ class Sequence : public SimulatedIntake {
       is_open_ = true;
     } else {
       intake_.save(options(), beginning);
+      begin_ = oldest;
       waitUntilWritten();
     }
   }
@@ -250,6 +253,7 @@ TEST_F(SimulatedIntake, SavesWhatHasComeUntilThisMoment) {
   EXPECT_EQ(sequencesIn(bag(), "/a"), numbersFrom(15, 30));
   const std::vector<Recorded> saved = messagesIn(bag());
   EXPECT_EQ(saved.front().time, moment - ros::Duration(1.5));
+  EXPECT_NEAR(intake_.state().duration, 1.5, 1e-9);
   EXPECT_EQ(saved.back().time, moment);
   EXPECT_NEAR(intake_.state().recent, 0.3, 1e-9);
   EXPECT_EQ(sequencesIn(save(kAll), "/a"), numbersFrom(30, 33));
