@@ -2,7 +2,9 @@
 """The window as a whole, without a master: what it asks, and how much of the screen it needs."""
 from __future__ import annotations
 
+import ast
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Iterator, List, Optional, Tuple
 
 import pytest
@@ -33,6 +35,7 @@ from process_visualizer.health.near_objects import HOLD_S, times
 from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.rviz.window_geometry import MIN_LAUNCHER_PX
 
+REPOSITORY = Path(__file__).resolve().parents[3]
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
 VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'
 MIN_SCREEN_PX = 800 - 32  # 1280x800 without a title bar: a lower one scrolls
@@ -555,3 +558,33 @@ def test_a_button_that_its_click_disables_gives_the_keyboard_to_no_other(
 
 def test_a_window_with_nothing_to_quit_closes_at_the_first_click(window: LauncherApp) -> None:
     assert window.close() and not window.isVisible()
+
+
+def chains(path: Path) -> Iterator[List[str]]:
+    """The names in a program that are joined by dots, from the first one on."""
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        names: List[str] = []
+        while isinstance(node, ast.Attribute):
+            names.insert(0, node.attr)
+            node = node.value
+        if isinstance(node, ast.Name) and names:
+            yield [node.id, *names]
+
+
+@pytest.mark.parametrize('script', ['window_pictures.py', 'compare_picture.py'])
+def test_the_programs_that_take_pictures_name_what_there_is(window: LauncherApp, script: str
+                                                            ) -> None:
+    launcher = window._launcher
+    known = {'launcher': launcher, 'playback': launcher.playback, 'replay': launcher.replay,
+             'self': SimpleNamespace(launcher=launcher, window=window)}
+    seen = 0
+    for begin, *names in chains(REPOSITORY / 'scripts' / script):
+        it = known.get(begin)
+        if begin == 'self' and names[0] not in ('launcher', 'window'):
+            continue
+        for name in names:
+            if it is None:  # nothing is known of it before the cell runs
+                break
+            assert hasattr(it, name), '.'.join([begin, *names])
+            it, seen = getattr(it, name), seen + 1
+    assert seen > 20
