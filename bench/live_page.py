@@ -4,6 +4,8 @@
     bench/run live_page               # the simulated sewing cell: rates, processor, a stuck viewer
     bench/run live_page joint         # from a joint's message to the picture in Chromium
     bench/run live_page link          # on thin links, and cut for 10 s (needs root)
+    bench/run live_page soak          # 30 minutes: does anything grow?
+    bench/run live_page rosbridge PROGRAM   # rosbridge_websocket with the same cell (needs root)
 
 Rates are payloads with the headers of WebSocket, TCP and IP (two segments each way per message);
 the processor's share is that of the process ``cell serve``.
@@ -11,6 +13,7 @@ the processor's share is that of the process ``cell serve``.
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import socket
 import subprocess
@@ -53,9 +56,14 @@ def main() -> int:
         asyncio.run(watch(words[1]))
     elif words[:1] == ['browse']:
         browse(words[1])
+    elif words[:1] == ['listen']:
+        asyncio.run(listen(words[1], int(words[2])))
     else:
         print(f'load {os.getloadavg()[0]:.1f} at the beginning, {os.cpu_count()} cores')
-        {'joint': joint, 'link': link}.get(' '.join(words), costs)()
+        if words[:1] == ['rosbridge']:
+            rosbridge(words[1])
+        else:
+            {'joint': joint, 'link': link, 'soak': soak}.get(' '.join(words), costs)()
         print(f'load {os.getloadavg()[0]:.1f} at the end')
     return 0
 
@@ -88,14 +96,19 @@ class Processes:
     @property
     def cpu_s(self) -> float:
         """Processor time of the page so far."""
-        fields = Path(f'/proc/{self.serve.pid}/stat').read_text().rpartition(')')[2].split()
-        return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
+        return processor_s(self.serve)
 
     @property
     def memory_mb(self) -> float:
         """Resident memory of the page."""
         pages = int(Path(f'/proc/{self.serve.pid}/statm').read_text().split()[1])
         return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+
+
+def processor_s(process: 'subprocess.Popen[bytes]') -> float:
+    """Return the processor time of a process so far."""
+    fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
 
 
 def costs() -> None:
@@ -174,6 +187,94 @@ def stuck_viewer() -> socket.socket:
                        'Sec-WebSocket-Version: 13\r\n'
                        'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n'.encode())
     return connection
+
+
+SOAK_MINUTES = 30
+
+
+def soak() -> None:
+    """One viewer looks for half an hour, and once a minute another one comes and goes."""
+    folder = Path(tempfile.mkdtemp())
+    (folder / 'slide.urdf').write_text(MODEL)
+    (folder / 'cell.xml').write_text(SLIDE)
+    cell = Processes(str(folder / 'cell.xml'))
+    cell.start(sys.executable, __file__, 'publish')
+    driver = chromium((1280, 720))
+    try:
+        driver.get(f'http://127.0.0.1:{PORT}/')
+        print('minute, memory of cell serve [MB], its threads and files, heap of the page [MB]')
+        for minute in range(SOAK_MINUTES + 1):
+            process = Path(f'/proc/{cell.serve.pid}')
+            heap = driver.execute_script('return performance.memory.usedJSHeapSize')
+            print(f'{minute:2} {cell.memory_mb:6.1f} {len(list((process / "task").iterdir())):3} '
+                  f'{len(list((process / "fd").iterdir())):3} {heap / 1e6:6.1f}', flush=True)
+            if minute < SOAK_MINUTES:
+                asyncio.run(watched(cell, 1, is_with_stuck=False))
+                time.sleep(60.0 - MEASURED_S)
+    finally:
+        driver.quit()
+        cell.end()
+
+
+BRIDGE_PORT = 9091
+
+
+def rosbridge(program: str) -> None:
+    """Measure rosbridge_websocket with what a page needs: transforms and the arrows' markers."""
+    sys.path.insert(0, str(REPOSITORY / 'test'))
+    from two_networks import CELL as CELL_ADDRESS
+    from two_networks import TwoNetworks
+    networks = TwoNetworks()
+    prefix = tuple(networks.command(networks.cell))
+    cell = Processes(str(REPOSITORY / 'sewing_cell/devices/simulated.xml'), '--address',
+                     CELL_ADDRESS, prefix=prefix)
+    bridge = cell.start(*prefix, program, '--port', str(BRIDGE_PORT))
+    time.sleep(START_S)
+    try:
+        networks.bytes_s, networks.delay_s = LINKS[-1][1:]
+        for count in COUNTS:
+            for name, process, command in (
+                    ('cell serve', cell.serve, ('watch', cell.url)),
+                    ('rosbridge', bridge, ('listen', CELL_ADDRESS, '1'))):
+                begin_s, cpu_s = time.monotonic(), processor_s(process)
+                viewers = [subprocess.Popen(
+                    networks.command(networks.viewer, sys.executable, __file__, *command),
+                    stdout=subprocess.PIPE, text=True) for _ in range(count)]
+                said = [it.communicate()[0].strip() for it in viewers]
+                share = (processor_s(process) - cpu_s) / (time.monotonic() - begin_s)
+                print(f'{name}, {count} viewers: {said[0]}; {100 * share:.1f} % of a core',
+                      flush=True)
+        networks.bytes_s, networks.delay_s = LINKS[0][1:]
+        for name, command in (('cell serve', ('watch', cell.url)),
+                              ('rosbridge', ('listen', CELL_ADDRESS, '1'))):
+            print(f'{name}, {LINKS[0][0]}: ' + subprocess.run(
+                networks.command(networks.viewer, sys.executable, __file__, *command),
+                stdout=subprocess.PIPE, text=True, check=True).stdout.strip(), flush=True)
+    finally:
+        cell.end()
+        networks.close()
+
+
+async def listen(address: str, queue: int) -> None:
+    """Be a viewer of rosbridge for some time; print what came, and how old transforms were."""
+    viewer = await websocket_connect(f'ws://{address}:{BRIDGE_PORT}')
+    devices = ('ur_rt_upper', 'ur_rt_lower', 'sewing_machine')
+    for topic in ('/tf', '/tf_static', *(f'/{it}/marker_array' for it in devices)):
+        await viewer.write_message(json.dumps({'op': 'subscribe', 'topic': topic,
+                                               'queue_length': queue}))
+    begin_s, size, ages = time.monotonic() + _SETTLING_S, 0, []
+    while time.monotonic() < begin_s + MEASURED_S:
+        text = await viewer.read_message()
+        if time.monotonic() < begin_s:
+            continue
+        size += len(text) + 4 + SEGMENT_BYTES
+        message = json.loads(text)
+        if message.get('topic') == '/tf':
+            stamp = message['msg']['transforms'][0]['header']['stamp']
+            ages.append(time.time() - stamp['secs'] - 1e-9 * stamp['nsecs'])
+    print(f'{8e-3 * size / MEASURED_S:.0f} kbit/s, {len(ages) / MEASURED_S:.1f} transforms/s, age '
+          f'p50 {1e3 * np.percentile(ages, 50):.0f} ms, p95 {1e3 * np.percentile(ages, 95):.0f} '
+          f'ms, longest {1e3 * max(ages):.0f} ms')
 
 
 LINKS = (('1 Mbit/s, 100 ms each way', 125e3, 0.1), ('300 kbit/s, 100 ms each way', 37.5e3, 0.1),

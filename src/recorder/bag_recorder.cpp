@@ -2,6 +2,7 @@
 // The node bag_recorder. SIGINT, SIGTERM and SIGHUP finish the bag before the node ends.
 
 #include <process_visualizer/Mark.h>
+#include <process_visualizer/MarkAt.h>
 #include <process_visualizer/ReadRecent.h>
 #include <process_visualizer/RecorderState.h>
 #include <process_visualizer/StartRecording.h>
@@ -46,6 +47,7 @@ constexpr std::chrono::milliseconds kUnderWay(100);
 constexpr std::chrono::milliseconds kStatePeriod(500), kMasterPeriod(1000);
 
 constexpr std::size_t kMostLabelBytes = 4096;
+const ros::Duration kOldestMark(600);
 
 const char* const kNoTime =
     "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
@@ -61,8 +63,8 @@ std::string defaultFolder() {
 
 }  // namespace
 
-/// The node bag_recorder: services `~start ~save_recent ~copy_recent ~stop ~mark ~read_recent`,
-/// topic `~state`.
+/// The node bag_recorder: services `~start ~save_recent ~copy_recent ~stop ~mark ~mark_at
+/// ~read_recent`, topic `~state`.
 class BagRecorder {
  public:
   BagRecorder();
@@ -79,6 +81,9 @@ class BagRecorder {
   bool copyRecent(Start::Request& request, Start::Response& response);
   bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
+  bool markAt(MarkAt::Request& request, MarkAt::Response& response);
+  /// \returns why there is no mark; empty: it is written
+  std::string marked(const ros::Time& time, const std::string& label);
 
   bool readRecent(ReadRecent::Request& request, ReadRecent::Response& response);
 
@@ -149,6 +154,9 @@ BagRecorder::BagRecorder()
           node_, "stop", [this](auto& request, auto& response) { return stop(request, response); }),
       advertiseChecked<Mark>(
           node_, "mark", [this](auto& request, auto& response) { return mark(request, response); }),
+      advertiseChecked<MarkAt>(
+          node_, "mark_at",
+          [this](auto& request, auto& response) { return markAt(request, response); }),
       advertiseChecked<ReadRecent>(node_, "read_recent", [this](auto& request, auto& response) {
         return readRecent(request, response);
       })};
@@ -233,26 +241,34 @@ bool BagRecorder::stop(StopRecording::Request&, StopRecording::Response& respons
 }
 
 bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
-  if (!ros::Time::isValid()) {
-    response.message = kNoTime;
-    return true;
-  }
-  if (request.label.size() > kMostLabelBytes) {
-    response.message = "the label has " + std::to_string(request.label.size()) +
-                       " bytes; at most " + std::to_string(kMostLabelBytes) + " are allowed";
-    return true;
-  }
-  const ros::Time now = ros::Time::now();
-  const bool is_past = !request.stamp.isZero() && request.stamp < now;
-  response.success = intake_.mark(is_past ? request.stamp : now, request.label);
-  if (!response.success) {
-    response.message = "nothing is being recorded: a mark has no place to go to";
-    return true;
-  }
-  std_msgs::String text;
-  text.data = request.label;
-  mark_publisher_.publish(text);
+  response.message = ros::Time::isValid() ? marked(ros::Time::now(), request.label) : kNoTime;
+  response.success = response.message.empty();
   return true;
+}
+
+bool BagRecorder::markAt(MarkAt::Request& request, MarkAt::Response& response) {
+  if (ros::Time::isValid()) {
+    const ros::Time now = ros::Time::now();
+    // A stamp of another clock would make the recording years long.
+    const bool is_known = request.stamp <= now && now - request.stamp <= kOldestMark;
+    response.message = marked(is_known ? request.stamp : now, request.label);
+  } else {
+    response.message = kNoTime;
+  }
+  response.success = response.message.empty();
+  return true;
+}
+
+std::string BagRecorder::marked(const ros::Time& time, const std::string& label) {
+  if (label.size() > kMostLabelBytes) {
+    return "the label has " + std::to_string(label.size()) + " bytes; at most " +
+           std::to_string(kMostLabelBytes) + " are allowed";
+  }
+  if (!intake_.mark(time, label)) return "nothing is being recorded: a mark has no place to go to";
+  std_msgs::String text;
+  text.data = label;
+  mark_publisher_.publish(text);
+  return "";
 }
 
 bool BagRecorder::readRecent(ReadRecent::Request& request, ReadRecent::Response& response) {

@@ -13,6 +13,8 @@ namespace {
 
 using Lock = std::lock_guard<std::mutex>;
 
+constexpr std::size_t kMarksKept = 1000;  // to know those that are sent again
+
 }  // namespace
 
 Intake::Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end,
@@ -67,6 +69,7 @@ bool Intake::mark(const ros::Time& time, const std::string& label) {
   if (marks_.count({time, label}) > 0) return true;
   if (!take(textMessage(own_.marks, time, label))) return false;
   marks_.emplace(time, label);
+  if (marks_.size() > kMarksKept) marks_.erase(marks_.begin());
   return true;
 }
 

@@ -28,7 +28,7 @@ def bag(ros_environment: Dict[str, str], simulated_config: str,
     assert 'success: True' in call(ros_environment, '/bag_recorder/start', request)
     for topic in TOPICS:
         run_command(ros_environment, 'rostopic', 'echo', '-n', '300', topic)
-    assert 'success: True' in call(ros_environment, '/bag_recorder/mark', f'{{label: {MARK}}}')
+    assert 'success: True' in call(ros_environment, '/bag_recorder/mark', MARK)
     assert str(path) in call(ros_environment, '/bag_recorder/stop')
     assert run.signal_and_wait(signal.SIGINT) == 0
     return str(path)

@@ -18,7 +18,7 @@ from process_visualizer.curves.live_curves import RecentPart
 from process_visualizer.msg import RecorderState
 from process_visualizer.ros_names import BAG_RECORDER
 from process_visualizer.srv import (
-    Mark,
+    MarkAt,
     ReadRecent,
     StartRecording,
     StartRecordingRequest,
@@ -61,7 +61,7 @@ _NODE = f'/{BAG_RECORDER}'
 _ANSWER_TIMEOUT_S = 60.0
 """To write what is in memory to a slow disk takes its time."""
 _SERVICES = {'start': StartRecording, 'save_recent': StartRecording,
-             'copy_recent': StartRecording, 'stop': StopRecording, 'mark': Mark}
+             'copy_recent': StartRecording, 'stop': StopRecording, 'mark_at': MarkAt}
 
 
 def request_of(options: RecordingOptions) -> StartRecordingRequest:
@@ -168,7 +168,7 @@ class BagRecorder:
         Raises:
             RecorderError: neither is possible.
         """
-        self._call('mark', label, genpy.Time.from_sec(stamp_s))
+        self._call('mark_at', label, genpy.Time.from_sec(stamp_s))
 
     def _call(self, name: str, *request: object) -> Any:
         try:
