@@ -13,7 +13,7 @@ from cycle_bags import BEGIN_S, write_bag
 from held_tasks import HeldTasks
 from page_reader import PageReader
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QFileDialog, QTreeWidget
+from PyQt5.QtWidgets import QFileDialog, QTreeWidget, QTreeWidgetItem
 from session_stand import open_cell, play, run
 
 from process_visualizer.cell.model import Mode
@@ -132,6 +132,16 @@ def test_a_long_name_of_a_recording_leaves_the_verdict_its_room(stand: Stand) ->
     assert tree.columnWidth(0) == int(0.4 * tree.viewport().width())
     stand.panel.resize(2000, 700)
     assert tree.columnWidth(0) == tree.sizeHintForColumn(0)
+
+
+def test_a_name_has_the_room_that_what_is_said_of_it_leaves(stand: Stand) -> None:
+    stand.panel.resize(560, 700)
+    tree = stand.panel.departures
+    name = 'ur_rt_upper tool force direction'
+    tree.show_rows([QTreeWidgetItem([name, '0:27.19', '+12 °'])], takes_room=True)
+    assert 0.4 * tree.viewport().width() < tree.columnWidth(0) == tree.sizeHintForColumn(0)
+    tree.show_rows([QTreeWidgetItem([name, '0:27.19', 9 * '+12 ° '])], takes_room=True)
+    assert tree.columnWidth(0) == int(0.4 * tree.viewport().width())
 
 
 def test_where_there_is_no_data_the_verdict_says_so(stand: Stand, tmp_path: Path) -> None:

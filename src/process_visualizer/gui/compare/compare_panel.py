@@ -221,7 +221,7 @@ class ComparePanel(QWidget):
                     for it in self._live.departures]
         elif chosen is not None:
             rows = [_row(chosen, it) for it in chosen.departures]
-        self.departures.show_rows(rows)
+        self.departures.show_rows(rows, takes_room=not self._is_live)
 
     def _show_finished(self) -> None:
         """Show the live runs that are over, the newest at the top."""
@@ -345,6 +345,7 @@ class _RowsTree(QTreeWidget):
 
     def __init__(self, name: str, head: Sequence[str], least_px: int) -> None:
         super().__init__()
+        self._takes_room = False
         self.setItemDelegate(_NameDelegate(self))
         self.setMinimumHeight(least_px)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
@@ -355,8 +356,13 @@ class _RowsTree(QTreeWidget):
         self.setUniformRowHeights(True)
         self.header().setSectionResizeMode(1, QHeaderView.ResizeToContents)
 
-    def show_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
-        """Show other rows."""
+    def show_rows(self, items: Sequence[QTreeWidgetItem], takes_room: bool = False) -> None:
+        """Show other rows.
+
+        With ``takes_room`` a name may have all that the last column leaves: for rows that stay, as
+        that may move it.
+        """
+        self._takes_room = takes_room
         self.clear()
         self.addTopLevelItems(list(items))
         self._fit()
@@ -367,8 +373,11 @@ class _RowsTree(QTreeWidget):
         self._fit()
 
     def _fit(self) -> None:
-        wanted = max(self.sizeHintForColumn(0), self.header().sectionSizeHint(0))
-        self.setColumnWidth(0, min(wanted, int(_MAX_NAME * self.viewport().width())))
+        wanted, _, last = (max(self.sizeHintForColumn(it), self.header().sectionSizeHint(it))
+                           for it in range(3))
+        width = self.viewport().width()
+        left = width - self.columnWidth(1) - last if self._takes_room else 0
+        self.setColumnWidth(0, min(wanted, max(int(_MAX_NAME * width), left)))
 
 
 class _NameDelegate(RowDelegate):
