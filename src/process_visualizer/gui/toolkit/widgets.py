@@ -339,7 +339,7 @@ class NoticeFrame(QFrame):
         self._layout.addLayout(row, 1, 1)
 
 
-_MIN_HEIGHT_PX = 210
+_MIN_HEIGHT_PX = 146  # so that nothing is scrolled to above the timeline of a screen of 1000 px
 
 
 class PanelTabs(QTabWidget):
