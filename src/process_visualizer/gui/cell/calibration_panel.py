@@ -92,7 +92,7 @@ def icon_button(name: str, symbol: str, text: str, hint: str) -> QToolButton:
 
 
 _SAME_M, _SAME_RAD = 5e-5, 5e-5  # what the text shows
-_TEXT_LINES = 4
+_TEXT_LINES = 6  # the unsaved change, what a fit found, and where the frame was when recorded
 
 
 class CalibrationPanel(QWidget):
