@@ -95,7 +95,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             for options, message in [
                     ({'name': 'taken'}, 'exists already'), ({'name': 'a/b'}, 'slash'),
                     ({'compression': 'zip'}, 'no compression "zip"'),
-                    ({'name': 'x' * 300}, 'File name too long')]:
+                    ({'name': 'x' * 300}, 'at most 255 are allowed')]:
                 with self.assertRaisesRegex(RecorderError, message):
                     recorder.start(topic, **options)
             for options, message in [

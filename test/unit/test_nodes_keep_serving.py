@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""rospy's servers in our nodes go on after a shortage of memory, threads or files."""
+"""rospy's servers in our nodes go on after a shortage, and beside who says nothing."""
 from __future__ import annotations
 
 import errno
 import queue
 import socket
+import struct
 import threading
-from typing import Any, List
+from contextlib import suppress
+from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
@@ -16,6 +18,16 @@ from rospy.impl.tcpros_base import TCPServer
 from process_visualizer.nodes.common.node_handle import keep_serving
 
 TIMEOUT_S = 60.0
+
+
+HEADER = struct.pack('<I', 5) + b'hello'
+
+
+def connected(server: TCPServer) -> socket.socket:
+    """Connect to it, and say who it is."""
+    connection = socket.create_connection(('localhost', server.port))
+    connection.sendall(HEADER)
+    return connection
 
 
 class ShortOf:
@@ -42,29 +54,39 @@ def test_other_nodes_are_still_connected(shortage: Exception) -> None:
     server.server_sock = ShortOf(server.server_sock, shortage)
     server.start()
     try:
-        socket.create_connection(('localhost', server.port)).close()
-        taken.get(timeout=TIMEOUT_S).close()
+        with connected(server):
+            taken.get(timeout=TIMEOUT_S).close()
     finally:
         server.shutdown()
 
 
-def test_a_thread_that_cannot_be_started_costs_one_connection() -> None:
+def test_who_says_nothing_keeps_nobody_waiting() -> None:
+    """One such connection was enough."""
     keep_serving()
-    taken: 'queue.Queue[Any]' = queue.Queue()
-    shortages: List[Exception] = [RuntimeError("can't start new thread")]
-
-    def take(connection: socket.socket, _address: Any) -> None:
-        if shortages:
-            connection.close()
-            raise shortages.pop()
-        taken.put(connection)
-
-    server = TCPServer(take)
+    taken: 'queue.Queue[bytes]' = queue.Queue()
+    server = TCPServer(lambda connection, _: taken.put(connection.recv(100)))
     server.start()
     try:
-        for _ in range(2):
-            socket.create_connection(('localhost', server.port)).close()
-        taken.get(timeout=TIMEOUT_S).close()
+        with socket.create_connection(('localhost', server.port)), \
+                socket.create_connection(('localhost', server.port)) as slow:
+            slow.sendall(HEADER[:-1])
+            with connected(server):
+                assert taken.get(timeout=TIMEOUT_S) == HEADER
+            slow.sendall(HEADER[-1:])
+            assert taken.get(timeout=TIMEOUT_S) == HEADER
+    finally:
+        server.shutdown()
+
+
+def test_a_header_that_claims_too_much_is_refused() -> None:
+    keep_serving()
+    server = TCPServer(lambda *_: pytest.fail('it is read'))
+    server.start()
+    try:
+        with socket.create_connection(('localhost', server.port)) as connection:
+            connection.sendall(b'\xff' * 4)
+            with suppress(ConnectionResetError):  # as not all of it was read
+                assert not connection.recv(1)
     finally:
         server.shutdown()
 

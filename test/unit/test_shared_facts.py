@@ -7,6 +7,7 @@ from pathlib import Path
 
 from process_visualizer.bagio.recorder_topics import CALIBRATION
 from process_visualizer.gui.recording.recording_choices import FOR_ANYBODY
+from process_visualizer.nodes.common.node_handle import MAX_NAME_CHARACTERS
 from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS
 from process_visualizer.robot.kinematics import MOVABLE
 from process_visualizer.ros_names import (
@@ -36,6 +37,11 @@ def constant(file: str, name: str) -> str:
 def test_kinds_of_joints_that_move() -> None:
     kinds = constant('joints/joint_message.cpp', 'kMovable')
     assert tuple(re.findall(r'"(\w+)"', kinds)) == MOVABLE
+
+
+def test_how_long_names_may_be() -> None:
+    assert constant('../include/process_visualizer/common/required_name.hpp',
+                    'kMostNameCharacters') == str(MAX_NAME_CHARACTERS)
 
 
 def test_names_that_the_recorder_knows() -> None:

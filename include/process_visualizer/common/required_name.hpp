@@ -9,7 +9,7 @@
 
 namespace process_visualizer {
 
-constexpr std::size_t kMostNameCharacters = 255;  // as in node_handle.py
+constexpr std::size_t kMostNameCharacters = 255;  // as in nodes/common/node_handle.py
 
 /// Returns the name of a topic, frame or logger that came from outside: no other program should
 /// have to bear one of a megabyte, or one with control characters.

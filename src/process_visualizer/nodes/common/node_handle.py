@@ -6,6 +6,8 @@ import functools
 import logging
 import os
 import signal
+import socket
+import struct
 import sys
 import threading
 import time
@@ -28,6 +30,9 @@ _SHOWN_CHARACTERS = 100
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
 _RETRY_S = 0.5
+_GREETING_S, _MOST_GREETINGS, _MAX_HEADER_BYTES = 10, 100, 1 << 16
+_LENGTH, _GREETING_TIME = struct.Struct('<I'), struct.Struct('ll')
+_Handler = Callable[[socket.socket, Any], None]
 _SHUTDOWN_S = 5.0
 """Enough to unregister many topics while a busy master hears that from all nodes at once: a node
 that ends before stays in the master's list. Less than the 15 s after which roslaunch kills it."""
@@ -60,12 +65,19 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
 
 
 def keep_serving() -> None:
-    """Let rospy's two servers in this process go on after a shortage of memory, threads or files.
+    """Let nothing from outside stop rospy's two servers in this process.
 
-    rospy's threads end at it, so for ever no other node would be connected, no service called,
-    and no question answered, though the process goes on.
+    rospy's threads end at a shortage of memory, threads or files, and the one that accepts
+    connections waits for whoever connects and says nothing. So for ever no other node would be
+    connected and no service called, though the process goes on.
     """
     if not hasattr(TCPServer.run, '__wrapped__'):
+        begin = TCPServer.__init__
+
+        def begin_patiently(server: Any, inbound_handler: _Handler, port: int = 0) -> None:
+            begin(server, _beside_others(inbound_handler), port)
+
+        TCPServer.__init__ = begin_patiently
         TCPServer.run = _surviving(TCPServer.run, lambda it: bool(it.is_shutdown))
         ThreadingXMLRPCServer.serve_forever = _surviving(
             ThreadingXMLRPCServer.serve_forever, lambda it: it.socket.fileno() < 0)
@@ -90,6 +102,50 @@ def _surviving(run: Callable[..., None], is_over: Callable[[Any], bool]) -> Call
                 problem = error
 
     return run_on
+
+
+def _beside_others(handler: _Handler) -> _Handler:
+    """Return what handles each connection in a thread of its own, if it says in time who it is."""
+    room = threading.BoundedSemaphore(_MOST_GREETINGS)
+
+    def greet(connection: socket.socket, address: Any) -> None:
+        try:
+            if _has_header(connection):
+                handler(connection, address)
+            else:
+                connection.close()
+        finally:
+            room.release()
+
+    def handle(connection: socket.socket, address: Any) -> None:
+        if not room.acquire(blocking=False):
+            connection.close()
+            return
+        try:
+            threading.Thread(target=greet, args=(connection, address), daemon=True).start()
+        except RuntimeError:
+            room.release()
+            connection.close()
+            raise
+
+    return handle
+
+
+def _has_header(connection: socket.socket) -> bool:
+    """Wait for the whole header of a connection, for a limited time; it stays to be read."""
+    whole = socket.MSG_PEEK | socket.MSG_WAITALL
+    try:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(
+            _GREETING_S, 0))
+        size = connection.recv(_LENGTH.size, whole)
+        if len(size) < _LENGTH.size or _LENGTH.unpack(size)[0] > _MAX_HEADER_BYTES:
+            return False
+        end = _LENGTH.size + _LENGTH.unpack(size)[0]
+        is_whole = len(connection.recv(end, whole)) == end
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(0, 0))
+    except OSError:  # it has gone, or said nothing
+        return False
+    return is_whole
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
