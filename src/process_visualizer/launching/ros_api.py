@@ -7,6 +7,7 @@ import socket
 import time
 from http.client import HTTPConnection, HTTPException
 from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple
+from xml.parsers.expat import ExpatError
 from xmlrpc.client import Error, ServerProxy, Transport
 
 import rosgraph
@@ -82,6 +83,13 @@ class LimitedTransport(Transport):
         self._connection = host, connection
         return connection
 
+    def parse_response(self, response: Any) -> Any:
+        """See Transport; what is no XML-RPC is an error of the connection."""
+        try:
+            return super().parse_response(response)
+        except (ExpatError, LookupError, TypeError, ValueError) as error:
+            raise ConnectionError(0, f'the answer is no XML-RPC: {error}') from error
+
 
 ANSWER_TIMEOUT_S = 0.5
 """For those who ask again and again, and have more to do."""
@@ -130,18 +138,15 @@ class AskedMaster:
 
     def getPid(self) -> int:
         """Return its process id."""
-        return int(self._asked('getPid'))
+        return int(self._of(int, 'getPid'))
 
     def getSystemState(self) -> List[Any]:
         """Return publishers, subscribers and services: for each name its nodes."""
-        found = self._asked('getSystemState')
-        if not isinstance(found, list):
-            raise rosgraph.MasterException('the master answers nonsense')
-        return found
+        return list(self._of(list, 'getSystemState'))
 
     def getTopicTypes(self) -> List[Any]:
         """Return the type of each topic."""
-        return list(self._asked('getTopicTypes'))
+        return list(self._of(list, 'getTopicTypes'))
 
     def lookupNode(self, node: str) -> str:
         """Return a node's URI."""
@@ -153,7 +158,7 @@ class AskedMaster:
 
     def getParamNames(self) -> List[str]:
         """Return the names of all parameters."""
-        return list(self._asked('getParamNames'))
+        return list(self._of(list, 'getParamNames'))
 
     def hasParam(self, key: str) -> bool:
         """Return whether there is a parameter of this whole name."""
@@ -166,6 +171,13 @@ class AskedMaster:
     def setParam(self, key: str, value: Any) -> None:
         """Set a parameter, given by its whole name."""
         self._asked('setParam', key, value)
+
+    def _of(self, kind: type, method: str) -> Any:
+        """Ask for a value of a type."""
+        value = self._asked(method)
+        if not isinstance(value, kind):
+            raise rosgraph.MasterException('the master answers nonsense')
+        return value
 
     def _asked(self, method: str, *values: Any) -> Any:
         uri = self.master_uri
@@ -264,7 +276,8 @@ def process_id_at(uri: str) -> int:
     """
     with ServerProxy(uri, transport=LimitedTransport(PATIENT_TIMEOUT_S)) as server:
         answer: Any = server.getPid(CALLER_ID)
-    if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
+    if (not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1
+            or not isinstance(answer[2], int)):
         raise ValueError(f'{uri} is not a ROS master or node')
     return int(answer[2])
 

@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 import rosgraph
 
-from process_visualizer.launching.ros_api import AskedMaster
+from process_visualizer.launching.ros_api import AskedMaster, process_id_at
 
 
 @contextmanager
@@ -51,3 +51,24 @@ def test_one_that_hangs_or_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv('ROS_MASTER_URI', uri)
         with pytest.raises(OSError):
             AskedMaster('/me').getSystemState()
+
+
+@pytest.mark.parametrize('value', [5, {'a': 1}, 'text', [[[1]], 'a'], '\x07'])
+def test_one_that_answers_nonsense(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of another type, or with what XML does not allow."""
+    def answer(_caller: str) -> 'list[object]':
+        return [1, '', value]
+
+    with served(getPid=answer, getSystemState=answer, getTopicTypes=answer,
+                getParamNames=answer) as uri:
+        monkeypatch.setenv('ROS_MASTER_URI', uri)
+        master = AskedMaster('/me')
+        asked = [] if value == 5 else [master.getPid]
+        asked += [] if isinstance(value, list) else [
+            master.getSystemState, master.getTopicTypes, master.getParamNames]
+        for ask in asked:
+            with pytest.raises((OSError, rosgraph.MasterException)):
+                ask()
+        if value != 5:
+            with pytest.raises((OSError, ValueError)):
+                process_id_at(uri)
