@@ -279,11 +279,12 @@ class ViewerLink:
         """Wait for the next message to send that the link carries; None: end."""
         with self._changed:
             while not self._is_closed:
+                now_s = time.monotonic()
                 if self._window.may_send():
-                    data = self._outbox.next_frames(time.monotonic(), self._thinned,
-                                                    self._window.may_send_large())
+                    data = self._outbox.next_frames(now_s, self._thinned,
+                                                    self._window.may_send_large(now_s))
                     if data is not None:
-                        self._window.sent(len(data), time.monotonic())
+                        self._window.sent(len(data), now_s)
                         return data
                 self._changed.wait()
             return None

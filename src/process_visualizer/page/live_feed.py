@@ -116,7 +116,7 @@ class ViewerPace:
 
     def next(self, now_s: float) -> Optional[Message]:
         """Return what is to be sent now, which then counts as sent; None if there is nothing."""
-        if not self._window.may_send_large():
+        if not self._window.may_send_large(now_s):
             return None
         for slot in (Slot.LAYOUT, *self._others):
             number, message = self._feed.newest(slot)

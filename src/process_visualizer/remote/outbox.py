@@ -145,12 +145,15 @@ class Outbox:
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
 
 
-_MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 8 << 20
+_MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 2 << 20
+"""The largest is what is old at most when a wide link becomes thin: 1.7 s of 10 Mbit/s."""
 _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
 _LARGE_S, _MIN_LARGE_BYTES = 0.15, 16 << 10
 _QUEUED_S = 0.06
 """So much longer than the quickest one an answer may take: that is what queues on the way."""
-_SHRINK = 0.8
+_SHRINK, _MOST_SHRINK = 0.8, 0.1
+_OVERDUE = 2.0
+"""By this factor slower than it may be, as when a link has become thin."""
 _RESERVE = 2.0
 _QUICKEST_S = 20.0
 """The quickest answer counts for so long: the way may become another one."""
@@ -162,7 +165,8 @@ class LinkWindow:
 
     TCP alone fills every buffer on the way, up to seconds of a thin link. So no more is under way
     than the link carries in the time of an answer: it grows while answers come as quickly as they
-    can, and shrinks when they become slower.
+    can, and shrinks when they become slower. A link that becomes thin says nothing at first: so
+    nothing large is sent while an answer is overdue.
     """
 
     def __init__(self, least_bytes: int = _MIN_BYTES, begin_bytes: int = _BEGIN_BYTES,
@@ -207,9 +211,17 @@ class LinkWindow:
         """Return whether more may be sent now, if it is small: it need not wait for large data."""
         return self.under_way < _RESERVE * self._window
 
-    def may_send_large(self) -> bool:
+    def may_send_large(self, now_s: float) -> bool:
         """Return whether more may be sent now, whatever it is."""
-        return self.under_way < self._window
+        is_overdue = (self.under_way > self._least_bytes
+                      and now_s - self._marks[0][1] > _OVERDUE * self._patience_s)
+        return self.under_way < self._window and not is_overdue
+
+    @property
+    def _patience_s(self) -> float:
+        """How long an answer may take."""
+        quickest_s = self._quickest[0][1] if self._quickest else math.inf
+        return min(quickest_s + self._queued_s, self._longest_s)
 
     def sent(self, count: int, now_s: float) -> None:
         """Note bytes that have been sent."""
@@ -236,9 +248,11 @@ class LinkWindow:
         self._quickest.append((now_s, answer_s))
         while self._quickest[0][0] < now_s - _QUICKEST_S:
             self._quickest.popleft()
-        if answer_s > min(self._quickest[0][1] + self._queued_s, self._longest_s):
+        if answer_s > self._patience_s:
             if now_s - self._shrunk_s > answer_s:  # once for what is under way
-                self._window = max(self._least_bytes, self._window * _SHRINK)
+                is_thin = answer_s > _OVERDUE * self._patience_s
+                shrink = max(self._patience_s / answer_s, _MOST_SHRINK) if is_thin else _SHRINK
+                self._window = max(self._least_bytes, self._window * shrink)
                 self._shrunk_s = now_s
         elif was_full:
             self._window = min(_MAX_WINDOW_BYTES, self._window + 0.5 * new)

@@ -24,6 +24,10 @@ class SimulatedLink:
         self._reader, self._parts = LinkFrameReader(), MessageParts()
         self._reader.take(GREETING)
 
+    def change(self, bytes_s: float, delay_s: float) -> None:
+        """Let what is sent from now on have another rate and delay."""
+        self._bytes_s, self._delay_s = bytes_s, delay_s
+
     def put(self, channel: int, size: int, is_kept: bool = False) -> None:
         """Give a message to the outbox, stamped now."""
         if is_kept:
@@ -46,7 +50,7 @@ class SimulatedLink:
     def _send(self) -> None:
         while self.window.may_send():
             data = self.outbox.next_frames(self.now_s, self._thinned,
-                                           self.window.may_send_large())
+                                           self.window.may_send_large(self.now_s))
             if data is None:
                 return
             self.window.sent(len(data), self.now_s)

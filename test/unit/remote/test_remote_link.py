@@ -32,7 +32,7 @@ def as_it_is(_channel: int, data: bytes) -> bytes:
 
 def run_cell(link: SimulatedLink, end_s: float, cloud_bytes: int, image_bytes: int) -> None:
     """Joints of two robots at 125 Hz, markers at 30 Hz, clouds and images at 30 Hz."""
-    for step in range(int(end_s * 1000)):
+    for step in range(round(link.now_s * 1000), int(end_s * 1000)):
         link.run_until(step / 1000)
         if step % 8 == 0:
             link.put(JOINTS, 400)
@@ -54,6 +54,18 @@ def test_joints_and_clouds_stay_live(mbit_s: float, delay_s: float) -> None:
     assert p95(settled[CLOUD]) < 2.0 * delay_s + 1.5
     assert len(link.ages[JOINTS]) > 0.9 * 20 * 125
     assert len(link.ages[IMAGE]) > 15
+
+
+@pytest.mark.parametrize('cloud_bytes', [300_000, 900_000, 3_000_000])
+def test_a_wide_link_that_becomes_thin_is_live_again_soon(cloud_bytes: int) -> None:
+    """What was on its way comes first, but it is little, and nothing is added meanwhile."""
+    link = SimulatedLink(1000 * MBIT_S, 0.0002)
+    run_cell(link, 5.0, cloud_bytes, image_bytes=900_000)
+    link.change(10 * MBIT_S, 0.025)
+    before = {channel: len(ages) for channel, ages in link.ages.items()}
+    run_cell(link, 35.0, cloud_bytes, image_bytes=900_000)
+    for channel in (JOINTS, MARKERS, CLOUD):
+        assert p95(link.ages[channel][before[channel]:]) < 0.5
 
 
 def test_a_wide_link_carries_everything() -> None:
