@@ -153,7 +153,10 @@ class ViewRelay:
     def _topics(self) -> Dict[str, OfferedTopic]:
         """Return what the view shows, and what is published of it."""
         view = parsed_view(self._view())
-        wanted = {*named_topics(view), *rospy.get_param('~topics', []), TF_TOPIC, STATIC_TF_TOPIC}
+        more = rospy.get_param('~topics', [])
+        if not isinstance(more, list):
+            raise ValueError('~topics is no list of names')
+        wanted = {*named_topics(view), *map(str, more), TF_TOPIC, STATIC_TF_TOPIC}
         types = {name: kind for name, kind in self._master.getTopicTypes() if name in wanted}
         return {name: topic for name, topic in ((it, _topic(it, kind))
                                                 for it, kind in types.items())
@@ -166,11 +169,11 @@ class ViewRelay:
             if not self._present():
                 self._changed.wait()
                 self._changed.clear()
-                view = self._view()
+                view = ''  # whoever comes has been offered what there is now
             if self._ended.wait(_TOPICS_PERIOD_S):
                 return
             try:
-                before, view = view, self._view()
+                before, view = view or self._view(), self._view()
                 offer = self._offer(view) if view != before else None
                 topics = self._topics()
             except (OSError, ValueError, rosgraph.MasterException):

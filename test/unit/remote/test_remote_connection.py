@@ -169,3 +169,24 @@ def test_who_connects_and_says_nothing_costs_no_work() -> None:
         relay._welcome(here, 'viewer')
         assert first_frame(there).kind == Kind.REFUSED, 'the view was read'
     relay._listener.close()
+
+
+def test_a_view_that_is_away_for_a_while_does_not_end_the_look_for_topics(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view_relay, '_TOPICS_PERIOD_S', 0.01)
+    relay = ViewRelay('127.0.0.1', range(1 << 15, 1 << 16), '/no/such/view', '')
+    looks: 'queue.Queue[int]' = queue.Queue()
+
+    def view() -> str:
+        looks.put(1)
+        raise FileNotFoundError('/no/such/view')
+
+    monkeypatch.setattr(relay, '_view', view)
+    relay.run()
+    try:
+        relay._links.add(cast(ViewerLink, Link(0.1)))
+        relay._changed.set()
+        for _ in range(3):
+            looks.get(timeout=PATIENCE_S)
+    finally:
+        relay.close()
