@@ -17,7 +17,7 @@ from process_visualizer.parameters.cell_parameters import (
     read_frames,
     written_frames,
 )
-from process_visualizer.parameters.reading import Parameters
+from process_visualizer.parameters.reading import ParameterError, Parameters
 from process_visualizer.parameters.robot_parameters import (
     RobotParameters,
     TextParameters,
@@ -101,3 +101,10 @@ def test_scene(age_topic: str, stale_after_s: float) -> None:
                            age_topic)
     scene = SceneParameters('world', (device,), stale_after_s)
     assert SceneParameters.read(Parameters(scene.to_parameters(), '/s')) == scene
+
+
+@pytest.mark.parametrize('values', [[{'a': 1}], [['a']], {'a': {'b': 'c'}}, 5, ['x' * 10_000, 1]])
+def test_what_is_no_group_of_texts_is_told_in_a_line(values: Any) -> None:
+    with pytest.raises(ParameterError, match='/node/nodes: a group of texts') as caught:
+        Parameters({'nodes': values}, '/node').texts('nodes')
+    assert len(str(caught.value)) < 300

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 from process_visualizer.cell.elements import DEFAULT_FRAME
-from process_visualizer.parameters.reading import STALE_AFTER_S, ParameterError, Parameters, changed
+from process_visualizer.parameters.reading import (
+    STALE_AFTER_S,
+    ParameterError,
+    Parameters,
+    changed,
+    shown,
+)
 from process_visualizer.robot.frames import Frame
 
 
@@ -78,7 +84,7 @@ def read_frames(entries: Any) -> List[Frame]:
         ParameterError: the parameter is not such a list.
     """
     if not isinstance(entries, list):
-        raise ParameterError(f'a list of frames is expected, not {entries!r}')
+        raise ParameterError(f'a list of frames is expected, not {shown(entries)}')
     groups = [Parameters(entry, f'[{index}]') for index, entry in enumerate(entries)]
     return [Frame(group.frame('parent', ''), group.frame('child', ''),
                   group.vector('xyz', _ZERO), group.vector('ypr', _ZERO)) for group in groups]

@@ -6,6 +6,7 @@ import math
 from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
+_SHOWN_CHARACTERS = 200
 STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
 
 
@@ -20,7 +21,7 @@ class Parameters:
         """Take the parameters of a namespace as a dictionary, and the namespace."""
         if not isinstance(values, Mapping):
             raise ParameterError(f'parameter {path}: a group of parameters is expected, '
-                                 f'not {values!r}')
+                                 f'not {shown(values)}')
         self._values = values
         self._path = path
 
@@ -39,8 +40,8 @@ class Parameters:
     def texts(self, name: str) -> Dict[str, str]:
         """Return texts by their names; none of them where it is not set."""
         values = self._values.get(name, {})
-        if isinstance(values, list):
-            values = {value: '' for value in values}
+        if isinstance(values, list) and all(isinstance(it, str) for it in values):
+            values = dict.fromkeys(values, '')
         if not isinstance(values, dict) or not all(
                 isinstance(part, str) for pair in values.items() for part in pair):
             raise self.error(name, 'a group of texts', values)
@@ -107,7 +108,13 @@ class Parameters:
     def error(self, name: str, expected: str, value: Any) -> ParameterError:
         """Return the error that a parameter has a value other than what is expected."""
         return ParameterError(f'parameter {self._path}/{name}: {expected} is expected, '
-                              f'not {value!r}')
+                              f'not {shown(value)}')
+
+
+def shown(value: Any) -> str:
+    """Return a value for a message; of a long one the beginning."""
+    text = repr(value)
+    return text if len(text) <= _SHOWN_CHARACTERS else f'{text[:_SHOWN_CHARACTERS]}…'
 
 
 def is_number(value: Any) -> bool:
