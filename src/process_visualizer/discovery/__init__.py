@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A configuration made from what runs or was recorded; imports neither rospy nor Qt."""
+"""New configurations from a running cell or a recording; imports neither rospy nor Qt."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looks into a recording: at its index, and at some messages of each topic."""
+"""Observation of a recording, from its index and some messages of each topic."""
 from __future__ import annotations
 
 import math
@@ -39,7 +39,7 @@ _NO_NUMBERS = ('header', 'layout')
 
 
 def seen_topics(sources: Sequence[Source]) -> Tuple[SeenTopic, ...]:
-    """Return the topics by name; of one with two types that of its first source."""
+    """Return the topics sorted by name; a topic with two types gets its first source's type."""
     by_topic: Dict[str, List[Source]] = defaultdict(list)
     for source in sources:
         by_topic[source.topic].append(source)
@@ -47,7 +47,7 @@ def seen_topics(sources: Sequence[Source]) -> Tuple[SeenTopic, ...]:
 
 
 def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
-    """Return the last transform of each frame; what cannot be one is left out."""
+    """Return the last transform of each frame; invalid transforms are left out."""
     found: Dict[str, SeenTransform] = {}
     for source in sources:
         if short_name(source.type) in TF_TYPES:
@@ -58,7 +58,7 @@ def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
 
 
 def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
-    """Return the robot descriptions that are sent as std_msgs/String, one for each topic."""
+    """Return the robot descriptions sent as std_msgs/String, one for each topic."""
     found: Dict[str, SeenDescription] = {}
     for source in sources:
         if short_name(source.type) == _STRING:
@@ -71,7 +71,7 @@ def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
 
 
 def is_description(text: Any) -> bool:
-    """Return whether a parameter or text is a robot description, and not that of a cell of ours."""
+    """Return whether a parameter or text is a robot description, but not one of our cells."""
     return isinstance(text, str) and '<robot' in text and '<link' in text \
         and not is_own_description(text)
 
@@ -91,7 +91,7 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
 
 
 def readable(source: Source) -> Iterator[Values]:
-    """Return the values of those messages of a source that can be understood."""
+    """Yield the values of the messages of a source, without those that cannot be parsed."""
     kind = short_name(source.type)
     try:
         definitions = parse_definitions(kind, source.definition)
@@ -124,7 +124,7 @@ def _length(messages: Sequence[Values]) -> Optional[int]:
 
 
 def _numbers(messages: Sequence[Values]) -> Tuple[SeenNumber, ...]:
-    """The numbers that all messages have."""
+    """Return the finite numbers that are in all messages."""
     series: Dict[str, List[float]] = defaultdict(list)
     whole: Dict[str, bool] = {}
     for values in messages:
@@ -141,7 +141,7 @@ def _number(path: str, values: Sequence[float], is_whole: bool) -> SeenNumber:
 
 
 def _flat(values: Values, before: str = '') -> Iterator[Tuple[str, float]]:
-    """Paths and numbers: those of fields, of fields within them, and of the array ``data``."""
+    """Yield paths and numbers of fields, of nested fields, and of the array ``data``."""
     for name, value in values.items():
         path = f'{before}{name}'
         if isinstance(value, dict) and name not in _NO_NUMBERS:
@@ -154,21 +154,21 @@ def _flat(values: Values, before: str = '') -> Iterator[Tuple[str, float]]:
 
 
 def _with_changes(new: SeenTransform, before: Optional[SeenTransform]) -> SeenTransform:
-    """A transform that knows whether those before it were the same."""
+    """Return the new transform; ``changes`` is set if an earlier one differed."""
     if before is None or before.parent != new.parent:
         return new
     return new._replace(changes=before.changes or before.placement != new.placement)
 
 
 def transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
-    """Return the transforms in a message on tf that can be used."""
+    """Yield the usable transforms of a message on tf."""
     for it in values.get('transforms', ()):
         try:
             parent, child = it['header']['frame_id'].lstrip('/'), it['child_frame_id'].lstrip('/')
             position, rotation = it['transform']['translation'], it['transform']['rotation']
             placement = Placement(_take(position, 'xyz'), _take(rotation, 'xyzw'))
         except (KeyError, TypeError, AttributeError):
-            continue  # a message of another type under the name of one on tf
+            continue  # another message type under the name of a tf type
         norm = math.hypot(*placement.quaternion)
         if parent and child and math.isfinite(sum(placement.position)) \
                 and _MIN_NORM < norm < 1.0 / _MIN_NORM:
@@ -180,11 +180,11 @@ def _take(values: Values, names: str) -> Any:
 
 
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
-"""Number of messages that are read of each publisher, evenly spread over the recording."""
+"""Number of messages read from each publisher, evenly spread over the recording."""
 _STATIC = (STATIC_TF_TOPIC, CALIBRATION)
 _MAX_STATIC = 500
 _TURNS = 16
-"""Joint states and transforms from the beginning, which have all parts that are sent regularly."""
+"""Number of first joint states and transforms; together they hold all parts sent regularly."""
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
                     'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',
                     'stereo_msgs/DisparityImage'})
@@ -193,7 +193,7 @@ _NO_PARAMETERS = ('A bag holds no parameters, so no robot_description: models we
 
 
 def look_into(recording: Recording) -> Seen:
-    """Return what a recording shows; reads a few messages only."""
+    """Return the observations from a recording; reads only a few messages."""
     sources = _sources(recording)
     transforms = seen_transforms([it for it in sources if it.topic != CALIBRATION])
     calibrated = seen_transforms([it for it in sources if it.topic == CALIBRATION])
@@ -212,17 +212,17 @@ def _sources(recording: Recording) -> List[Source]:
         for number, connection in enumerate(index.connections)}
     messages: Dict[int, List[bytes]] = {number: [] for number in wanted}
     by_place = sorted((position, number) for number, found in wanted.items() for position in found)
-    for position, number in by_place:  # in the file's order: a chunk is decompressed once
+    for position, number in by_place:  # in file order, so each chunk is decompressed once
         try:
             messages[number].append(bytes(recording.message(position)))
         except BagDamaged:
-            continue  # the recording notes it
+            continue  # the recording keeps a remark about the damage
     return [Source(it.topic, it.type, it.message_definition, it.caller_id, tuple(messages[number]))
             for number, it in enumerate(index.connections) if messages[number]]
 
 
 def _positions(positions: np.ndarray, total: int, connection: Connection) -> List[int]:
-    """Return which messages of a connection are read."""
+    """Return the positions of the messages to read from a connection."""
     if connection.topic in _STATIC:
         return [int(it) for it in positions[:_MAX_STATIC]]
     kind = short_name(connection.type)
@@ -235,6 +235,6 @@ def _positions(positions: np.ndarray, total: int, connection: Connection) -> Lis
 
 
 def _spread(positions: np.ndarray, total: int, count: int) -> List[int]:
-    """Return the messages next after a number of moments, the same for all topics."""
+    """Return the messages that follow evenly spread moments, which are the same for all topics."""
     places = np.searchsorted(positions, np.linspace(0, total - 1, count))
     return [int(it) for it in positions[np.unique(np.minimum(places, len(positions) - 1))]]

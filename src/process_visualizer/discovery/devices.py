@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Devices of a draft: robots, cameras, and all that is neither."""
+"""Devices of a draft: robots, cameras, and all others."""
 from __future__ import annotations
 
 import math
@@ -33,7 +33,7 @@ _FORCE_NAME = re.compile(r'(^|[/_])(ft|force|wrench|sensor)([/_]|$)')
 
 
 def robot_name(group: RobotGroup) -> str:
-    """Return what a robot is called: after its namespace, else as in its model."""
+    """Return the name of a robot: from its namespace, else from its model."""
     for namespace in (group.namespace, group.joint_topic.name.rpartition('/')[0]):
         if namespace.strip('/'):
             return namespace.strip('/').rpartition('/')[2]
@@ -44,7 +44,7 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
                  forest: FrameForest, tool: Optional[ToolTransform] = None) -> DraftDevice:
     """Return the device of a robot; the links of its model get the ``prefix``.
 
-    The ``tool`` is what brings its pose if no topic does.
+    The ``tool`` provides the pose of the tool if no topic does.
     """
     device = DraftDevice('robot', name)
     add_model(device, group.model, prefix)
@@ -64,19 +64,19 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
     if group.wrench_topic is not None:
         add_topic(device, group.wrench_topic, 'force_sensor')
         _add_force(device, group, group.wrench_topic, prefix, names, forest)
-    _say_what_is_missing(device, group, tool is not None and tool.is_sure)
+    _add_missing_comment(device, group, tool is not None and tool.is_sure)
     return device
 
 
 def _base_of_poses(group: RobotGroup, names: CellNames, places: BasePlaces) -> str:
-    """The frame in which a driver gives the poses of its tool, if it can be the base frame."""
+    """Return the frame of a driver's tool poses if it can be the base frame, else ''."""
     frames = group.pose_topic.frames if group.pose_topic is not None else ()
     return next((it for it in frames if is_frame(it) and names.is_free(it)
                  and it != places.frame), '')
 
 
 def add_model(device: DraftDevice, model: Optional[FoundModel], prefix: str = '') -> None:
-    """Add the model; without one a line to be completed."""
+    """Add the model, or a line to complete if there is none."""
     if model is None:
         device.add('model', {'pkg': 'my_robot_description', 'path': 'urdf/my_robot.urdf.xacro'},
                    'no model was found: name its file here, and the root link of it in <base>',
@@ -93,7 +93,7 @@ def add_model(device: DraftDevice, model: Optional[FoundModel], prefix: str = ''
 
 def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment: str = '',
               **more: str) -> None:
-    """Add a topic, with what it is used for."""
+    """Add a topic and its function."""
     namespace, _, name = topic.name.rpartition('/')
     attributes: Dict[str, str] = {'ns': namespace.strip('/')} if namespace.strip('/') else {}
     attributes['name'] = name
@@ -104,7 +104,7 @@ def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment
 
 def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,
                names: CellNames, forest: FrameForest) -> None:
-    """Add the sensor's frame where tf or the messages name one that no model has."""
+    """Add the force sensor's frame if tf or the messages name a frame that no model has."""
     if group.model is None:
         return
     links = group.model.description.links
@@ -120,7 +120,7 @@ def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix:
     if unknown:
         device.add('force', {'parentframe': prefix + tool_link(group.model),
                              'frame': names.frame(unknown[0]), **_whole_pose(Pose())},
-                   'the messages name this frame, and nothing tells where it is: write its pose')
+                   'the messages name this frame, but its place is not known: write its pose')
 
 
 def _whole_pose(pose: Pose) -> Dict[str, str]:
@@ -128,7 +128,7 @@ def _whole_pose(pose: Pose) -> Dict[str, str]:
     return {**found, 'ypr': found.get('ypr', '0 0 0')}
 
 
-def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool) -> None:
+def _add_missing_comment(device: DraftDevice, group: RobotGroup, has_tool: bool) -> None:
     missing: List[str] = []
     if group.wrench_topic is None:
         missing.append('no force (WrenchStamped)')
@@ -137,14 +137,14 @@ def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool)
             'so its velocity is that of the model and the joints'
         missing.append(f'no pose of its tool (PoseStamped, or a frame on tf), {velocity}')
     if missing:
-        device.comments.append(f'Of {device.name} was seen {" and ".join(missing)}.')
+        device.comments.append(f'{device.name} was seen with {" and ".join(missing)}.')
 
 
 # A camera or depth sensor as a device of the configuration.
 
 def camera_device(group: CameraGroup, name: str, names: CellNames, places: BasePlaces,
                   forest: FrameForest, links: Collection[str]) -> DraftDevice:
-    """Return the device of a camera; ``links`` are those of robots, which may carry it."""
+    """Return the device of a camera; ``links`` are robots' links, which may carry the camera."""
     device = DraftDevice('depth_sensor' if group.is_depth_sensor else 'other', name)
     _add_base(device, group, names, places, forest, links)
     cloud = group.cloud
@@ -179,9 +179,9 @@ def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places:
 
 def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names: CellNames,
                      forest: FrameForest) -> None:
-    """Publish the frames between ``end`` and others in playback, where their driver is not there.
+    """Add nodes that publish the frames between ``end`` and ``frames`` in playback.
 
-    Those that something else has stay out.
+    Their driver does not run then. Frames that something else has are left out.
     """
     done: Dict[str, None] = {}
     for frame in frames:
@@ -209,7 +209,7 @@ def _add_cloud(device: DraftDevice, cloud: SeenTopic, is_computed: bool) -> None
 
 def _add_cloud_node(device: DraftDevice, group: CameraGroup, depth: SeenTopic,
                     cloud: Optional[SeenTopic]) -> None:
-    """Compute the cloud from the images: in playback, or always if no node does it."""
+    """Add a node that computes the cloud from the images: in playback, or always if none does."""
     output = f'/{device.name}/cloud' if cloud is None else cloud.name
     if cloud is None:
         device.add('topic', {'ns': device.name, 'name': 'cloud', 'type': 'pointcloud',
@@ -224,7 +224,7 @@ def _add_cloud_node(device: DraftDevice, group: CameraGroup, depth: SeenTopic,
 
 
 def _nodelet(group: CameraGroup, depth: SeenTopic) -> Tuple[str, List[Tuple[str, str]]]:
-    """The nodelet of depth_image_proc for these images, and the topics that it takes."""
+    """Return the nodelet of depth_image_proc for these images, and its input topics."""
     color, info = group.color_image, group.info_of(depth)
     color_info = group.info_of(color) if color is not None else None
     if color is not None and color_info is not None and is_registered(depth):
@@ -238,14 +238,14 @@ def _nodelet(group: CameraGroup, depth: SeenTopic) -> Tuple[str, List[Tuple[str,
 # Numbers of topics that may be process variables, and how to draw them.
 
 MAX_PER_TOPIC = 6
+"""Maximum number of arrows for one topic; more would hide each other."""
 MAX_STATES = 20
-"""Arrows for one topic; more would hide each other."""
 _LENGTH_M = 0.3
-"""Of the longest arrow for the values that were seen."""
+"""Length of the longest arrow for the values that were seen."""
 _MAX_M = 0.6
-"""Of an arrow for whatever comes later."""
+"""Maximum length of an arrow for later values."""
 _MOMENT_SHARE = 0.2
-"""A number that was seen for a moment will change by this share of it at least."""
+"""Minimum expected change of a number that was seen only for a moment, as a share of its value."""
 _COLORS = ('orange', 'cyan', 'yellow', 'purple', 'blue', 'red', 'white')
 _KNOWN: Dict[str, Dict[str, str]] = {
     'sensor_msgs/Temperature': {'temperature': '°C'},
@@ -255,7 +255,7 @@ _KNOWN: Dict[str, Dict[str, str]] = {
     'sensor_msgs/RelativeHumidity': {'relative_humidity': ''},
     'sensor_msgs/BatteryState': {'voltage': 'V', 'current': 'A'},
 }
-"""What these messages measure, and its unit by the message's definition."""
+"""Measured fields of these messages, and their units by the message definition."""
 _NO_VARIABLES = frozenset({
     'sensor_msgs', 'geometry_msgs', 'nav_msgs', 'tf', 'tf2_msgs', 'visualization_msgs',
     'trajectory_msgs', 'shape_msgs', 'stereo_msgs', 'actionlib_msgs', 'moveit_msgs'})
@@ -265,9 +265,9 @@ _NO_MEASUREMENT = re.compile(
 
 
 class Candidate(NamedTuple):
-    """A number that may be a variable: the attributes of its <variable> but topic and frame.
+    """A number that may be a variable: the attributes of its <variable> except topic and frame.
 
-    It is ``likely`` one if it changed, or its message is that of a sensor.
+    It is a ``likely`` variable if it changed, or if its message type is that of a sensor.
     """
 
     attributes: Dict[str, str]
@@ -275,7 +275,7 @@ class Candidate(NamedTuple):
 
 
 def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> List[Candidate]:
-    """Return the candidates of a topic; colors count on from ``begin``.
+    """Return the candidates of a topic; their colors start with number ``begin``.
 
     ``is_moment`` as in ``Seen``.
     """
@@ -288,7 +288,7 @@ def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> Lis
 
 
 def left_out(topic: SeenTopic) -> int:
-    """Return how many more numbers a topic has that may be variables."""
+    """Return the number of a topic's possible variables beyond ``MAX_PER_TOPIC``."""
     known = _KNOWN.get(topic.type)
     return max(0, sum(_is_measured(it, topic, known) for it in topic.numbers) - MAX_PER_TOPIC)
 
@@ -321,9 +321,9 @@ def _attributes(topic: SeenTopic, number: SeenNumber, unit: str, color: int,
 
 
 def scaling(low: float, high: float, least_share: float = 0.0) -> Sequence[float]:
-    """Return offset and scale [m per unit] that make arrows of 0.3 m or less of these values.
+    """Return offset and scale [m per unit] that map these values to arrows of 0.3 m or less.
 
-    Values will be spread over this share of the largest at least.
+    The values are taken to spread over at least ``least_share`` of the largest.
     """
     largest = max(abs(low), abs(high))
     spread = max(high - low, least_share * largest)
@@ -336,7 +336,7 @@ def scaling(low: float, high: float, least_share: float = 0.0) -> Sequence[float
 
 
 def _rounded(value: float, spread: float) -> float:
-    """The value to the decimal place of what it is spread over."""
+    """Return the value, rounded down to the leading decimal place of the spread."""
     step = 10.0 ** math.floor(math.log10(spread))
     return math.floor(value / step) * step
 
@@ -345,11 +345,11 @@ def _one_digit(value: float) -> float:
     return float(f'{value:.0e}')
 
 
-# Machines and sensors: what publishes neither joints nor images, as devices.
+# Machines and sensors, which publish neither joints nor images, as devices.
 
 ROOT_DEVICE = 'sensors'
-"""Name of the device that gets the topics without a namespace."""
-_VARIABLES = 'numbers that may be process variables: remove those that are none'
+"""Name of the device for topics without a namespace."""
+_VARIABLES = 'numbers that may be process variables: remove those that are not'
 _CONSTANT = 'did not change while it was looked at'
 _DRAWN = ('LaserScan', 'Path', 'Odometry', 'PointCloud', 'Polygon', 'PoseArray', 'GridCells',
           'Map', 'Marker', 'MarkerArray', 'PoseWithCovariance', 'PointStamped')
@@ -357,7 +357,7 @@ _DISPLAYS = {DISPLAY_TYPES[name].message_type: name for name in _DRAWN}
 
 
 def by_namespace(topics: Sequence[SeenTopic]) -> Dict[str, List[SeenTopic]]:
-    """Return topics by the first part of their namespace, '' where there is none."""
+    """Return topics by the first part of their namespace, '' for topics without one."""
     found: Dict[str, List[SeenTopic]] = {}
     for topic in topics:
         first, slash, _ = topic.name.strip('/').partition('/')
@@ -371,13 +371,14 @@ class Machines:
     def __init__(self, names: CellNames, places: BasePlaces, forest: FrameForest,
                  known_frames: Collection[str], is_moment: bool = False,
                  states: Sequence[StateNumber] = ()) -> None:
-        """Take what is known.
+        """Prepare to add devices.
 
         Args:
             names, places, forest: of the configuration.
-            known_frames: those of models and devices.
+            known_frames: frames of models and devices.
             is_moment: as in ``Seen``.
-            states: numbers of topics that are judged by their order, and have no arrow.
+            states: numbers of topics that are judged by the order of their values; they have no
+                arrow.
         """
         self._names, self._places, self._forest = names, places, forest
         self._known: Set[str] = {*known_frames, places.frame}
@@ -387,7 +388,7 @@ class Machines:
             self._states.setdefault(it.topic, []).append(it)
 
     def add_topics(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
-        """Add topics with their variables and displays; a base frame where they need one."""
+        """Add topics with their variables and displays, and a base frame if they need one."""
         for topic in topics:
             if not self._add_variables(device, topic):
                 add_topic(device, topic)
@@ -395,7 +396,7 @@ class Machines:
         self._add_display_frames(device, topics)
 
     def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
-        """Add the candidates of a topic; return whether one of them is a variable now."""
+        """Add the candidates of a topic; return whether one of them became a variable."""
         states = self._states.get(topic.name, [])
         fields = [it.field for it in states]
         found = [it for it in candidates(topic, self._color, self._is_moment)
@@ -415,7 +416,7 @@ class Machines:
 
     def _add_states(self, device: DraftDevice, topic: SeenTopic,
                     states: Sequence[StateNumber]) -> None:
-        """Add the states that are fields of messages; those of plain topics need no element."""
+        """Add the states that are fields of messages; states of plain topics need no element."""
         for it in states[:MAX_STATES]:
             if it.field != 'data':
                 device.add('variable', {'topic': topic.name.lstrip('/'), 'field': it.field,
@@ -423,7 +424,7 @@ class Machines:
                                         'shown': 'False'})
 
     def _frame(self, device: DraftDevice, topic: SeenTopic) -> str:
-        """The frame at which an arrow stands: that of its messages, or the device's base frame."""
+        """Return the frame of an arrow: the frame of its messages, or the device's base frame."""
         known = [it for it in topic.frames if it in self._known and is_frame(it)]
         base = device.first('base')
         if known or base is not None:
@@ -433,7 +434,7 @@ class Machines:
         moved = [frame for frame in topic.frames if frame in self._forest.frames
                  and is_frame(frame)]
         if moved and not free:
-            return moved[0]  # something else carries it, which only tf knows
+            return moved[0]  # its parent is known only to tf
         return self._add_base(device, free[0] if free else f'{device.name}/base')
 
     def _called_like(self, device: DraftDevice) -> List[str]:
@@ -442,7 +443,7 @@ class Machines:
                 if frame == device.name or frame.startswith(beginnings)]
 
     def _can_be_base(self, frame: str) -> bool:
-        """Return whether no device has a frame, and only the global frame may carry it."""
+        """Return whether no device has the frame, and its parent is the global frame or none."""
         return (is_frame(frame) and self._names.is_free(frame)
                 and self._forest.parent(frame) in (None, self._places.frame))
 
@@ -454,7 +455,7 @@ class Machines:
         return frame
 
     def _add_display_frames(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
-        """Add the frames that displays need: a machine's base, and what it carries."""
+        """Add the frames that displays need: a machine's base and the frames below it."""
         frames = [frame for it in topics if it.type in _DISPLAYS for frame in it.frames
                   if is_frame(frame) and frame in self._forest.frames and frame not in self._known]
         tops = [top_frame(self._forest, frame, self._known) for frame in frames]

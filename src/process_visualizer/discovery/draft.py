@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A configuration that is being made: devices with the elements that will stand in the file."""
+"""Draft of a configuration: devices with the elements to be written to the file."""
 from __future__ import annotations
 
 import re
@@ -28,9 +28,9 @@ from process_visualizer.cell.values import PATTERNS
 
 @dataclass(frozen=True)
 class DraftElement:
-    """An element of a device; one that is not ``active`` is written as a comment.
+    """An element of a device; an element that is not ``active`` is written as a comment.
 
-    ``comment`` stands before it.
+    ``comment`` is written before the element.
     """
 
     tag: str
@@ -42,7 +42,7 @@ class DraftElement:
 
 @dataclass
 class DraftDevice:
-    """A device; ``type`` as in the configuration. ``comments`` stand before it."""
+    """A device; ``type`` as in the configuration. ``comments`` are written before the device."""
 
     type: str
     name: str
@@ -55,12 +55,12 @@ class DraftDevice:
         self.elements.append(DraftElement(tag, attributes, comment, active, children))
 
     def first(self, tag: str) -> Optional[DraftElement]:
-        """The first active element of that tag."""
+        """Return the first active element with a tag, or None."""
         return next((it for it in self.elements if it.tag == tag and it.active), None)
 
     @property
     def topics(self) -> List[str]:
-        """The names of all topics that it has, from the root."""
+        """The names of the device's topics, for example ``arm/joint_states``."""
         found = []
         for it in self.elements:
             if it.active and it.tag == 'topic':
@@ -74,7 +74,7 @@ class DraftDevice:
 class Draft:
     """A draft: devices, the global frame, and remarks for the user.
 
-    ``process`` are the elements that say what one run is.
+    ``process`` are the elements that define one run.
     """
 
     where: str
@@ -90,7 +90,7 @@ _WIDTH = 96
 
 
 def draft_text(draft: Draft) -> str:
-    """Return the file's text."""
+    """Return the text of the file."""
     frame = '' if draft.frame == DEFAULT_FRAME else f' frame={quoteattr(draft.frame)}'
     head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
             'comment.', *draft.remarks]
@@ -137,7 +137,7 @@ def _element(element: DraftElement, indent: str) -> Iterator[str]:
 
 
 def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
-    """Return paragraphs as the lines of a comment; nothing without any."""
+    """Return paragraphs as the lines of a comment; no lines without paragraphs."""
     lines = [line for it in paragraphs
              for line in textwrap.wrap(_safe(it), _WIDTH, break_long_words=False)]
     if len(lines) < 2:
@@ -146,12 +146,12 @@ def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
 
 
 def _safe(text: str) -> str:
-    """The text as it may stand in a comment: without two hyphens, or what XML has no sign for."""
+    """Return the text as a comment may hold it: no double hyphens, no characters XML forbids."""
     shown = ''.join(it if it.isprintable() and it not in '\ufffe\uffff' else '?' for it in text)
     return shown.replace('--', '-\u2010').rstrip('-')
 
 
-# Names for what is made of other names: devices after namespaces, words that names share.
+# Names derived from other names: devices named after namespaces, words that names share.
 
 _NO_WORDS = frozenset({'', 'robot', 'description', 'driver', 'state', 'states', 'controller',
                        'joint', 'joints', 'topic', 'sensor', 'data'})
@@ -176,7 +176,7 @@ def is_field(path: str) -> bool:
 
 
 def device_name(text: str, default: str) -> str:
-    """Return a valid name of a device like a text, such as the end of a namespace."""
+    """Return a valid device name close to a text, such as the end of a namespace."""
     name = re.sub('[^A-Za-z0-9_]+', '_', text).strip('_')
     if not name:
         return default
@@ -184,7 +184,7 @@ def device_name(text: str, default: str) -> str:
 
 
 def free_name(wanted: str, taken: Collection[str], ending: str = '') -> str:
-    """Return the wanted name, or one like it, that is not taken."""
+    """Return the wanted name, or a similar one if it is taken."""
     names = [wanted, *([f'{wanted}_{ending}'] if ending else [])]
     number = 2
     while names[0] in taken:
@@ -196,7 +196,7 @@ def free_name(wanted: str, taken: Collection[str], ending: str = '') -> str:
 
 
 def words(name: str) -> FrozenSet[str]:
-    """Return the words of a name that tell it from others, in lower case."""
+    """Return the distinctive words of a name, in lower case."""
     parts = re.split('[/_.-]+', re.sub('([a-z])([A-Z])', r'\1_\2', name))
     return frozenset(part.lower() for part in parts) - _NO_WORDS
 
@@ -206,7 +206,7 @@ _NOWHERE = Location('', 0)
 
 
 class CellNames:
-    """Gives names, each once."""
+    """Gives out unique names."""
 
     def __init__(self, topics: Iterable[str], frames: Iterable[str]) -> None:
         """Take the topics and descriptions of all drivers, and the frames of all models."""
@@ -215,7 +215,7 @@ class CellNames:
         self._devices: Set[str] = set()
 
     def device(self, kind: str, wanted: str) -> str:
-        """Return a device's name like a wanted one; none of its outputs is a seen topic."""
+        """Return a free device name close to the wanted one, without outputs among seen topics."""
         name = device_name(wanted, kind)
         taken = set(self._devices)
         while True:
@@ -226,7 +226,7 @@ class CellNames:
             taken.add(found)
 
     def frame(self, wanted: str) -> str:
-        """Return a frame's name, the wanted one if it is free."""
+        """Return a free frame name, the wanted one if possible."""
         found = free_name(wanted, self._frames)
         self._frames.add(found)
         return found
@@ -237,6 +237,6 @@ class CellNames:
 
 
 def _outputs(name: str) -> Set[str]:
-    """Return what the program would publish for a device of that name, of whatever type."""
+    """Return the topics that the program may publish for a device of that name, of any type."""
     return {topic for kind in DeviceType for topic in outputs([Device(kind, name, _NOWHERE)])} \
         | {f'/{name}/marker_array', f'/{name}/robot_description'}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a draft of a configuration from what was seen, without asking or reading anything."""
+"""Draft of a configuration from observations; neither asks the user nor reads files."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
@@ -28,7 +28,7 @@ from process_visualizer.discovery.topic_groups import CameraGroup, camera_groups
 
 
 class MadeConfiguration(NamedTuple):
-    """A draft, and the texts of the models that belong beside its file, by file name."""
+    """A draft, and the texts of the models to be written beside its file, by file name."""
 
     draft: Draft
     models: Dict[str, str]
@@ -36,7 +36,7 @@ class MadeConfiguration(NamedTuple):
 
 def make_draft(seen: Seen, models: Sequence[FoundModel],
                process: Optional[Process] = None) -> MadeConfiguration:
-    """Return the configuration for what was seen, with the models and process found for it."""
+    """Return the configuration for the observations, with the models and process found for them."""
     usable = [it for it in models if all(map(is_frame, it.description.links))]
     return _Making(seen, usable, process).made()
 
@@ -84,9 +84,9 @@ class _Making:
         tool = self._tools.of(group.model) if group.pose_topic is None else None
         device = robot_device(group, name, self._prefix(group.model), self._names, self._places,
                               self._forest, tool)
-        _tell_odd_joints(device, group, groups)
+        _add_joint_comments(device, group, groups)
         if tool is not None and tool.is_sure:
-            self._links.update(map(self._names.frame, tool.chain))  # tf has these in playback too
+            self._links.update(map(self._names.frame, tool.chain))  # on tf in playback too
         self._add(device, group.model)
         return device
 
@@ -110,12 +110,12 @@ class _Making:
                 self._prefix(model) + model.description.root_link)
             device.add('base', attributes, comment)
             if model.joints:
-                device.comments.append(f'Nobody was seen who publishes joints of {device.name}.')
+                device.comments.append(f'No node was seen that publishes joints of {device.name}.')
             self._add(device, model)
 
     def _owners(self, groups: Sequence[RobotGroup], robots: Sequence[DraftDevice],
                 cameras: Sequence[CameraGroup]) -> Dict[str, DraftDevice]:
-        """Add the cameras; return who owns the other topics below a first part of a namespace."""
+        """Add the cameras; return the owners of other topics by the first part of a namespace."""
         owners: Dict[str, DraftDevice] = {}
         for group in cameras:
             kind = 'depth_sensor' if group.is_depth_sensor else 'other'
@@ -145,9 +145,9 @@ class _Making:
             machines.add_topics(device, found)
 
 
-def _tell_odd_joints(device: DraftDevice, group: RobotGroup,
+def _add_joint_comments(device: DraftDevice, group: RobotGroup,
                      groups: Sequence[RobotGroup]) -> None:
-    """Name the joints that only the topic of a robot has, or only its model."""
+    """Add comments that name joints found only on the robot's topic, or only in its model."""
     topic, model = group.joint_topic, group.model
     if model is None or not topic.joints:
         return
@@ -156,7 +156,7 @@ def _tell_odd_joints(device: DraftDevice, group: RobotGroup,
              for joint in ElementTree.fromstring(it.description.text).findall('joint')}
     left = [it for it in topic.joints if it not in drawn]
     if left:
-        device.comments.append(f'{topic.name} has joints that the model has not, and that are not '
+        device.comments.append(f'{topic.name} has joints that the model lacks, and that are not '
                                f'drawn: {", ".join(left)}.')
     others = {joint for it in group.other_joint_topics for joint in it.joints}
     silent = sorted(model.joints - set(topic.joints) - others)
@@ -170,7 +170,7 @@ def _first(name: str) -> str:
 
 
 def _prefixes(models: Sequence[FoundModel], frames: Set[str]) -> List[str]:
-    """Return a prefix for each model's links, so that all differ, as on tf if possible."""
+    """Return a prefix for each model that makes all link names unique, as on tf if possible."""
     taken: Set[str] = set()
     prefixes = []
     for number, model in enumerate(models):

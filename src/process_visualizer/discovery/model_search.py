@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds the models of what was seen: the file of a package, or the description itself."""
+"""Search for the models of observed robots: the file of a package, or the description itself."""
 from __future__ import annotations
 
 import os
@@ -45,7 +45,7 @@ from process_visualizer.robot.description import (
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.tool_learning import rigid_residuals
 
-# The model files of all packages: which may be that of a robot, by its name or its joints.
+# The model files of all packages; a robot's file is found by the robot's name or its joints.
 
 _ROBOT = re.compile(r'<robot\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
 _JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
@@ -59,9 +59,9 @@ _SAFE_PATH = re.compile(r'[\w. /+-]+\Z')
 
 @dataclass(frozen=True)
 class ModelFile:
-    """A URDF or xacro file that may be a whole robot: ``name`` as its <robot> says.
+    """A URDF or xacro file that may be a whole robot; ``name`` is from its <robot>.
 
-    ``arguments`` are the names of those that xacro takes.
+    ``arguments`` are the names of its xacro arguments.
     """
 
     package: str
@@ -72,7 +72,7 @@ class ModelFile:
 
     @property
     def file(self) -> str:
-        """Its absolute path."""
+        """The absolute path of the file."""
         return os.path.join(self.folder, self.path)
 
     @property
@@ -82,7 +82,7 @@ class ModelFile:
 
 
 class ModelFiles:
-    """The model files of the packages that ROS finds; each package is looked into once."""
+    """The model files of the packages that ROS finds; each package is searched once."""
 
     def __init__(self, packages: Optional[rospkg.RosPack] = None) -> None:
         self._packages = packages or rospkg.RosPack()
@@ -90,14 +90,14 @@ class ModelFiles:
         self._joints: Dict[str, List[Pattern[str]]] = {}
 
     def all(self) -> List[ModelFile]:
-        """Return the files of all packages, by their names."""
+        """Return the files of all packages, sorted by package name."""
         if self._files is None:
             self._files = [it for package in sorted(self._packages.list())
                            for it in self._look_into(package)]
         return self._files
 
     def count_of(self, package: str, joints: Collection[str]) -> int:
-        """Return how many of these joints the files of a package may have, by the names in them."""
+        """Return how many of these joints match joint names in the files of a package."""
         patterns = self._joints.get(package, [])
         return sum(any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
 
@@ -107,14 +107,14 @@ class ModelFiles:
             text = _text(os.path.join(folder, path))
             self._joints.setdefault(package, []).extend(_patterns(text))
             robot = _ROBOT.search(text)
-            # a name that is an expression needs arguments that only a launch file knows
+            # a name with an expression needs arguments that only a launch file knows
             if robot is not None and '$' not in robot.group(1) and _SAFE_PATH.match(path):
                 arguments = tuple(dict.fromkeys(_ARGUMENT.findall(text)))
                 yield ModelFile(package, path, robot.group(1), folder, arguments)
 
 
 def _patterns(text: str) -> List[Pattern[str]]:
-    """The names of joints in a file, with any prefix, and any text for what xacro fills in."""
+    """Return patterns of a file's joint names; any prefix fits, and any text for an expression."""
     names = {_EXPRESSION.sub('*', name) for name in _JOINT.findall(text)}
     return [re.compile('.*' + '.*'.join(map(re.escape, name.split('*'))))
             for name in sorted(names)]
@@ -133,7 +133,7 @@ def _model_paths(folder: str) -> Iterator[str]:
 
 
 def _text(file: str) -> str:
-    """The text of a file; nothing of one that cannot be read."""
+    """Return the text of a file, '' if it cannot be read."""
     try:
         with open(file, encoding='utf-8', errors='replace') as stream:
             return stream.read(_MAX_BYTES)
@@ -141,19 +141,19 @@ def _text(file: str) -> str:
         return ''
 
 
-_MIN_LENGTHS = 3  # a base and a flange alone are those of many
+_MIN_LENGTHS = 3  # many models agree in one or two lengths, such as base and flange
 _KEEP_DISTANCE = ('revolute', 'continuous')
 
 
 class ModelFit:
-    """A model beside what was seen; distances are root mean squares in m, None: not comparable."""
+    """Fit of a model to the observations; distances are RMS values in m, None if not comparable."""
 
     def __init__(self, model: FoundModel) -> None:
         self._description, self._prefix = model.description, model.joint_prefix
         self._kinematics = Kinematics(model.description.text)
 
     def lengths_m(self, transforms: Sequence[SeenTransform]) -> Optional[float]:
-        """Return how far the links on tf are from where the model has them in their parents."""
+        """Return the distance between link positions on tf and in the model, each in its parent."""
         zeros = {name: 0.0 for name, kind in self._description.joints.items()
                  if kind in _KEEP_DISTANCE}
         away = []
@@ -166,7 +166,7 @@ class ModelFit:
         return _rms(np.array(away)) if len(away) >= _MIN_LENGTHS else None
 
     def tool_m(self, motion: FrameMotion) -> Optional[float]:
-        """Return how far a moving frame is from the link that is nearest to it all the time."""
+        """Return the distance between a moving frame and the link that follows it most closely."""
         bases = self._places(motion.parent, motion)
         if not bases:
             return None
@@ -176,7 +176,7 @@ class ModelFit:
                     for places in self._moving(motion).values()), default=None)
 
     def free_tool_m(self, motion: FrameMotion) -> Optional[float]:
-        """Return the same if the base may be elsewhere, or the tool has an offset to the link."""
+        """Return ``tool_m`` with a free base pose or a free constant offset of tool to link."""
         found = [rigid_residuals(np.array([it.position for it in places]),
                                  np.array([it.place.position for it in motion.samples]))
                  for places in self._moving(motion).values()]
@@ -188,13 +188,13 @@ class ModelFit:
         return min(map(_rms, found), default=None)
 
     def _moving(self, motion: FrameMotion) -> Dict[str, List[Placement]]:
-        """The places of the links that move in the root link."""
+        """Return the places in the root link of all links that move in it."""
         found = {link: self._places(link, motion) for link in self._description.links
                  if self._kinematics.moves(link, self._description.root_link)}
         return {link: places for link, places in found.items() if places}
 
     def _places(self, frame: str, motion: FrameMotion) -> List[Placement]:
-        """Return where a frame is in the root link at each sample; nothing if it is not known."""
+        """Return a frame's places in the root link, one per sample; empty if one is unknown."""
         found = [self._kinematics.connection(
             self._own(frame), self._description.root_link,
             {self._own(name): position for name, position in it.positions.items()})
@@ -203,12 +203,12 @@ class ModelFit:
 
 
     def _own(self, name: str) -> str:
-        """Return what the model calls a link or joint that its driver gives a prefix."""
+        """Return a link or joint name without the prefix that the driver adds."""
         return name[len(self._prefix):] if name.startswith(self._prefix) else name
 
 
 def _offset_residuals(places: Sequence[Placement], reported: Sequence[Placement]) -> np.ndarray:
-    """Return what the best constant offset in a moving link leaves of reported positions."""
+    """Return the residuals of reported positions at the best constant offset from a moving link."""
     offsets = np.array([place.inverse().then(it).position
                         for place, it in zip(places, reported)])
     residuals: np.ndarray = offsets - offsets.mean(axis=0)
@@ -221,27 +221,27 @@ def _rms(vectors: np.ndarray) -> float:
 
 # Choice among several models with the same joints: by lengths, motion and names seen.
 
-_FIT_M = 0.01  # an arm that is not calibrated
+_FIT_M = 0.01  # maximum residual, large enough for an uncalibrated arm
 _NOISE_M = 0.002
-_CLEAR = 3.0  # least factor by which the residual of the next model is larger
+_CLEAR = 3.0  # minimum factor by which the residual of the next model is larger
 
 
 class ModelChoice(NamedTuple):
-    """The number of a model, and why it is that one."""
+    """The number of the chosen model, and the reason."""
 
     number: int
     reason: str
 
 
 class ModelEvidence:
-    """Observations that may tell models apart."""
+    """Observations that may distinguish models."""
 
     def __init__(self, seen: Seen, motions: Sequence[FrameMotion] = ()) -> None:
-        """Take everything that was seen, and what a recording has of frames that move."""
+        """Take all observations, and the moving frames of a recording."""
         self._seen, self._motions = seen, motions
 
     def choose(self, topic: SeenTopic, models: Sequence[FoundModel]) -> ModelChoice:
-        """Return which of some models, all with the joints of a topic, it is."""
+        """Return the choice among models that all have the joints of a topic."""
         fits = [ModelFit(it) for it in models]
         lengths = [it.lengths_m(self._seen.transforms) for it in fits]
         return (_decided(models, lengths, 'its links are as far apart as on tf')
@@ -251,7 +251,7 @@ class ModelEvidence:
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:
-        """First if poses are those of a link, then if base or tool may be elsewhere."""
+        """Compare motions: first poses as those of a link, then with a free base or tool offset."""
         motions = [it for it in self._motions if it.joint_topic == topic.name]
         exact = ((it, [fit.tool_m(it) for fit in fits], '') for it in motions)
         free = ((it, [fit.free_tool_m(it) for fit in fits], ', up to a constant offset')
@@ -261,7 +261,7 @@ class ModelEvidence:
         return next((it for it in choices if it is not None), None)
 
     def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[ModelChoice]:
-        """The one that is named where no other is: near the topic first."""
+        """Choose the only model whose name was seen; names near the topic come first."""
         names = [words(model.path.rpartition('/')[2].partition('.')[0]) | words(model.name)
                  for model in models]
         common = frozenset.intersection(*names)
@@ -290,7 +290,7 @@ def _all_words(names: Iterable[str]) -> FrozenSet[str]:
 
 
 def _files(models: Sequence[FoundModel]) -> str:
-    """The files of models in words; each once."""
+    """Return the files of models in words, each once."""
     names = list(dict.fromkeys(map(_file, models)))
     return ' and '.join([', '.join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
@@ -301,7 +301,7 @@ def _file(model: FoundModel) -> str:
 
 def _decided(models: Sequence[FoundModel], misfits: Sequence[Optional[float]],
              reason: str) -> Optional[ModelChoice]:
-    """The model that fits, if no other comes near it."""
+    """Return the model that fits, if it fits clearly better than all others."""
     known = sorted((misfit, number) for number, misfit in enumerate(misfits) if misfit is not None)
     if not known or known[0][0] > _FIT_M:
         return None
@@ -318,10 +318,12 @@ def _millimeters(distance_m: float) -> str:
 
 
 _MAX_TRIES = 24
-"""Files that are expanded for one robot."""
+"""Maximum number of files expanded for one robot."""
 _MIN_JOINTS = 3
-"""That a topic and a model have in common, unless the model has fewer; what else is on the topic
-may be a gripper or a track."""
+"""Minimum number of joints that a topic and a model share, unless the model has fewer.
+
+Other joints on the topic may be those of a gripper or a track.
+"""
 _DIGITS = 5
 _HANDS = ('hand', 'gripper')
 _PREFIX, _NUMBER = re.compile('prefix$'), re.compile('[0-9]+')
@@ -329,12 +331,12 @@ _Arguments = Tuple[Tuple[str, str], ...]
 
 
 class ModelSearch:
-    """Finds models; ``remarks`` name what cannot be used."""
+    """Finds models; ``remarks`` name descriptions that cannot be used."""
 
     def __init__(
         self, files: Optional[ModelFiles] = None, motions: Sequence[FrameMotion] = ()
     ) -> None:
-        """Take the files of the packages, and what a recording has of frames that move."""
+        """Take the files of the packages, and the moving frames of a recording."""
         self._files = files or ModelFiles()
         self._motions = motions
         self._expanded: Dict[Tuple[str, _Arguments],
@@ -342,10 +344,7 @@ class ModelSearch:
         self.remarks: List[str] = []
 
     def find(self, seen: Seen, known: Sequence[FoundModel] = ()) -> List[FoundModel]:
-        """Return the models of the descriptions, then those for joints that none of these has.
-
-        Those that are ``known`` already come first.
-        """
+        """Return the ``known`` models, those of the descriptions, and those for other joints."""
         models = [*known, *(model for it in seen.descriptions
                             for model in self._of_description(it))]
         joint_topics = [it for it in device_topics(seen.topics) if is_joints(it)]
@@ -360,9 +359,9 @@ class ModelSearch:
 
     def _for_parts(self, topic: SeenTopic, joint_topics: Sequence[SeenTopic], frames: Set[str],
                    evidence: ModelEvidence) -> List[FoundModel]:
-        """Models for the joints of an arm and of others below its namespace, such as its gripper.
+        """Return models for an arm's joints and others below its namespace, such as a gripper's.
 
-        None if these are no joints of the same models.
+        The list is empty if the same models do not have these joints too.
         """
         parts = parts_of(topic, joint_topics)
         more = {joint for it in parts for joint in it.joints}
@@ -374,9 +373,9 @@ class ModelSearch:
 
     def _for_topic(self, topic: SeenTopic, frames: Set[str],
                    evidence: ModelEvidence) -> List[FoundModel]:
-        """Models for a topic with joints: several where it has those of several robots.
+        """Return models for a topic with joints: several if it has joints of several robots.
 
-        Together they have most of its joints.
+        Together these models have most of the topic's joints; otherwise the list is empty.
         """
         models: List[FoundModel] = []
         rest = topic
@@ -406,7 +405,7 @@ class ModelSearch:
                            reason=f'{seen.namespace}/robot_description as it was seen')]
 
     def _named(self, name: str, description: RobotDescription) -> List[ModelFile]:
-        """Files that may be the description of that name, the likeliest first."""
+        """Return files that may be the description of that name, the likeliest first."""
         joints = list(description.joints)
         named = [it for it in self._files.all() if it.name == name]
         others = [it for it in self._files.all() if it.name != name and joints
@@ -417,9 +416,9 @@ class ModelSearch:
     @staticmethod
     def _for_joints(topic: SeenTopic, evidence: ModelEvidence,
                     fitting: Sequence[FoundModel]) -> Optional[FoundModel]:
-        """The model with the most joints of a topic, which no description has: not its hand.
+        """Return the model with the most joints of a topic, so an arm rather than its hand alone.
 
-        Of those the one with the fewest others.
+        Among equal ones, the model with the fewest other joints is preferred.
         """
         if not fitting:
             return None
@@ -435,7 +434,7 @@ class ModelSearch:
         return replace(best[choice.number], reason=choice.reason)
 
     def _fitting(self, topic: SeenTopic, frames: Set[str]) -> Iterator[FoundModel]:
-        """The models that suit the joints of a topic, from the likeliest files."""
+        """Yield the models that suit the joints of a topic, from the likeliest files."""
         reason = 'the names of its joints' if topic.joints else \
             'its name and the number of its joints'
         for file in self._likely(topic)[:_MAX_TRIES]:
@@ -445,7 +444,7 @@ class ModelSearch:
                 yield replace(best, reason=f'found by {reason}: is it the one?')
 
     def _variants(self, file: ModelFile, topic: SeenTopic) -> Iterator[FoundModel]:
-        """A file with different arguments, and with the prefix that its driver may have."""
+        """Yield a file's models with different arguments and the prefix that its driver may use."""
         for arguments in self._arguments(file, topic):
             found = self._expand(file, arguments)
             if found is not None:
@@ -470,7 +469,7 @@ class ModelSearch:
                       key=lambda it: -counts[it.package])
 
     def _arguments(self, file: ModelFile, topic: SeenTopic) -> List[_Arguments]:
-        """Return what to try: with a hand if there are more joints, with a common prefix, bare."""
+        """Return arguments to try: with a hand if there are more joints, a common prefix, none."""
         bare = self._expand(file)
         if bare is None or not topic.joints:
             return [()]
@@ -487,7 +486,7 @@ class ModelSearch:
             try:
                 self._expanded[key] = load_robot_description(file.file, arguments)
             except ModelError:
-                self._expanded[key] = None  # it needs other arguments, or is no whole robot
+                self._expanded[key] = None  # needs other arguments, or is not a whole robot
         return self._expanded[key]
 
 
@@ -508,7 +507,7 @@ def _loaded(text: str) -> RobotDescription:
 
 
 def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
-    """Return whether most joints of a model are on a topic, or an array has as many numbers."""
+    """Return whether most joints of a model are on a topic, or its array has a number for each."""
     joints = model.joints
     if topic.joints:
         common = len(joints & set(topic.joints))
@@ -518,13 +517,13 @@ def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
 
 
 def _rank(model: FoundModel, topic: SeenTopic) -> Tuple[int, int]:
-    """Return a model's rank for a topic: by the joints of both, then by the model's extra ones."""
+    """Return a model's rank for a topic: most common joints, then fewest extra joints."""
     seen = set(topic.joints)
     return len(model.joints & seen), -len(model.joints - seen)
 
 
 def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
-    """Return the prefix of most joints of a model in a topic; '' if there is none."""
+    """Return the prefix that a topic adds to most joints of a model, '' if there is none."""
     prefixes = Counter(joint[:-len(name)] for name in description.joints for joint in topic.joints
                        if joint.endswith(name))
     prefix, count = max(prefixes.items(), key=lambda it: it[1], default=('', 0))
@@ -532,7 +531,7 @@ def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
 
 
 def _has_siblings(description: RobotDescription, topic: SeenTopic, prefix: str) -> bool:
-    """Return whether there are more numbered joints than the model has: another model's."""
+    """Return whether a topic has numbered joints beyond the model's, which another model has."""
     kinds = {_NUMBER.sub('#', name) for name in description.joints}
     others = (it[len(prefix):] for it in topic.joints if it.startswith(prefix))
     return any(it not in description.joints and _NUMBER.sub('#', it) in kinds for it in others)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frames of a recording while joints move: they tell models with the same joints apart."""
+"""Moving frames of a recording, which distinguish models with the same joints."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -17,22 +17,22 @@ from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
 
 _MOMENTS = 40
-_AROUND = 3  # joint states before a moment and after it, one of which was measured before, after
-_GROUPS = 8  # of joints that are sent in messages of their own
+_AROUND = 3  # joint states on each side of a moment; their stamps then lie on both sides too
+_GROUPS = 8  # maximum number of groups of joints, each sent in its own messages
 _SAME_CLOCK_S = 0.5
 MIN_MOVED_M = 0.05
 MIN_SAMPLES = 8
 
 
 class Sample(NamedTuple):
-    """Positions of joints [rad or m] by name, and where a frame was then."""
+    """Positions of joints [rad or m] by name, and the place of a frame at the same time."""
 
     positions: Dict[str, float]
     place: Placement
 
 
 class FrameMotion(NamedTuple):
-    """A motion with the joints of a topic: a ``frame`` in its ``parent``, as ``topic`` says it.
+    """Motion of a ``frame`` in its ``parent``, from ``topic``, with the joints of ``joint_topic``.
 
     The frame of a pose has no name: ''.
     """
@@ -45,7 +45,7 @@ class FrameMotion(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return what it is called in words."""
+        """Return the name of the motion in words."""
         return f'{self.frame} in {self.topic}' if self.frame else self.topic
 
 
@@ -56,7 +56,7 @@ class _Timed(NamedTuple):
 
 
 def recorded_motions(recording: Recording) -> List[FrameMotion]:
-    """Return the frames that move, each with each topic of joint states; reads some messages."""
+    """Return each moving frame with each topic of joint states; reads only some messages."""
     index = recording.index
     types = {'joints': (JOINT_STATE,), 'frames': (POSE_STAMPED, *TF_TYPES)}
     numbers = {kind: [i for i, it in enumerate(index.connections) if short_name(it.type) in kinds]
@@ -74,7 +74,7 @@ def recorded_motions(recording: Recording) -> List[FrameMotion]:
 
 
 def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Timed]]:
-    """The frames of a connection that move, at moments that are spread over the recording."""
+    """Return the moving frames of a connection, at moments spread over the recording."""
     positions = recording.index.positions(number)
     chosen = np.unique(np.linspace(0, max(len(positions) - 1, 0), _MOMENTS).astype(int))
     places: Dict[Tuple[str, str], List[_Timed]] = defaultdict(list)
@@ -105,7 +105,7 @@ def _places(recording: Recording, number: int,
 
 
 def _samples(recording: Recording, number: int, place: _Timed) -> Iterator[Sample]:
-    """The joints' positions at the time of a place, between those measured before and after."""
+    """Yield the joint positions at the time of a place, interpolated between measurements."""
     positions = recording.index.positions(number)
     times_ns = recording.index.time_ns[positions]
     at = int(np.searchsorted(times_ns, round(place.bag_s * 1e9)))
@@ -145,7 +145,7 @@ def _source(recording: Recording, number: int, position: int) -> Tuple[Source, f
     try:
         messages: Tuple[bytes, ...] = (bytes(recording.message(position)),)
     except BagDamaged:
-        messages = ()  # the recording notes it
+        messages = ()  # the recording keeps a remark about the damage
     return Source(it.topic, short_name(it.type), it.message_definition, it.caller_id, messages), \
         float(recording.index.time_ns[position]) * 1e-9
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes a new configuration, and the models that belong beside it."""
+"""New configurations, and the models written beside them."""
 from __future__ import annotations
 
 import os
@@ -61,7 +61,7 @@ _REASON = 'as in the configuration of the recording'
 
 
 def recorded_models(recording: Recording) -> Tuple[List[FoundModel], List[str]]:
-    """Return the models of a recording's configuration, and why others cannot be used."""
+    """Return the models of a recording's configuration, and remarks on unusable ones."""
     configuration = recorded_configuration(recording)
     if configuration is None:
         return [], []
@@ -99,13 +99,13 @@ def _found(device: Device, model: Model) -> FoundModel:
                       _REASON, model.arguments, model.prefix)
 
 
-# A new configuration that begins from one that there is: that of a bag, or of a cell that runs.
+# A new configuration based on a stored one: that of a bag or of a running cell.
 
 _SAME_M = _SAME_RAD = 1e-5
 
 
 class StoredCell(NamedTuple):
-    """The text of a configuration, those of the files beside it by name, and what it holds."""
+    """The text of a configuration, the texts of files beside it by name, its cell and process."""
 
     text: str
     files: Dict[str, str]
@@ -115,16 +115,16 @@ class StoredCell(NamedTuple):
 
 def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
                 origin: Origin = Origin.BAG, states: Sequence[StateNumber] = ()) -> StoredCell:
-    """Return a configuration as it was stored, with base frames where they were seen last.
+    """Return a configuration as it was stored, with base frames at the poses seen last.
 
-    ``source`` says in words where it was stored. What it would run or read is left out, but nodes
-    of packages that the user trusts; comments say what stood there. If it does not say what one run
-    is, that is proposed by the ``states`` that were recorded.
+    ``source`` says in words where it was stored. Elements that would run or read something are left
+    out, except nodes of packages that the user trusts; comments name the elements left out. If the
+    configuration does not define a run, one is proposed from the recorded ``states``.
 
     Raises:
-        ConfigurationError: it is not valid on this machine.
+        ConfigurationError: the configuration is not valid on this machine.
         ValueError: its files or models cannot be used.
-        OSError: it cannot be written.
+        OSError: the configuration cannot be written.
     """
     stored = with_models_beside(stored)
     beside = {path: os.path.relpath(path, os.path.dirname(stored.file)) for path in stored.files
@@ -155,20 +155,20 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
 
 
 _EVALUATED = re.compile(r'\$+(?=[{(])')
-"""What xacro evaluates; with one more sign of the dollar it stands for itself."""
+"""The dollar signs of a xacro expression; with one more, xacro keeps the text as it is."""
 _SAFE_NAME, _SAFE_VALUE = re.compile(r'\w+'), re.compile(r"[^'\"\\\\$\x00-\x1f]*")
-"""Of arguments that stand in an expression of Python."""
+"""Argument names and values that are safe within a Python expression."""
 _NOT_GIVEN = '(not given)'
 
 
 def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
-    """Return the texts of the models that came with a cell, by path, and what is missing in them.
+    """Return the texts of the models stored with a cell, by path, and remarks on missing parts.
 
-    The new configuration is the user's own, and its models are read without limits. So they are
-    as they were read with limits, and nothing in them is evaluated once more.
+    The new configuration belongs to the user, so its models are read without limits. Their texts
+    are therefore the results of reading them with limits; nothing in them is evaluated again.
 
     Raises:
-        ValueError: two devices need different texts of one file, and cannot have them.
+        ValueError: two devices need different texts of one file that cannot be combined.
     """
     variants: Dict[str, Dict[Tuple[Tuple[str, str], ...], str]] = {}
     remarks: List[str] = []
@@ -187,7 +187,7 @@ def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
 
 
 def _one_text(name: str, texts: Mapping[Tuple[Tuple[str, str], ...], str]) -> str:
-    """Return a model's text for each choice of its arguments as one text that has them all."""
+    """Return one text that combines a model's texts for different arguments."""
     if not name.endswith('.xacro'):
         return next(iter(texts.values()))
     names = sorted({argument for given in texts for argument, _ in given})
@@ -209,7 +209,7 @@ def _one_text(name: str, texts: Mapping[Tuple[Tuple[str, str], ...], str]) -> st
 
 
 def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:
-    """What one run is, by numbers that the cell's devices have; None if the cell says it."""
+    """Return a process proposed from numbers of the cell's devices; None if the cell has one."""
     if cell.run is not None or cell.events:
         return None
     recorded = {topic.name for device in cell.devices for topic in device.topics if topic.record}
@@ -221,7 +221,7 @@ def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:
 
 
 def _with_process(data: bytes, process: Optional[Process]) -> bytes:
-    """The file with what one run is at its end."""
+    """Return the file with the elements of the process at its end."""
     before, end, behind = data.rpartition(f'</{ROOT}>'.encode(encoding_of(data)))
     if process is None or not end:
         return data
@@ -230,7 +230,7 @@ def _with_process(data: bytes, process: Optional[Process]) -> bytes:
 
 
 def _confine(folder: str, provenance: Provenance) -> List[str]:
-    """Take what is not trusted out of the files of a configuration; say what it is."""
+    """Remove untrusted elements from the files of a configuration; return remarks on them."""
     ignored: List[str] = []
     for path in sorted(Path(folder).rglob('*.xml')):
         found = confined(read_xml(str(path)), provenance)
@@ -247,7 +247,7 @@ def _origin(stored: StoredConfiguration, source: str) -> str:
 
 
 def _with_arguments(data: bytes, arguments: Mapping[str, str]) -> bytes:
-    """The file with the values of the command line as the defaults of its arguments."""
+    """Return the file with command-line values as the defaults of its arguments."""
     encoding = encoding_of(data)
     for name, value in arguments.items():
         for tag in start_tags(data):
@@ -270,7 +270,7 @@ def _escaped(value: str) -> str:
 
 
 def _with_seen_poses(cell: Cell, seen: Seen) -> List[str]:
-    """Write base frames that were calibrated meanwhile into the file; report the others."""
+    """Write base frames that were calibrated since into the file; return remarks on all changes."""
     forest, editor = FrameForest(seen.transforms), PoseEditor(cell)
     remarks = []
     for device in cell.devices:
@@ -293,7 +293,7 @@ def _are_same(one: Pose, other: Pose) -> bool:
 
 def _not_named(cell: Cell, seen: Seen) -> List[str]:
     named = {topic.name for device in cell.devices for topic in device.topics}
-    own = tuple(f'/{device.name}/' for device in cell.devices)  # what its nodes send
+    own = tuple(f'/{device.name}/' for device in cell.devices)  # topics of its nodes
     others = [it.name for it in device_topics(seen.topics)
               if it.name not in named and not it.name.startswith(own)]
     return [f'It does not name these topics, which are there too: {", ".join(others)}.'] \
@@ -301,7 +301,7 @@ def _not_named(cell: Cell, seen: Seen) -> List[str]:
 
 
 def _with_comment(data: bytes, remarks: Sequence[str]) -> bytes:
-    """The file with a comment before its root."""
+    """Return the file with a comment before its root."""
     offset = start_tags(data)[0].offset
     text = '\n'.join([*comment_lines(remarks, ''), ''])
     return data[:offset] + text.encode(encoding_of(data), 'replace') + data[offset:]
@@ -312,7 +312,7 @@ def _text(data: bytes) -> str:
 
 
 class NewConfiguration(NamedTuple):
-    """The texts of a configuration and of the models beside it, and what it holds in words."""
+    """The texts of a configuration and of the models beside it, and a summary in words."""
 
     text: str
     models: Dict[str, str]
@@ -322,12 +322,12 @@ class NewConfiguration(NamedTuple):
 def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
                       search: Optional[ModelSearch] = None,
                       process: Optional[Process] = None) -> NewConfiguration:
-    """Return a configuration for what was seen; looks for models in the packages.
+    """Return a configuration for the observations; searches the packages for models.
 
-    Models that are ``known`` need not be looked for. ``process`` says what one run is.
+    Models that are ``known`` are not searched for. ``process`` defines one run.
 
     Raises:
-        ValueError: nothing was seen that belongs into one.
+        ValueError: no device was seen.
     """
     search = search or ModelSearch()
     made = make_draft(seen, search.find(seen, known), process)
@@ -355,8 +355,8 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
     """Return a configuration for a recording.
 
     Raises:
-        BagError: it cannot be read.
-        ValueError: it holds nothing of a device.
+        BagError: the recording cannot be read.
+        ValueError: the recording shows no device.
     """
     with Recording(paths) as recording:
         seen = look_into(recording)
@@ -384,10 +384,10 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
 def of_stored(stored: StoredConfiguration, seen: Seen, source: str,
               origin: Origin = Origin.BAG,
               states: Sequence[StateNumber] = ()) -> NewConfiguration:
-    """Return a configuration that was stored, as far as it holds: see from_stored.
+    """Return a stored configuration, as far as it can be used: see from_stored.
 
     Raises:
-        ConfigurationError, ValueError, OSError: it cannot be used here.
+        ConfigurationError, ValueError, OSError: the configuration cannot be used here.
     """
     made = from_stored(stored, seen, source, origin, states)
     return NewConfiguration(made.text, made.files, _summary(
@@ -396,14 +396,14 @@ def of_stored(stored: StoredConfiguration, seen: Seen, source: str,
 
 def write_new(new: NewConfiguration, path: str,
               may_overwrite: Optional[Container[str]] = ()) -> Tuple[str, ...]:
-    """Write a configuration and its models; return their paths, that of the configuration first.
+    """Write a configuration and its models; return their paths, the configuration first.
 
-    Of the files that are there those that ``may_overwrite`` names are overwritten (None: all), and
-    a model that is the same is left as it is.
+    Existing files are overwritten only if ``may_overwrite`` names them (None: all may be). An
+    existing model with the same text is not an error.
 
     Raises:
-        FileExistsError: there is one of these files, and it may not be overwritten.
-        OSError: one cannot be written.
+        FileExistsError: one of the files exists and may not be overwritten.
+        OSError: a file cannot be written.
     """
     folder = os.path.dirname(os.path.abspath(path))
     texts = {path: new.text, **{os.path.join(folder, name): text

@@ -14,14 +14,14 @@ _USUAL = (DEFAULT_FRAME, 'map', 'odom')
 _OTHER_FRAMES = ('cell', 'cell_world')
 _APART_M = 1.5
 _LOOKING_AHEAD = (-math.pi / 2, 0.0, -math.pi / 2)
-"""The rotation of an optical frame (REP 103) that looks along x."""
+"""Rotation of an optical frame (REP 103) that looks along x."""
 
 
 def global_frame(forest: FrameForest, links: Collection[str], bases: Collection[str]) -> str:
     """Return the global frame: a root on tf that carries robots or has a usual name, or a new one.
 
     Args:
-        forest: what was seen on tf.
+        forest: the transforms seen on tf.
         links: frames that belong to models.
         bases: the root links of models.
     """
@@ -47,7 +47,7 @@ def _names() -> Iterable[str]:
 
 
 class BasePlaces:
-    """Places of base frames in the global frame; unknown ones stand in a row."""
+    """Places of base frames in the global frame; frames without a known place stand in a row."""
 
     def __init__(self, forest: FrameForest, frame: str) -> None:
         self.frame = frame
@@ -56,14 +56,14 @@ class BasePlaces:
 
     @property
     def remarks(self) -> List[str]:
-        """Return what to do about places that are not known."""
+        """Return advice about unknown places."""
         if not self._unknown:
             return []
         return ['Devices whose place is not known stand in a row: write xyz in m and ypr (yaw '
                 'pitch roll) in rad in their <base>, or use the tab Calibration of the launcher.']
 
     def of(self, frame: str) -> Tuple[Pose, bool]:
-        """Return a frame's pose in the global frame, and whether that is known."""
+        """Return a frame's pose in the global frame, and whether the pose is known."""
         pose = self._forest.pose(frame, self.frame)
         if pose is not None:
             return pose, True
@@ -72,13 +72,13 @@ class BasePlaces:
         return Pose((0.0, (self._unknown - 1) * _APART_M, 0.0), ypr), False
 
     def base_attributes(self, frame: str) -> Tuple[Dict[str, str], str]:
-        """Return the attributes of a <base>, and a comment where its place is not known."""
+        """Return the attributes of a <base>, and a comment if its place is unknown."""
         pose, is_known = self.of(frame)
         return {'frame': frame, **pose_attributes(pose)}, '' if is_known else 'place not known'
 
 
 def pose_attributes(pose: Pose) -> Dict[str, str]:
-    """Return xyz and, where it is not zero, ypr as attributes."""
+    """Return xyz and, unless it is zero, ypr as attributes."""
     found = {'xyz': numbers(pose.xyz)}
     if any(pose.ypr):
         found['ypr'] = numbers(pose.ypr)
@@ -86,14 +86,14 @@ def pose_attributes(pose: Pose) -> Dict[str, str]:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Return numbers as an attribute has them."""
+    """Return numbers as the text of an attribute."""
     return ' '.join(f'{value:.6f}'.rstrip('0').rstrip('.') for value in values)
 
 
 def top_frame(forest: FrameForest, frame: str, above: Collection[str]) -> Tuple[str, Optional[str]]:
-    """Return the highest frame that carries a frame and is below those ``above``, and its carrier.
+    """Return a frame's highest ancestor below the frames ``above``, and that ancestor's parent.
 
-    The carrier is None at the root of a tree.
+    The ancestor may be the frame itself. The parent is None at the root of a tree.
     """
     path: List[str] = forest.path(frame)
     for found, carrier in zip(path, path[1:]):

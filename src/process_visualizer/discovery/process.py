@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The process that a recording shows: its runs, events, phases and groups, by bits and states."""
+"""Process of a recording: its runs, events, phases and groups, derived from bits and states."""
 from __future__ import annotations
 
 import re
@@ -36,7 +36,7 @@ _MAX_FIELDS, _MAX_DEPTH, _MAX_MESSAGES = 64, 3, 100_000
 
 @dataclass(frozen=True, eq=False)
 class StateNumber:
-    """A whole number on a topic that holds for a while: its field and its values over time [s]."""
+    """A whole number on a topic that keeps each value for a while: its field, values, times [s]."""
 
     topic: str
     field: str
@@ -46,22 +46,22 @@ class StateNumber:
 
     @property
     def words(self) -> FrozenSet[str]:
-        """Return the words of its name."""
+        """Return the words of the topic and the field."""
         return frozenset(re.split('[^a-z]+', f'{self.topic} {self.field}'.lower()))
 
     @cached_property
     def held(self) -> States:
-        """Return the values that hold one after the other."""
+        """Return the successive values, each with the time since when it holds."""
         return states(Channel('', '', '', ChannelKind.VARIABLE, self.times_s, self.values))
 
     @cached_property
     def is_bit(self) -> bool:
-        """Return whether it is only ever 0 or 1."""
+        """Return whether the number is always 0 or 1."""
         return bool(np.isin(self.values, (0.0, 1.0)).all())
 
 
 def recorded_states(recording: Recording, topics: Sequence[str]) -> List[StateNumber]:
-    """Return the bits and states on some topics of a recording that change in it.
+    """Return the bits and states that change in a recording, on some of its topics.
 
     Raises:
         BagError: a file cannot be read.
@@ -113,18 +113,21 @@ def _state(source: CurveSource, times_s: np.ndarray, values: np.ndarray) -> Iter
         yield StateNumber(source.topic, source.field, channel.times_s, channel.values, label)
 
 
-# What one run of the process is.
+# Definition of one run of the process.
 
 _FEWEST, _MIN_CONSISTENT, _MIN_SCORE = 2, 0.6, 0.2
 _PULSE_SCORE, _PULSE_SHARE = 0.3, 0.1
-"""A bit that is on for a smaller share of the time sends pulses.
+"""Score of a run from pulse to pulse; share of time below which a bit is taken to send pulses.
 
-A run from one pulse to the next is right less often than one from a rise to a fall.
+The score is low because such a run is right less often than one from a rise to a fall.
 """
 _LOWEST = 3
-"""So many of the lowest values of a state may be that of rest."""
+"""How many of the lowest values of a state may mean rest."""
 _EDGE_S, _EDGE_SHARE = 0.25, 0.1
-"""Numbers that are sent one by one change at the begin and end of a run, but not all at once."""
+"""Time, and share of a run, ignored at its beginning and end.
+
+Numbers sent in separate messages do not all change at the same time there.
+"""
 _SHORT = 0.5
 _RUN_WORDS, _NAMED = frozenset({'cycle', 'run', 'running', 'busy', 'active', 'process'}), 1.05
 
@@ -150,7 +153,7 @@ class _Event:
 
 
 class _Span(NamedTuple):
-    """What a run may be; ``score`` says how well it explains what repeats itself."""
+    """A possible definition of a run; ``score`` rates how well it explains the repetition."""
 
     begin: _Event
     end: _Event
@@ -178,7 +181,7 @@ def _span(begin: _Event, end: _Event, known: Sequence[StateNumber]) -> Optional[
 
 
 def _consistency(state: StateNumber, found: Sequence[Cycle]) -> Optional[float]:
-    """The share of runs with the usual order of values; None where each run has one value."""
+    """Return the share of runs with the usual order of values; None if each run has one value."""
     orders = [order if len(order) > 1 else () for order in (_order(state, it) for it in found)]
     if not any(orders):
         return None
@@ -190,7 +193,7 @@ def _order(state: StateNumber, cycle: Cycle) -> Tuple[float, ...]:
 
 
 def _held(state: StateNumber, cycle: Cycle) -> List[Tuple[float, float]]:
-    """The values that a number has within a run, and since when [s]."""
+    """Return the values of a number within a run, each with the time since when it holds [s]."""
     edge_s = min(_EDGE_S, _EDGE_SHARE * (cycle.end_s - cycle.begin_s))
     first = max(bisect_right(state.held.since_s, cycle.begin_s + edge_s) - 1, 0)
     last = bisect_left(state.held.since_s, cycle.end_s - edge_s)
@@ -223,7 +226,7 @@ def _is_pulse(bit: StateNumber) -> bool:
 
 _MAX_PHASES, _FEWEST_WAITS = 12, 4
 _MIN_WAIT_S, _MIN_WAIT, _TIMES_USUAL = 1.0, 0.2, 4.0
-"""A wait differs by so many seconds, this share of itself, and so many times what is usual."""
+"""A wait's durations spread at least so far: range [s], std over mean, factor over usual."""
 
 
 class _Phase(NamedTuple):
@@ -234,7 +237,7 @@ class _Phase(NamedTuple):
 
 
 def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]]:
-    """The values of a state as phases; those that come from a higher one have no event."""
+    """Return the values of a state as phases; a value reached from a higher one has no event."""
     held = [_held(state, it) for it in span.found]
     orders = [tuple(value for value, _ in it) for it in held]
     usual = Counter(orders).most_common(1)[0][0]
@@ -263,7 +266,7 @@ def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]
 
 
 def _waits(phases: Sequence[_Phase]) -> List[str]:
-    """The names of the phases that take any time."""
+    """Return the names of the phases whose duration varies freely."""
     if not phases or len(phases[0].took_s) < _FEWEST_WAITS:
         return []
     shares = [float(it.took_s.std() / max(it.took_s.mean(), 1e-9)) for it in phases]
@@ -272,16 +275,16 @@ def _waits(phases: Sequence[_Phase]) -> List[str]:
             if np.ptp(it.took_s) > _MIN_WAIT_S and share > max(_MIN_WAIT, _TIMES_USUAL * usual)]
 
 
-# What differs from run to run by design.
+# Numbers that differ from run to run by design.
 
 _MIN_CONSTANT, _MIN_STEPS, _MIN_TIMES = 0.9, 0.8, 2
 _WORDS = {'place': frozenset({'place', 'pattern', 'index', 'position', 'pocket', 'slot', 'row'}),
           'group': frozenset({'variant', 'recipe', 'product', 'type', 'program', 'article'})}
-"""Words that names of such numbers have."""
+"""Words in the names of such numbers."""
 
 
 def _differing(known: Sequence[StateNumber], span: _Span) -> Dict[str, StateNumber]:
-    """The numbers that say which variant of the process a run is, and which place it is at."""
+    """Return the numbers that give the variant (group) and the place of a run."""
     found: Dict[str, StateNumber] = {}
     for state in known:
         orders = [_order(state, it) for it in span.found]
@@ -313,10 +316,10 @@ class Process(NamedTuple):
 
 
 def proposed_process(known: Sequence[StateNumber]) -> Optional[Process]:
-    """Return what one run of the process is, with events, phases and groups.
+    """Return a definition of one run of the process, with events, phases and groups.
 
-    A run is what repeats itself in the same order: from where a bit rises, or a state leaves its
-    lowest value, to where it falls back. None where nothing does so twice.
+    A run is a part that repeats in the same order: it begins when a bit rises or a state leaves its
+    lowest value, and ends when the bit or state falls back. None if nothing repeats.
     """
     span = max(_spans(known), key=lambda it: it.score, default=None)
     if span is None:
@@ -355,7 +358,7 @@ def _about_run(count: str, differing: Dict[str, StateNumber]) -> str:
 
 
 def _shortest(span: _Span) -> Dict[str, str]:
-    """What is much shorter than a run is none."""
+    """Return the attribute that excludes parts much shorter than a run, if there are any."""
     usual_s = float(np.median([it.end_s - it.begin_s for it in span.found]))
     found = cycles(span.begin.times_s.tolist(), span.end.times_s.tolist())
     if span.begin is span.end or all(it.end_s - it.begin_s > _SHORT * usual_s for it in found
@@ -366,7 +369,7 @@ def _shortest(span: _Span) -> Dict[str, str]:
 
 def _of_states(known: Sequence[StateNumber],
                span: _Span) -> Tuple[List[_Event], List[_Phase]]:
-    """The events and phases of the number that says most about what happens in a run."""
+    """Return events and phases from the state with the most values in a run, else from bits."""
     best: Tuple[int, Optional[StateNumber]] = 0, None
     for state in known:
         share = _consistency(state, span.found)
@@ -384,7 +387,7 @@ def _of_states(known: Sequence[StateNumber],
 
 
 def _of_bits(known: Sequence[StateNumber], span: _Span) -> Tuple[List[_Event], List[_Phase]]:
-    """The bits that rise and fall once in each run, such as a gripper."""
+    """Return events and phases of bits that rise and fall once in each run, such as a gripper's."""
     events: List[_Event] = []
     phases: List[_Phase] = []
     for state in known:

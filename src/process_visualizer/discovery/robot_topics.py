@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Assignment of topics to robots: by names of joints, frames, namespaces, and by words."""
+"""Assignment of topics to robots: by joint names, frames, namespaces and words."""
 from __future__ import annotations
 
 import re
@@ -37,11 +37,11 @@ from process_visualizer.ros_names import (
 
 @dataclass(frozen=True)
 class FoundModel:
-    """A model: ``namespace`` as of its description, such as ``/arm``; ``name`` as in the URDF.
+    """A model: ``namespace`` of its description, such as ``/arm``; ``name`` as in the URDF.
 
-    It is the file ``path`` of the ``package``; without a package its text has to be written beside
-    the configuration. ``arguments`` are for xacro; ``prefix`` is what its links should get.
-    ``reason`` says how it was found; its driver puts the ``joint_prefix`` before names of joints.
+    The model is the file ``path`` of the ``package``; without a package its text has to be written
+    beside the configuration. ``arguments`` are for xacro; ``prefix`` is meant for its links.
+    ``reason`` says how it was found. Its driver puts the ``joint_prefix`` before joint names.
     """
 
     namespace: str
@@ -56,7 +56,7 @@ class FoundModel:
 
     @property
     def joints(self) -> FrozenSet[str]:
-        """The names of its movable joints, as its driver has them."""
+        """The names of the model's movable joints, as its driver sends them."""
         return frozenset(self.joint_prefix + name for name in self.description.joints)
 
 
@@ -73,7 +73,7 @@ _NAMESPACE_SCORE = _FRAME_SCORE = 10
 
 @dataclass
 class RobotGroup:
-    """A robot and its topics; ``joint_topic`` is there, or else there is no robot.
+    """A robot and its topics; every robot has a ``joint_topic``.
 
     ``other_joint_topics`` have more joints of its model, such as those of its gripper.
     """
@@ -87,7 +87,7 @@ class RobotGroup:
 
     @property
     def words(self) -> FrozenSet[str]:
-        """Return what distinguishes it from others."""
+        """Return the words that distinguish the robot from others."""
         name = self.model.name if self.model is not None else ''
         return words(self.namespace) | words(name) | words(self.joint_topic.name.rpartition('/')[0])
 
@@ -120,7 +120,7 @@ def robot_groups(topics: Sequence[SeenTopic], models: Sequence[FoundModel]) -> L
 
 def _other_joints(group: RobotGroup, groups: Sequence[RobotGroup],
                   joint_topics: Sequence[SeenTopic]) -> Tuple[SeenTopic, ...]:
-    """The topics with joints of the robot's model that none of its topics before them has."""
+    """Return the topics with joints of the robot's model that no earlier topic of it has."""
     if group.model is None:
         return ()
     known, found = set(group.joint_topic.joints), []
@@ -134,7 +134,7 @@ def _other_joints(group: RobotGroup, groups: Sequence[RobotGroup],
 
 
 def parts_of(topic: SeenTopic, joint_topics: Sequence[SeenTopic]) -> List[SeenTopic]:
-    """Return the topics below a topic's namespace with joints that it does not have."""
+    """Return the topics below a topic's namespace that share no joints with the topic."""
     below = f'{_namespace(topic)}/'
     return [it for it in joint_topics if it.joints and topic.joints and it is not topic
             and it.name.startswith(below) and not set(it.joints) & set(topic.joints)]
@@ -142,12 +142,12 @@ def parts_of(topic: SeenTopic, joint_topics: Sequence[SeenTopic]) -> List[SeenTo
 
 def without_model(joint_topics: Sequence[SeenTopic], models: Sequence[FoundModel],
                   taken: Sequence[SeenTopic]) -> List[SeenTopic]:
-    """Return the topics with joints that no model has, and that none before them has.
+    """Return the topics with joints that neither a model nor an earlier topic has.
 
     Args:
-        joint_topics: with joints.
-        models: those that are known.
-        taken: topics that belong to these.
+        joint_topics: topics with joints.
+        models: the known models.
+        taken: topics that belong to these models.
     """
     known = [_Known(it.joints, words(it.namespace)) for it in models]
     arrays = [words(_namespace(it)) for it in taken if not it.joints]
@@ -165,14 +165,14 @@ def without_model(joint_topics: Sequence[SeenTopic], models: Sequence[FoundModel
 
 
 class _Known(NamedTuple):
-    """Joints that are spoken for, and the words of the namespace in which they are."""
+    """Joints that are already assigned, and the words of their namespace."""
 
     joints: FrozenSet[str]
     words: FrozenSet[str]
 
 
 def _is_covered(own: _Known, known: Sequence[_Known]) -> bool:
-    """Return whether all of the joints are known, and not those of a twin in another namespace."""
+    """Return whether all joints are known and not those of a twin robot in another namespace."""
     others = [it for it in known if it.joints & own.joints]
     is_twin = bool(own.words) and any(it.joints == own.joints for it in others) and all(
         it.words and it.words != own.words for it in others)
@@ -196,7 +196,7 @@ def is_joints(topic: SeenTopic) -> bool:
 
 def _best_joints(model: FoundModel, topics: Sequence[SeenTopic],
                  models: Sequence[FoundModel]) -> List[SeenTopic]:
-    """The topic that suits a model best, if there is one."""
+    """Return the topic that suits a model best, if there is one."""
     others = [it for it in models if it is not model and it.joints]
     own = _own_words(model, others)
 
@@ -235,7 +235,7 @@ def _assign(groups: Sequence[RobotGroup], topics: Sequence[SeenTopic], is_kind: 
 
 
 def _owner(topic: SeenTopic, groups: Sequence[RobotGroup]) -> Optional[RobotGroup]:
-    """The robot that a topic suits best; none where two suit alike, or none does."""
+    """Return the robot that a topic suits best; None if it suits two equally, or no robot."""
     if len(groups) == 1:
         return groups[0]
     scores = [_score(group, topic, groups) for group in groups]
@@ -290,10 +290,10 @@ def _last_parts(topic: SeenTopic) -> FrozenSet[str]:
     return _parts(topic.name.rpartition('/')[2])
 
 
-# The frame on tf that is a robot's tool: many drivers send its pose there, as a transform.
+# The frame on tf that is a robot's tool: many drivers send its pose as a transform.
 
 _CONTROLLER = '_controller'
-"""How a frame ends that the controller reports, where the model has one of the same name."""
+"""Ending of a frame reported by the controller if the model has a frame of the same name."""
 _NO_TOOL = re.compile(
     r'(^|[/_.-])(cam|camera|rgb|colou?r|depth|ir|infra|optical|lens|eye|image|imager|sensor|ft|'
     r'force|wrench|torque|imu|laser|lidar|scan|scanner|marker|tag|aruco|object|workpiece|'
@@ -303,14 +303,14 @@ _NOWHERE = Location('', 0)
 
 
 def tool_link(model: FoundModel) -> str:
-    """Return the link that the program takes for the tool."""
+    """Return the link that the program takes as the tool."""
     return tool_frame(Device(DeviceType.ROBOT, 'robot', _NOWHERE), model.description).frame
 
 
 class ToolTransform(NamedTuple):
-    """A frame on tf that is a robot's tool, or may be: then it is not ``is_sure``.
+    """A frame on tf that is a robot's tool; a guess unless ``is_sure``.
 
-    ``chain`` is that frame and those that carry it, up to the first that a link carries.
+    ``chain`` is the frame and its ancestors, up to the first whose parent is a link.
     """
 
     frame: str
@@ -321,12 +321,12 @@ class ToolTransform(NamedTuple):
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A frame behind a ``link`` of the robot; ``rank`` of its name as of ``tool_name_rank``."""
+    """A frame below a ``link`` of the robot; ``rank`` of its name as in ``tool_name_rank``."""
 
     chain: Tuple[str, ...]
     link: str
     moves: bool
-    is_sent: bool  # again and again, as a driver does
+    is_sent: bool  # repeatedly, as by a driver
     rank: Optional[int]
 
     @property
@@ -335,12 +335,12 @@ class _Candidate:
 
     @property
     def order(self) -> Tuple[bool, bool, bool, int]:
-        """The least is the likeliest tool."""
+        """The sort key; the likeliest tool comes first."""
         return self.rank is None, not self.is_sent, not self.moves, self.rank or 0
 
 
 class ToolTransforms:
-    """Finds the robots' tools among what was seen on tf."""
+    """Finds the robots' tools among the frames seen on tf."""
 
     def __init__(self, forest: FrameForest, models: Sequence[FoundModel], prefixes: Sequence[str],
                  topics: Sequence[SeenTopic]) -> None:
@@ -353,7 +353,7 @@ class ToolTransforms:
         self._is_read = any(it.name == TF_TOPIC and it.type == TF_MESSAGE for it in topics)
 
     def of(self, model: Optional[FoundModel]) -> Optional[ToolTransform]:
-        """Return the tool of the robot with a model, or None."""
+        """Return the tool of the robot with this model, or None."""
         number = next((i for i, it in enumerate(self._models) if it is model), None)
         if number is None or not self._is_read:
             return None
@@ -369,7 +369,7 @@ class ToolTransforms:
                              'by its name: it did not move while it was looked at')
 
     def _doubt(self, found: List[_Candidate], number: int) -> str:
-        """Return why the first is only a guess; '' if it is certain."""
+        """Return why the first candidate is only a guess; '' if it is certain."""
         best = found[0]
         if best.rank is None:
             return f'is this frame its tool? It moves in tf, behind {best.link}'
@@ -382,7 +382,7 @@ class ToolTransforms:
         return f'which of {" and ".join(equal)} is its tool?' if len(equal) > 1 else ''
 
     def _candidates(self, number: int) -> Iterator[_Candidate]:
-        """The frames that may be the tool of a robot, guesses too."""
+        """Yield the frames that may be the tool of a robot, including guesses."""
         model, prefix = self._models[number], self._prefixes[number]
         description = model.description
         kinematics = Kinematics(description.text)
@@ -396,7 +396,7 @@ class ToolTransforms:
                 yield it
 
     def _chains(self, own: Set[str]) -> Iterator[Tuple[Tuple[str, ...], str]]:
-        """Frames behind links with those between, unless what carries them is a sensor or so."""
+        """Yield chains of frames below links, and the links; without sensors and the like."""
         for frame in sorted(self._forest.frames - self._names):
             path = self._forest.path(frame)
             end = next((i for i, it in enumerate(path) if it in self._links), None)
@@ -408,7 +408,7 @@ class ToolTransforms:
         return frame in self._seeing or bool(_NO_TOOL.search(frame))
 
     def _may_be_tool(self, it: _Candidate, arm_moves: bool) -> bool:
-        if it.rank is None:  # the end of what a driver sends, if anything
+        if it.rank is None:  # only the last frame of a chain that a driver sends
             return it.is_sent and it.moves and not self._forest.children(it.frame)
         return it.moves or (it.is_sent and not arm_moves)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Observations of a cell that runs or was recorded."""
+"""Observations of a running or recorded cell."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_
 
 
 class Source(NamedTuple):
-    """One publisher's messages on a topic: type ``package/Type``, and some messages as bytes."""
+    """One publisher's topic: its type as ``package/Type``, and some of its messages as bytes."""
 
     topic: str
     type: str
@@ -23,9 +23,9 @@ class Source(NamedTuple):
 
 
 class SeenNumber(NamedTuple):
-    """A number in the messages of a topic: the path of its field, and between what it was.
+    """A number in the messages of a topic: the path of its field, and the range of its values.
 
-    ``is_counter`` says that it only ever rose from one message to the next.
+    ``is_counter`` says that the number rose from each message to the next.
     """
 
     path: str
@@ -36,15 +36,15 @@ class SeenNumber(NamedTuple):
 
     @property
     def changes(self) -> bool:
-        """Return whether it was not always the same."""
+        """Return whether the number changed."""
         return self.low < self.high
 
 
 @dataclass(frozen=True)
 class SeenTopic:
-    """A topic: ``frames`` are those of its headers, ``joints`` the names in joint states.
+    """A topic: ``frames`` are from its headers, ``joints`` are the names in its joint states.
 
-    ``length`` is that of the array ``data``, where it has one that is always as long.
+    ``length`` is the length of its array ``data``, if it has one and the length is constant.
     """
 
     name: str
@@ -59,7 +59,7 @@ class SeenTopic:
 class SeenTransform(NamedTuple):
     """A transform on tf: the child's place in its parent; names without a leading slash.
 
-    It came on ``topic``; ``changes`` says that it was not always the same.
+    ``topic`` is the topic it was sent on; ``changes`` says that it changed.
     """
 
     parent: str
@@ -70,7 +70,7 @@ class SeenTransform(NamedTuple):
 
 
 class SeenDescription(NamedTuple):
-    """A robot description: the namespace of its parameter or topic, such as ``/arm``, its URDF."""
+    """A robot description: the namespace of its parameter or topic (such as ``/arm``), its URDF."""
 
     namespace: str
     text: str
@@ -78,9 +78,9 @@ class SeenDescription(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """The observations; ``where`` says in words what was looked at.
+    """The observations; ``where`` names the observed cell or recording in words.
 
-    ``is_moment`` says that it was but a moment, after which numbers may go anywhere.
+    ``is_moment`` says that only a moment was observed; numbers may change by any amount later.
     """
 
     where: str
@@ -95,7 +95,7 @@ _DIGITS = 6  # of m and rad
 
 
 class FrameForest:
-    """Transforms as trees; one that would close a circle is left out."""
+    """Transforms as trees; a transform that would close a loop is left out."""
 
     def __init__(self, transforms: Iterable[SeenTransform]) -> None:
         self._up: Dict[str, SeenTransform] = {}
@@ -109,18 +109,18 @@ class FrameForest:
         return {name for it in self._up.values() for name in (it.parent, it.child)}
 
     def path(self, frame: str) -> List[str]:
-        """Return the frame and those that carry it, up to the root of its tree."""
+        """Return the frame and its ancestors, up to the root of its tree."""
         found = [frame]
         while found[-1] in self._up:
             found.append(self._up[found[-1]].parent)
         return found
 
     def parent(self, frame: str) -> Optional[str]:
-        """Return what carries a frame, or None."""
+        """Return the parent of a frame, or None."""
         return self._up[frame].parent if frame in self._up else None
 
     def transform(self, frame: str) -> SeenTransform:
-        """Return the transform whose child a frame is.
+        """Return the transform from a frame's parent to the frame.
 
         Raises:
             KeyError: the frame has no parent.
@@ -128,11 +128,11 @@ class FrameForest:
         return self._up[frame]
 
     def children(self, parent: str) -> List[str]:
-        """Return the frames that a frame carries itself."""
+        """Return the direct children of a frame."""
         return [it.child for it in self._up.values() if it.parent == parent]
 
     def pose(self, frame: str, base: str) -> Optional[Pose]:
-        """Return where a frame is in one of those that carry it, or None."""
+        """Return the pose of a frame in one of its ancestors, or None."""
         path = self.path(frame)
         if base not in path:
             return None
@@ -143,7 +143,7 @@ class FrameForest:
 
 
 def pose_of(placement: Placement) -> Pose:
-    """Return position and rotation as a configuration has them, rounded."""
+    """Return position and rotation in the form of a configuration, rounded."""
     ypr = ypr_from_matrix(matrix_from_quaternion(np.asarray(placement.quaternion)))
     x, y, z = (_rounded(value) for value in placement.position)
     yaw, pitch, roll = (_rounded(float(value)) for value in ypr)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Topics that belong together: this program's own, and those of one camera."""
+"""Topics that belong together: those of this program, and those of one camera."""
 from __future__ import annotations
 
 import re
@@ -45,43 +45,43 @@ class CameraGroup:
 
     @property
     def cloud(self) -> Optional[SeenTopic]:
-        """The cloud to be shown: one with colors where there are several."""
+        """The cloud to show; among several, one with colors."""
         clouds = [it for it in self.topics if it.type == CLOUD]
         return max(clouds, key=_cloud_rank) if clouds else None
 
     @property
     def depth_image(self) -> Optional[SeenTopic]:
-        """The depth image, one that is registered to the colors where there is one."""
+        """The depth image; among several, one that is registered to the color image."""
         images = [it for it in self.topics if it.type == IMAGE and _DEPTH.search(it.name)
                   and self.info_of(it) is not None]
         return max(images, key=lambda it: (is_registered(it), -len(it.name))) if images else None
 
     @property
     def color_image(self) -> Optional[SeenTopic]:
-        """The image with the colors."""
+        """The color image."""
         images = [it for it in self.topics if it.type == IMAGE and not _DEPTH.search(it.name)
                   and self.info_of(it) is not None and re.search('rgb|colou?r', it.name)]
         return min(images, key=lambda it: len(it.name)) if images else None
 
     @property
     def is_depth_sensor(self) -> bool:
-        """Return whether it measures distances."""
+        """Return whether the camera measures distances."""
         return self.cloud is not None or self.depth_image is not None
 
     @property
     def frames(self) -> List[str]:
-        """The frames of its messages, that of the cloud or the depth image first."""
+        """The frames of the camera's messages, those of the cloud and the depth image first."""
         main = [it for it in (self.cloud, self.depth_image) if it is not None]
         return list(dict.fromkeys(frame for it in [*main, *self.topics] for frame in it.frames))
 
     def info_of(self, image: SeenTopic) -> Optional[SeenTopic]:
-        """The camera info beside an image, or None."""
+        """Return the camera info beside an image, or None."""
         name = image.name.rpartition('/')[0] + '/camera_info'
         return next((it for it in self.topics if it.name == name and it.type == INFO), None)
 
 
 def is_registered(image: SeenTopic) -> bool:
-    """Return whether a depth image is seen from the color camera."""
+    """Return whether a depth image or cloud is registered to the color camera, by its name."""
     return any(word in image.name for word in _REGISTERED)
 
 
@@ -96,7 +96,7 @@ def camera_groups(topics: Sequence[SeenTopic]) -> List[CameraGroup]:
 
 
 def _namespace(topic: str) -> str:
-    """The namespace above those that cameras have for their parts."""
+    """Return the namespace of a camera, above the namespaces of its parts."""
     parts = topic.strip('/').split('/')[:-1]
     for number, part in enumerate(parts):
         if number and _BELOW.fullmatch(part):
@@ -122,10 +122,10 @@ _COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
 
 
 def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
-    """Return the topics that may be what a device sends.
+    """Return the topics that devices may have sent.
 
-    A cloud that we cropped stands for its sensor if nothing else of that was seen: images and whole
-    clouds are often too large to be recorded.
+    A cloud cropped by this program stands for its sensor if nothing else from the sensor was seen:
+    images and whole clouds are often too large to be recorded.
     """
     found = tuple(topics)
     names = {topic.name for topic in found}
@@ -153,27 +153,27 @@ def _is_other_node(name: str) -> bool:
 
 
 def _robots_outputs(names: Set[str]) -> Set[str]:
-    """Return outputs of robot processors, by names: not every bag has its messages' senders."""
+    """Return outputs of robot processors, by topic names: not every bag records the publishers."""
     robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
     return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
             for output in ROBOT_OUTPUTS}
 
 
 def _crops_outputs(names: Set[str]) -> Set[str]:
-    """Return outputs of a depth sensor's crop, which runs in a manager of any name and is shown."""
+    """Return outputs of depth sensors' crops, by topic names: their manager may have any name."""
     outline = f'/{ROI_FILTER}/outline'
     sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
     return {f'{sensor}{output}' for sensor in sensors for output in (outline, _CROPPED, *_SHOWN)}
 
 
 def _is_source(group: CameraGroup, cloud: SeenTopic) -> bool:
-    """Return whether a cloud may have been made of what a camera sends."""
+    """Return whether a cropped cloud may come from a camera."""
     is_near = group.namespace.partition('/')[0] == cloud.name.split('/')[1]
     return group.is_depth_sensor and (is_near or bool(set(group.frames) & set(cloud.frames)))
 
 
 def _finders_outputs(names: Set[str]) -> Set[str]:
-    """Return what a depth sensor's object finder sends, likewise."""
+    """Return outputs of depth sensors' object finders, by topic names."""
     sensors = [name[:-len(OBJECTS_MARKERS)] for name in names
                if name.endswith(f'/{OBJECTS_MARKERS}')]
     return {f'{sensor}{output}' for sensor in sensors for output in FINDER_OUTPUTS}

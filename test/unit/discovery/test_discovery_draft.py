@@ -98,7 +98,7 @@ def test_arrays_by_their_names(tmp_path: Path) -> None:
 def test_a_robot_without_joint_states_is_a_model(tmp_path: Path) -> None:
     text, cell = written(Seen('x'), [model('/arm', 'a', ['b', 't'], ['j'])], tmp_path)
     assert [(it.type.value, it.name) for it in cell.devices] == [('other', 'arm')]
-    assert 'Nobody was seen who publishes joints of arm.' in text
+    assert 'No node was seen that publishes joints of arm.' in text
 
 
 def camera(*names: str) -> List[SeenTopic]:

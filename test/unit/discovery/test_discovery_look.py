@@ -177,12 +177,12 @@ def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
 
 
 @pytest.mark.parametrize('on_topic, told', [
-    ((*JOINTS, 'gripper_joint'), '/arm/joint_states has joints that the model has not, and that '
+    ((*JOINTS, 'gripper_joint'), '/arm/joint_states has joints that the model lacks, and that '
                                  'are not drawn: gripper_joint.'),
     ((*JOINTS, 'rail', 'gripper_joint'), None),  # half of them are of something else
     (('left_pan', 'gripper_joint'), None),
     (('left_pan', 'left_lift', 'left_turn', 'left_tilt', 'gripper_joint', 'rail'),
-     '/arm/joint_states has joints that the model has not, and that are not drawn: gripper_joint, '
+     '/arm/joint_states has joints that the model lacks, and that are not drawn: gripper_joint, '
      'rail.'),
     (('left_pan', 'left_lift', 'left_turn', 'finger'),
      'The model of arm_robot has joints that are not on /arm/joint_states, and stay where they '
