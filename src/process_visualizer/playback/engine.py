@@ -24,10 +24,10 @@ from process_visualizer.playback.uneven_parts import UnevenParts
 
 
 class ShownScene(NamedTuple):
-    """The scene after a number of messages of the recording, which are visible, or replaced.
+    """The scene after a number of messages of the recording, each visible or replaced since.
 
-    ``scene`` is that of the timeline (TimelineState.scene) to which it belongs. ``paused_ns`` is
-    the position [bag ns] for which it was published; None where it moves.
+    ``scene`` is the number of the timeline's scene (TimelineState.scene). ``paused_ns`` is the
+    position [bag ns] for which the scene was published; None while the position moves.
     """
 
     passed: int
@@ -35,11 +35,11 @@ class ShownScene(NamedTuple):
     paused_ns: Optional[int] = None
 
     def next_message(self, forward: bool) -> Tuple[int, int]:
-        """Return the position of the message that play passes next, and FORWARD or BACKWARD."""
+        """Return the position of the message to pass next, and FORWARD or BACKWARD."""
         return (self.passed, FORWARD) if forward else (self.passed - 1, BACKWARD)
 
     def moving(self) -> ShownScene:
-        """Return it as it is while playing."""
+        """Return the scene as it is while playing."""
         return self if self.paused_ns is None else self._replace(paused_ns=None)
 
     def with_passed(self, position: int, step: int) -> ShownScene:
@@ -47,25 +47,25 @@ class ShownScene(NamedTuple):
         return ShownScene(position + (step == FORWARD), self.scene)
 
     def without(self, position: int, step: int) -> ShownScene:
-        """Return the scene before the message at a position was passed, as it is taken back."""
+        """Return the scene before passing the message at a position, which is taken back."""
         return self._replace(passed=position + (step == BACKWARD))
 
     def standing(self, passed: int, bag_ns: int) -> ShownScene:
-        """Return the scene after a number of messages, at a position [bag ns] where play rests."""
+        """Return the scene after a number of messages, paused at a position [bag ns]."""
         return self._replace(passed=passed, paused_ns=bag_ns)
 
     def visible(self, index: BagIndex, state: TimelineState, bag_ns: int) -> int:
         """Return how many messages are visible at a position [bag ns], whatever was published.
 
-        Where it stands still after a step, these are the ones up to which that led: others may
-        have the same time.
+        While paused after a step, these are the messages up to the target of the step: later ones
+        may have the same time.
         """
         stands = state.scene == self.scene and (state.paused, bag_ns) == (True, self.paused_ns)
         return self.passed if stands else index.count_until(bag_ns)
 
 
 def scene_after_jump(index: BagIndex, state: TimelineState) -> ShownScene:
-    """Return the scene at the position of a state; messages of just that time are played then."""
+    """Return the scene at the position of a state; messages at exactly that time follow in play."""
     if state.paused:
         return ShownScene(index.count_until(state.bag_ns), state.scene, state.bag_ns)
     count = index.count_before if state.forward else index.count_until
@@ -73,30 +73,31 @@ def scene_after_jump(index: BagIndex, state: TimelineState) -> ShownScene:
 
 
 LEAD_BYTES = 32 << 20
-LATENESS_LIMIT_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
-MAX_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
+LATENESS_LIMIT_NS = NS_PER_S // 5  # above this, playback slows down instead of catching up
+MAX_STEPPED = 200  # messages that a step publishes one by one; a longer step restores the scene
 ANSWER_S = 10.0
 
 
 class Playback:
-    """Publishes what the timeline makes visible; ``run`` is the work of one thread.
+    """Publishes the messages that the timeline makes visible; ``run`` is the work of one thread.
 
-    What was published is the scene at the position at any time: after a jump the scene is
-    restored, forwards each message is published as its time comes, backwards each is replaced by
-    the one before it. When the machine cannot keep up, the timeline slips: everything comes
-    later, together.
+    The published messages are the scene at the position at any time: after a jump the scene is
+    restored; forward each message is published when its time comes; backward each is replaced by
+    the one before it. When the machine cannot keep up, the timeline slips: all messages are
+    delayed by the same time.
 
-    Messages are prepared and given to the output LEAD_NS before they are due, which sends them at
-    their times whatever else the machine does; at a command those not sent yet are taken back.
+    Messages are prepared and given to the output LEAD_NS before they are due. The output sends them
+    on time whatever else the machine does; at a command, messages not sent yet are taken back.
     """
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
                  restamp: bool = True, clock: Optional[Clock] = None,
                  lead_bytes: int = LEAD_BYTES, uneven_parts: Optional[UnevenParts] = None) -> None:
-        """Take a recording, a timeline within it, and where the messages go to.
+        """Take a recording, a timeline within it, and the output for its messages.
 
-        With ``restamp`` the stamps in messages are moved to the present. About ``lead_bytes`` at
-        most are given to the output before they are due. Without ``uneven_parts`` play is even.
+        With ``restamp`` the stamps in messages are moved to the present. At most about
+        ``lead_bytes`` are given to the output before they are due. Without ``uneven_parts`` play is
+        even.
         """
         self._index: BagIndex = recording.index
         self._timeline = timeline
@@ -110,23 +111,23 @@ class Playback:
         self._ahead = ReadAhead(self._events, len(self._index))
         self._steps = StepRequests()
         self._shown = ShownScene(0, timeline.state.scene)
-        self._version = -1  # of the state for which what was given to the output is due
+        self._version = -1  # of the state that determined the due times in the output
         self._repeat, self._settles = False, True
         self._runs = self._closed = False
 
     @property
     def published(self) -> int:
-        """Number of published messages, with those of the next moment."""
+        """Number of published messages, including those of the next moment."""
         return self._output.published
 
     @property
     def passed(self) -> int:
-        """Return how many messages of the recording make the scene that was published."""
+        """Return how many messages of the recording make up the published scene."""
         return self._shown.passed
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """Return what could not be played as it should be, so far."""
+        """Return the problems of playback so far."""
         return self._loader.problems
 
     @property
@@ -137,16 +138,16 @@ class Playback:
     def not_begun(self, bag_ns: int) -> List[str]:
         """Return the topics without a message up to a bag time [ns] that cannot be emptied.
 
-        What is seen of them there, if anything, is from elsewhere.
+        Anything visible on them at that time comes from another position.
         """
         return self._events.not_begun(bag_ns)
 
     def held(self, topic: str, bag_ns: int) -> List[int]:
-        """Return where the newest messages of each joint before a bag time are: see EventMaker."""
+        """Return the positions of each joint's newest messages before a bag time (EventMaker)."""
         return self._events.held(topic, bag_ns)
 
     def prepare(self) -> None:
-        """Begin to read what comes first, before ``run``."""
+        """Begin to read the first messages, before ``run``."""
         state = self._timeline.state
         first = ShownScene(self._index.count_before(state.bag_ns), state.scene)
         self._ahead.begin(*first.next_message(state.forward))
@@ -157,25 +158,25 @@ class Playback:
         self._timeline.interrupt()
 
     def repeat_scene(self) -> None:
-        """Publish the scene once more, for receivers that are new or have thrown it away."""
+        """Publish the scene once more, for receivers that are new or have discarded it."""
         self._repeat = True
         self._timeline.interrupt()
 
     def show_again(self) -> None:
-        """Publish the scene once more, and again when it has been quiet for a while.
+        """Publish the scene once more, and again after a quiet time.
 
-        What has changed at the receivers, such as a frame, may reach them after the first time.
+        A change at the receivers, such as a frame, may take effect only after the first time.
         """
         self._settles = False
         self.repeat_scene()
 
     def step(self, step: Step, answer_s: float = ANSWER_S) -> StepTarget:
-        """Pause and move by a step; return where it led, or give it up after a time [s].
+        """Pause and move by a step; return its target, or give up after a time [s].
 
         Raises:
-            CommandRefused: there is nothing to step to, or playback does not come to it.
+            CommandRefused: there is nothing to step to, or playback did not begin the step in time.
         """
-        if not self._runs:  # nothing is published yet: ``run`` will begin there
+        if not self._runs:  # nothing is published yet: ``run`` will begin at the target
             return self._stepped(step)[1]
         return target_in_time(self.request(step), answer_s, self._clock)
 
@@ -186,13 +187,13 @@ class Playback:
         return answer
 
     def run(self) -> None:
-        """Publish until ``close``, or until the end where the output says so."""
+        """Publish until ``close``, or until the end if the output then finishes."""
         self._runs = True
         try:
             state = self._timeline.state
             self._jump(state, begins=not state.paused)
             state = self._timeline.state
-            while not self._closed:  # asked after the state was read: a later close ends its waits
+            while not self._closed:  # checked after reading the state: a later close ends the waits
                 self._work(state)
                 state = self._timeline.state
         finally:
@@ -200,11 +201,11 @@ class Playback:
             self._steps.refuse('the player ends')
 
     def _jump(self, state: TimelineState, begins: bool = False) -> None:
-        """Publish the scene at the position from anywhere, or where playback only ``begins``."""
+        """Publish the scene at the position, after a jump or when playback ``begins``."""
         self._shown = scene_after_jump(self._index, state)
         self._output.jump(state.bag_ns)
         self._restore(state, begins)
-        if not state.paused:  # restoring took its time; what follows comes at its pace, in no burst
+        if not state.paused:  # restoring took time: what follows must not come in a burst
             self._timeline.slip_to(state.bag_ns, state.version, begins=True)
 
     def _work(self, state: TimelineState) -> None:
@@ -255,19 +256,19 @@ class Playback:
             self._output.give(event, position, step, now)
 
     def _take_back(self) -> None:
-        """Take back what has not been sent yet, as a command may have changed when it is due.
+        """Take back messages not sent yet, as a command may have changed their due times.
 
-        What stays may be ahead of the position, by some milliseconds.
+        Messages already sent may be ahead of the position, by some milliseconds.
         """
         for event, position, step, *_ in self._output.take_back():
             self._shown = self._shown.without(position, step)
             self._ahead.put_back(position, step, event)
 
     def _rest(self, state: TimelineState) -> None:
-        """Wait for a command; once it has been quiet for a while, publish the scene once more.
+        """Wait for a command; after a quiet time, publish the scene once more.
 
-        Receivers that match messages with similar stamps take a pair only when the next one has
-        come: without that they would show what was before.
+        Receivers that match messages with similar stamps take a pair only when the next one
+        arrives; without it they would show the previous pair.
         """
         self._catch_up(state)
         until_ns = None if state.held else self._output.settled_ns
@@ -275,14 +276,14 @@ class Playback:
             self._publish_again(state)
 
     def _catch_up(self, state: TimelineState) -> None:
-        """Publish what had become visible already, and was not published yet, when paused."""
+        """Publish messages that were visible at the pause, but not published yet."""
         if self._shown.paused_ns != state.bag_ns:
             passed, count = self._shown.passed, self._index.count_until(state.bag_ns)
             self._shown = self._shown.standing(count, state.bag_ns)
             self._show_from(passed, state)
 
     def _show_from(self, passed: int, state: TimelineState) -> None:
-        """Publish, one by one, what leads from the scene after ``passed`` to the present."""
+        """Publish, one by one, the events from the scene after ``passed`` to the present one."""
         for position in range(passed, self._shown.passed):
             self._output.show(self._events.forward(position), state)
         for position in reversed(range(self._shown.passed, passed)):
@@ -300,7 +301,7 @@ class Playback:
         return time_ns <= state.limit_ns if state.forward else time_ns > state.limit_ns
 
     def _kept_up(self, bag_ns: int, version: int) -> Optional[TimelineState]:
-        """Slip if a message comes too late; return the state then, None if a command came."""
+        """Slip if a message is too late; return the state afterwards, None if a command came."""
         due_ns = self._timeline.state.due_ns(bag_ns)
         if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATENESS_LIMIT_NS:
             self._timeline.slip_to(bag_ns, version)
@@ -308,12 +309,12 @@ class Playback:
         return state if state.version == version else None
 
     def _step(self, step: Step) -> StepTarget:
-        """Go to the target of a step, from the scene at the position or what stays of another."""
+        """Go to the target of a step, from the scene at the position or from an outdated scene."""
         before, target, state = self._stepped(step)
         self._take_back()
         shown, self._shown = self._shown, ShownScene(target.count, state.scene, state.bag_ns)
         jumped = before.scene != shown.scene
-        if jumped:  # a command came just before, and nothing is published for it alone
+        if jumped:  # a command came just before; its scene is not published separately
             self._output.jump(target.bag_ns)
         if not jumped and 0 <= target.count - shown.passed <= MAX_STEPPED:
             self._show_from(shown.passed, state)
@@ -322,7 +323,7 @@ class Playback:
         return target
 
     def _stepped(self, step: Step) -> Tuple[TimelineState, StepTarget, TimelineState]:
-        """Let the timeline step; return its state before, the target, and its state afterwards."""
+        """Let the timeline step; return its state before, the target, and its state after."""
         while True:
             before, now_ns = self._timeline.now()
             target = self._target(step, before, before.position_at(now_ns))
@@ -337,7 +338,7 @@ class Playback:
         return step_by_time(self._index, state, bag_ns + step.duration_ns)
 
     def _restore(self, state: TimelineState, begins: bool = False) -> None:
-        """Publish the scene to be shown, unless a newer one is asked for already."""
+        """Publish the scene, unless a newer one has been requested already."""
         event = self._events.scene(self._shown.passed, begins)
         if self._timeline.state.scene == state.scene:
             self._output.restore(event, state)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads messages and finds the stamps in them, so that they can be sent without further work."""
+"""Loading of messages with the places of their stamps, so that they are ready to be sent."""
 from __future__ import annotations
 
 import threading
@@ -23,10 +23,10 @@ _MAX_PROBLEMS = 100
 
 
 class LoadedMessage(NamedTuple):
-    """A message: its connection, when it was recorded [bag ns], bytes, offsets of its stamps.
+    """A message: its connection, time of recording [bag ns], bytes, offsets of its stamps.
 
-    One that is ``withdrawn`` is not published: nothing is latched any more of what its
-    connection's source had published.
+    A ``withdrawn`` message is not published; it ends the latching of earlier messages from its
+    connection's source.
     """
 
     connection: int
@@ -39,8 +39,8 @@ class LoadedMessage(NamedTuple):
 class MessageLoader:
     """Loads messages by their position in the index. May be used by several threads.
 
-    What cannot be read, or does not fit its definition, is left out and reported once by
-    ``problems``. Messages whose definition cannot be understood keep their stamps.
+    Messages that cannot be read, or do not fit their definition, are left out and reported once by
+    ``problems``. Messages whose definition cannot be parsed keep their stamps.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -54,7 +54,7 @@ class MessageLoader:
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """Return what could not be played as it should be, so far, each as a text for the user."""
+        """Return the problems of playback so far, each as a text for the user."""
         with self._lock:
             return tuple(str(gap) for gap in self._index.gaps) + tuple(self._problems)
 
@@ -85,17 +85,17 @@ class MessageLoader:
         return None
 
     def located(self, position: int, data: Data) -> LoadedMessage:
-        """Return a message in the place of the one at a position, with the places of its stamps.
+        """Return a message with given data for a position, with the offsets of its stamps.
 
         Raises:
-            MessageDamaged: it does not fit its definition.
+            MessageDamaged: the data does not fit the definition.
         """
         connection = self.connection(position)
         offsets = self._offsets(connection, data)
         return LoadedMessage(connection, int(self._index.time_ns[position]), data, tuple(offsets))
 
     def _offsets(self, number: int, data: Data) -> List[int]:
-        """Return where the stamps are; none where the definition proves to be wrong."""
+        """Return the offsets of the stamps; none if the definition proves to be wrong."""
         locator = self._locator(number)
         try:
             return locator.checked_offsets(data) if locator else []
@@ -110,13 +110,13 @@ class MessageLoader:
             return []
 
     def note_damaged(self, position: int, error: MessageDamaged) -> None:
-        """Take note that the message at a position does not fit its definition."""
+        """Note that the message at a position does not fit its definition."""
         seconds = (int(self._index.time_ns[position]) - self._index.begin_ns) * 1e-9
         self._note(f'{self._topic(position)}: the message at {seconds:.3f} s does not fit its '
                    f'definition and is left out: {error}', position)
 
     def load_all(self, positions: List[int]) -> List[LoadedMessage]:
-        """Return those messages that can be played, in their order."""
+        """Return the playable messages at some positions, in their order."""
         return [message for message in map(self.load, positions) if message is not None]
 
     def _locator(self, number: int) -> Optional[StampLocator]:
@@ -146,7 +146,7 @@ class MessageLoader:
 
 
 def _is_whole(connection: Connection) -> bool:
-    """Return whether the definition that a connection carries is the one that its messages have."""
+    """Return whether a connection's definition matches the checksum of its messages."""
     try:
         found = definition_checksum(connection.type, connection.message_definition)
     except DefinitionError:
@@ -155,7 +155,7 @@ def _is_whole(connection: Connection) -> bool:
 
 
 def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:
-    """Return the first stamp in a message as its eight bytes, if it has one that is not zero."""
+    """Return the first stamp in a message as its eight bytes; nothing if it is missing or zero."""
     for offset in message.stamp_offsets[:1]:
         stamp = bytes(memoryview(message.data)[offset:offset + STAMP_BYTES])
         return (stamp,) if any(stamp) else ()
@@ -163,7 +163,7 @@ def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:
 
 
 def first_stamp_ns(message: LoadedMessage) -> Optional[int]:
-    """Return the first stamp in a message [bag ns], if it has one that is not zero."""
+    """Return the first stamp in a message [bag ns]; None if it is missing or zero."""
     for stamp in first_stamp(message):
         seconds, nanoseconds = _STAMP.unpack(stamp)
         return int(seconds) * NS_PER_S + int(nanoseconds)

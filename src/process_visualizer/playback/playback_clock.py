@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The clock of playback: converts wall time to recording time by the player's states."""
+"""The clock of playback: converts wall time to recording time from the player's states."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
 
-LOST_AFTER_S = 1.0  # without a state of the player, which sends ten a second
+LOST_AFTER_S = 1.0  # without a state from the player, which sends ten per second
 _MEMORY = 64  # states: some seconds
 _MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
 
@@ -14,10 +14,10 @@ class ClockState(NamedTuple):
 
     stamp_s: float  # wall time for which the position holds
     position_s: float  # seconds from the beginning of the recording
-    rate: float  # seconds of recording per second; below 0 backwards
+    rate: float  # seconds of recording per second; negative means backward
     paused: bool
-    segment: int  # grows where the position jumps
-    since_s: float = 0.0  # wall time since which this holds; 0: since the stamp
+    segment: int  # grows when the position jumps
+    since_s: float = 0.0  # wall time since which the state holds; 0: since the stamp
 
     def is_usable(self) -> bool:
         """Return whether a player can be at this position, and play at this rate."""
@@ -28,8 +28,8 @@ class ClockState(NamedTuple):
         return min(self.since_s, self.stamp_s) if self.since_s else self.stamp_s
 
     def position_at(self, wall_s: float) -> float:
-        """Return the position [s] at a wall time, as if the state held then."""
-        if self.since_s > self.stamp_s:  # it begins to play a moment later
+        """Return the position [s] at a wall time, assuming that the state holds then."""
+        if self.since_s > self.stamp_s:  # play begins a moment later
             return self.position_s + max(wall_s - self.since_s, 0.0) * self.speed()
         return self.position_s + (wall_s - self.stamp_s) * self.speed()
 
@@ -39,7 +39,7 @@ class ClockState(NamedTuple):
 
 
 class BagTime(NamedTuple):
-    """A time of the recording; times of two segments must not be compared."""
+    """A time of the recording; times of different segments must not be compared."""
 
     segment: int
     time_s: float
@@ -47,11 +47,11 @@ class BagTime(NamedTuple):
 
 
 class PlaybackClock:
-    """Maps wall times to bag times; without a player every time is as it is.
+    """Maps wall times to bag times; without a player, times stay as they are.
 
-    Each state holds until the next one does. A playing state is extrapolated with its rate, but
-    not past the position at which the next one begins: where the player could not keep up, its
-    position says so.
+    Each state holds until the next one begins. A playing state is extrapolated with its rate, but
+    not past the position at which the next one begins, which is nearer if the player could not keep
+    up.
 
     States come from one thread; reading is safe from others.
     """
@@ -62,9 +62,9 @@ class PlaybackClock:
         self._begin = (0.0, 0.0)  # of the present player: wall time, data time
 
     def add(self, state: ClockState) -> None:
-        """Take the player's next state; when its clock was set back, start anew.
+        """Take the player's next state; start over if its clock was set back.
 
-        One that is not usable changes nothing: NaN would stay in all later times.
+        An unusable state changes nothing: NaN would stay in all later times.
         """
         if not state.is_usable():
             return
@@ -76,21 +76,21 @@ class PlaybackClock:
         if last is not None and state.stamp_s < last.stamp_s:
             self._states = ()
         self._states = (*self._states[-(_MEMORY - 1):], state)
-        # Data that the player sends slowly is not old for that.
+        # Slow playback must not make data look old.
         self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s),
                            min(abs(state.speed()), 1.0))
 
     @property
     def state(self) -> Optional[ClockState]:
-        """Return what the player said last; None without one."""
+        """Return the player's last state; None without a player."""
         return self._states[-1] if self._states else None
 
     def follows_player(self, now_s: float) -> bool:
-        """Return whether there is a player that has said something lately."""
+        """Return whether a player has sent a state recently."""
         return bool(self._states) and now_s - self._states[-1].stamp_s < LOST_AFTER_S
 
     def bag_time(self, wall_s: float) -> Optional[BagTime]:
-        """Return the bag time that was played at a wall time [s]; None without a player."""
+        """Return the bag time played at a wall time [s]; None without a player."""
         following: Optional[ClockState] = None
         for state in reversed(self._states):
             if state.begin_s() <= wall_s:
@@ -104,18 +104,17 @@ class PlaybackClock:
     def present(self, wall_s: float) -> Optional[BagTime]:
         """Return the bag time at the present wall time [s]; None without a player.
 
-        The newest state holds now, even if its stamp lies ahead of this machine's clock: with a
-        clock that is 2 ms behind the player's, a pause at 4x would otherwise be missed by 8 ms,
-        and that for as long as it lasts.
+        The newest state holds now, even if its stamp is ahead of this machine's clock: with a
+        clock 2 ms behind the player's, a pause at 4x would otherwise be off by 8 ms until it ends.
         """
         state = self.state
         return None if state is None else _extrapolated(state, max(wall_s, state.begin_s()), None)
 
     def age_s(self, arrival_s: float, wall_s: float) -> float:
-        """Return the age [s] at a wall time of what came at a time of the data clock.
+        """Return the age [s] at a wall time of data that arrived at a time of the data clock.
 
-        What was there before the player began is not of its recording: it grows old while playback
-        is paused, too.
+        Data from before the player began is not part of its recording: it ages while playback is
+        paused, too.
         """
         begin_s, data_s = self._begin
         if arrival_s < data_s:
@@ -123,10 +122,10 @@ class PlaybackClock:
         return max(self.data_time_s(wall_s) - arrival_s, 0.0)
 
     def data_time_s(self, wall_s: float) -> float:
-        """Return a clock [s] for the arrival of data; see ``age_s``.
+        """Return the data clock [s], which times the arrival of data; see ``age_s``.
 
-        It stands while playback is paused, and is slow where playback is. Without a player, or
-        when it is lost, it runs as the wall clock does.
+        This clock stops while playback is paused, and is slow while playback is slow. Without a
+        player, or when the player is lost, it runs like the wall clock.
         """
         basis_s, data_s, speed = self._age_basis
         elapsed_s = max(wall_s - basis_s, 0.0)
@@ -138,7 +137,7 @@ def _extrapolated(state: ClockState, wall_s: float,
                   following: Optional[ClockState]) -> BagTime:
     time_s = state.position_at(wall_s)
     if (following is not None and following.segment == state.segment
-            and not state.paused and not following.paused):  # a step pauses, and may lead back
+            and not state.paused and not following.paused):  # a step pauses, and may go back
         nearer = min if state.rate > 0.0 else max
         time_s = nearer(time_s, following.position_at(following.begin_s()))
     return BagTime(state.segment, time_s, state.speed())

@@ -18,8 +18,8 @@ from process_visualizer.playback.message_loader import LoadedMessage, MessageLoa
 from process_visualizer.playback.scene import PartialMessages, Scene, SensorTimes, StaticScene
 
 MOMENT_NS = 200_000_000
-"""From the beginning: what comes first so soon counts as being there from the beginning."""
-_PARTNERS = 2  # how many messages of a topic before its last may belong to others' last ones
+"""Time from the beginning; first messages within it count as present from the beginning."""
+_PARTNERS = 2  # earlier messages per topic that may belong to the last messages of other topics
 
 
 class PlaybackEvent(NamedTuple):
@@ -35,20 +35,20 @@ class PlaybackEvent(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Return how much memory it takes, roughly [bytes]."""
+        """Return the approximate memory that the event takes [bytes]."""
         return 300 + sum(300 + len(message.data) for message in self.messages)
 
 
 class EventMaker:
-    """Makes the events of a recording; what was published is always the scene at the position.
+    """Makes the events of a recording; the published messages are always the scene at the position.
 
-    Forward, a message becomes visible when its time is reached. Backwards, the message that it
-    had taken the place of becomes visible again: the scene is what it was before. What has
-    nothing at a position disappears where its type allows that.
+    Forward, a message becomes visible when its time is reached. Backward, the message that it had
+    replaced becomes visible again: the scene is as before. Topics without a message at a position
+    are emptied if their type allows that.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader, begin_ns: int) -> None:
-        """Take the index and the loader of a recording, and when that begins [bag ns]."""
+        """Take the index and the loader of a recording, and its beginning [bag ns]."""
         self._index = index
         self._loader = loader
         self._scene = Scene(index)
@@ -63,30 +63,30 @@ class EventMaker:
 
     @property
     def sensors(self) -> FrozenSet[int]:
-        """Return the connections on which sensors send."""
+        """Return the connections of sensors."""
         return self._sensors.connections
 
     def forward(self, position: int) -> PlaybackEvent:
-        """Return the event of passing the message at a position forwards."""
+        """Return the event of passing the message at a position forward."""
         static = self._static.get(self._connection_of(position).topic)
         messages = (self._loader.load_all([position]) if static is None
                     else static.messages(position + 1))
         return PlaybackEvent(int(self._index.time_ns[position]), tuple(messages))
 
     def backward(self, position: int) -> PlaybackEvent:
-        """Return the event of passing the message at a position backwards.
+        """Return the event of passing the message at a position backward.
 
-        It comes just before the message's time, at which the message is still visible. What a
-        sensor's message had taken the place of may become visible later (see SensorTimes).
+        The event is just before the message's time, at which the message is still visible. The
+        message that a sensor's message had replaced may become visible later (see SensorTimes).
         """
         passed = self._sensors.passed_with(position)
         messages = [message for it in passed for message in self._again(it)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
     def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
-        """Return the event of coming to the scene after ``count`` messages from anywhere.
+        """Return the event of jumping to the scene after ``count`` messages from any position.
 
-        Where playback only ``begins``, nothing has been published that must not stay in sight.
+        When playback only ``begins``, nothing was published before that would have to disappear.
         """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
@@ -106,9 +106,9 @@ class EventMaker:
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
 
     def held(self, topic: str, bag_ns: int) -> List[int]:
-        """Return the positions (rising) of the newest messages of each joint before a bag time.
+        """Return the positions (rising) of each joint's newest messages before a bag time [ns].
 
-        Of a topic that does not tell of joints it is nothing.
+        The list is empty for a topic without joints.
         """
         if topic not in self._scene.topics:
             return []
@@ -117,14 +117,14 @@ class EventMaker:
         return sorted({*shown, *self._partial.beside(shown, bag_ns)})
 
     def _again(self, position: int) -> List[LoadedMessage]:
-        """Return what is to be seen again before the message at a position, instead of it."""
+        """Return the messages to show again in place of the message at a position."""
         topic = self._connection_of(position).topic
         if topic in self._static:
             return self._static_messages(topic, max(position, self._moment))
         return self._before(topic, position)
 
     def _before(self, topic: str, position: int) -> List[LoadedMessage]:
-        """Return what was to be seen of a topic before the message at a position."""
+        """Return the messages that restore a topic as it was before the message at a position."""
         shown = self._scene.positions_of(topic, position, self._moment)
         with_markers = topic in self._marker_topics
         messages = self._emptied([topic]) if with_markers or not shown else []
@@ -134,17 +134,17 @@ class EventMaker:
         return messages + self._loader.load_all(self._replaced(position, shown, with_markers))
 
     def _replaced(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
-        """The positions (rising) of what is to be published before the message at a position."""
+        """Return the positions (rising) to publish in place of the message at a position."""
         if with_markers:
             time_ns = int(self._index.time_ns[position]) - 1
             return sorted({*shown, *self._partial.beside(shown, time_ns)})
         return self._partial.replaced(position) or self._scene.shown_again(position)
 
     def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
-        """The messages at some positions, and earlier ones with the same stamp as one of these.
+        """Return the messages at some positions, and earlier ones that share a stamp with them.
 
-        A camera's info comes before its image, so that the newest ones often do not belong
-        together; receivers that match them by their stamps would have nothing to show.
+        A camera's info comes before its image, so the newest of both often do not belong together;
+        receivers that match them by their stamps would have nothing to show.
         """
         found = {it: message for it in positions
                  for message in [self._loader.load(it)] if message is not None}
@@ -157,7 +157,7 @@ class EventMaker:
         return [found[position] for position in sorted(found)]
 
     def _earlier(self, position: int) -> Iterator[int]:
-        """The positions of the messages before one on its topic, the nearest first."""
+        """Yield the positions of earlier messages on the same topic, the nearest first."""
         for _ in range(_PARTNERS):
             replaced = self._scene.replaced(position)
             if replaced is None:
@@ -166,12 +166,12 @@ class EventMaker:
             yield position
 
     def _static_messages(self, topic: str, count: int) -> List[LoadedMessage]:
-        """Return the static transforms of a topic as one message; nothing without any."""
+        """Return the static transforms of a topic as one message, or its withdrawal without any."""
         static = self._static[topic]
         return static.messages(count) or self._withdrawals([static.connection])
 
     def _emptied(self, topics: Iterable[str]) -> List[LoadedMessage]:
-        """Messages by which nothing of some topics stays in sight."""
+        """Return messages that clear the display of some topics."""
         return [message for topic in topics for message in self._emptied_one(topic)]
 
     def _emptied_one(self, topic: str) -> List[LoadedMessage]:
@@ -184,7 +184,7 @@ class EventMaker:
         return self._emptied_topics[topic]
 
     def _withdrawals(self, connections: Iterable[int]) -> List[LoadedMessage]:
-        """Return what takes away what is latched of some sources, named by a connection of them."""
+        """Return messages that withdraw the latched messages of sources, given as connections."""
         return [LoadedMessage(number, self._index.begin_ns, b'', withdrawn=True)
                 for number in connections]
 
@@ -197,13 +197,14 @@ BACKWARD = -1
 
 
 class ReadAhead:
-    """The events from a position onwards, in one direction, made by a thread of its own.
+    """The events from a position onward, in one direction, made by a separate thread.
 
-    It begins with the first ``take``, and again where that is not for the next event in line.
+    Reading begins with the first ``take``, and restarts if ``take`` asks for another event than the
+    next one.
     """
 
     def __init__(self, events: EventMaker, count: int, limit_bytes: int = 32 << 20) -> None:
-        """Take the maker of events and how many messages there are."""
+        """Take the maker of events and the number of messages."""
         self._events = events
         self._count = count
         self._limit_bytes = limit_bytes
@@ -227,13 +228,13 @@ class ReadAhead:
 
     @property
     def ready_bytes(self) -> int:
-        """Return how much has been read and not been taken yet."""
+        """Return the size of the events that are ready and not taken yet."""
         return self._ready_bytes
 
     def take(self, position: int, step: int) -> PlaybackEvent:
         """Return the event of passing the message at a position FORWARD or BACKWARD.
 
-        What has ended the thread is raised here.
+        An exception that ended the thread is raised here.
         """
         with self._changed:
             if self._failure is not None:
@@ -244,7 +245,7 @@ class ReadAhead:
         return self._make(position, step)
 
     def put_back(self, position: int, step: int, event: PlaybackEvent) -> None:
-        """Give back the event that was taken last, to be taken again."""
+        """Put back the event that was taken last, to be taken again."""
         with self._changed:
             if (position + step, step) == (self._first, self._step):
                 self._ready.appendleft(event)
@@ -252,7 +253,7 @@ class ReadAhead:
                 self._first = position
 
     def begin(self, position: int, step: int) -> None:
-        """Begin to read at a position, as that is where ``take`` will go on."""
+        """Begin to read at a position, where the next ``take`` will continue."""
         with self._changed:
             self._restart(position, step)
 
@@ -282,7 +283,7 @@ class ReadAhead:
     def _read(self) -> None:
         try:
             self._read_until_closed()
-        except Exception as error:  # whatever it is: ``take`` raises it
+        except Exception as error:  # any exception: ``take`` raises it
             self._failure = error
 
     def _read_until_closed(self) -> None:

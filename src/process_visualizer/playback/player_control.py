@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands that a user can give to the player, in seconds, with answers as texts."""
+"""The player's commands for users, in seconds, with answers as texts."""
 from __future__ import annotations
 
 import math
@@ -16,13 +16,13 @@ from process_visualizer.playback.timeline import (
 )
 
 _MAX_S = 1e9
-"""Of a recording; far above, times are no numbers of nanoseconds any more."""
+"""Maximum length of a recording [s]; times far above do not fit into nanoseconds."""
 
 
 class PlayerStatus(NamedTuple):
     """The player's activity; positions are seconds from the beginning.
 
-    ``dropped`` and ``mark`` are known to the player, not to its control.
+    ``dropped`` and ``mark`` are filled in by the player, not by its control.
     """
 
     position_s: float
@@ -34,18 +34,18 @@ class PlayerStatus(NamedTuple):
     dropped: int = 0  # messages
     mark: str = ''  # label of the last one
     segment: int = 0
-    since_ns: int = 0  # monotonic time from which on the position has run as it does
+    since_ns: int = 0  # monotonic time since which the position moves (or stands) as now
     monotonic_ns: int = 0  # the time for which the position holds
 
 
 class PlayerControl:
-    """Commands for any thread. Each returns what was done, as a text, or changes nothing.
+    """Commands for any thread. Each returns a text that says what was done.
 
-    All of them raise CommandRefused, with the reason, for what cannot be met.
+    A command that cannot be met changes nothing and raises CommandRefused, with the reason.
     """
 
     def __init__(self, timeline: Timeline, playback: Playback) -> None:
-        """Take what the commands go to."""
+        """Take the timeline and the playback to control."""
         self._timeline = timeline
         self._playback = playback
         self._pause_requested = False
@@ -56,7 +56,7 @@ class PlayerControl:
         return self._pause_requested
 
     def status(self) -> PlayerStatus:
-        """Return what the player does now."""
+        """Return the player's current activity."""
         state, now_ns = self._timeline.now()
         loop = state.loop and (self._seconds(state.loop[0]), self._seconds(state.loop[1]))
         return PlayerStatus(self._seconds(state.position_at(now_ns)), duration_s(state),
@@ -65,13 +65,13 @@ class PlayerControl:
                             monotonic_ns=now_ns)
 
     def play(self) -> str:
-        """Play on; from the end, where nothing is left, start over."""
+        """Play on; start over if nothing is left to play."""
         self._pause_requested = False
         self._timeline.play()
         return self._where('playing')
 
     def pause(self) -> str:
-        """Stand still."""
+        """Pause."""
         self._pause_requested = True
         self._timeline.pause()
         return self._where('paused')
@@ -83,28 +83,28 @@ class PlayerControl:
         return self._where('paused' if self._pause_requested else 'playing')
 
     def stop(self) -> str:
-        """Stand still at the beginning."""
+        """Pause at the beginning."""
         self._pause_requested = True
         self._timeline.stop()
         return self._arrived('stopped at')
 
     def seek(self, position_s: float) -> str:
-        """Go to a position [s], at most to the nearer end."""
+        """Go to a position [s], limited to the ends of the recording."""
         return self._timeline.seek(self._bag_ns('the position', position_s)) or self._arrived('at')
 
     def repeat(self) -> str:
-        """Publish the scene again while paused, for receivers whose view of it has changed."""
+        """Publish the scene again while paused, for receivers that changed how they show it."""
         if not self._timeline.state.paused:
             return self._where('playing on')
         self._playback.show_again()
         return self._where('shown again')
 
     def seek_by(self, duration_s_: float) -> str:
-        """Go on or (below 0) back by a time [s], at most to the nearer end."""
+        """Go forward or (below 0) back by a time [s], limited to the ends of the recording."""
         return self.seek(self._seconds(self._timeline.position_ns()) + duration_s_)
 
     def set_rate(self, rate: float) -> str:
-        """Change the rate; below 0 backwards."""
+        """Change the rate; a negative rate plays backward."""
         self._timeline.set_rate(rate)
         return f'rate {rate:g}'
 
@@ -118,12 +118,12 @@ class PlayerControl:
         return self._arrived(f'{changed}: at' if changed else 'at')
 
     def toggle_pause_topics(self) -> str:
-        """Pause no more before the messages of some topics, or again."""
+        """Stop pausing before the messages of some topics, or pause again."""
         pauses = self._playback.uneven_parts.toggle_pauses()
         return 'pausing at topics' if pauses else 'not pausing at topics'
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
-        """Repeat what is between two positions [s], all if both are 0; or no more."""
+        """Loop between two positions [s], over all if both are 0; or end the loop."""
         if not loop:
             self._timeline.clear_loop()
             return 'no loop'
@@ -131,7 +131,7 @@ class PlayerControl:
         if not (begin_s or end_s):
             begin_ns, end_ns = state.begin_ns, state.end_ns
         else:
-            begin_ns = self._bag_ns('the begin of the loop', begin_s)
+            begin_ns = self._bag_ns('the beginning of the loop', begin_s)
             end_ns = self._bag_ns('the end of the loop', end_s)
         inner_ns = max(begin_ns, state.begin_ns), min(end_ns, state.end_ns)
         self._timeline.set_loop(*inner_ns)
@@ -141,7 +141,7 @@ class PlayerControl:
             + changed
 
     def _arrived(self, verb: str) -> str:
-        """Return where it is, and of which topics nothing can be shown there."""
+        """Return the position, and the topics that have nothing to show there."""
         absent = self._playback.not_begun(self._timeline.position_ns())
         return self._where(verb) + (f'; nothing yet on {", ".join(absent)}' if absent else '')
 

@@ -40,13 +40,13 @@ from process_visualizer.ros_names import SENSOR_TYPES, STATIC_TF_TOPIC, TF_TYPES
 class Scene:
     """The scene after any number of messages of a recording.
 
-    It has the last message of each topic. Where each publisher of a topic has a state of its own,
-    it has the last message of each (its source): latched topics, and transforms, which several
-    nodes publish on /tf. Whoever keeps one message only has that of the newest source. Of
-    /tf_static it has every message, since they add to each other.
+    The scene has the last message of each topic. If each publisher of a topic has a state of its
+    own, it has the last message of each publisher (a source): on latched topics, and for
+    transforms, which several nodes publish on /tf. A receiver that keeps only one message has that
+    of the newest source. The scene has every message on /tf_static, since they add to each other.
 
-    A count of messages stands for a time. With ``moment`` (also a count), a topic that has
-    nothing yet has its first message if that is among the first ``moment`` ones.
+    A count of messages stands for a time. With ``moment`` (also a count), a topic without a message
+    so far has its first message if that is among the first ``moment`` ones.
     """
 
     def __init__(self, index: BagIndex) -> None:
@@ -72,15 +72,15 @@ class Scene:
                 for topic, numbers in self._static.items()}
 
     def positions(self, count: int, moment: int = 0) -> List[int]:
-        """Return the positions (rising) of the messages that are the scene after ``count`` ones.
+        """Return the positions (rising) of the messages in the scene after ``count`` messages.
 
-        Static transforms are not among them.
+        Static transforms are not included.
         """
         return sorted(position for topic in self._topics
                       for position in self.positions_of(topic, count, moment))
 
     def positions_of(self, topic: str, count: int, moment: int = 0) -> List[int]:
-        """Return those positions of one topic."""
+        """Return the positions in the scene for one topic, as ``positions``."""
         lasts = {source: self._last(source, count) for source in self._topics[topic]}
         found = [last for last in lasts.values() if last is not None]
         absent = [source for source, last in lasts.items() if last is None]
@@ -90,9 +90,9 @@ class Scene:
         return sorted([*found, *(first for first in firsts if first < moment)])
 
     def shown_again(self, position: int) -> List[int]:
-        """Return the positions (rising) of what is to be seen again before a message.
+        """Return the positions (rising) of messages to show again in place of a message.
 
-        It is what the source's message had taken the place of, and what was the newest.
+        These are the message that it had replaced, and the topic's newest message before it.
         """
         topic = self._index.connections[int(self._index.connection[position])].topic
         replaced, newest = self.replaced(position), self.positions_of(topic, position)[-1:]
@@ -101,17 +101,17 @@ class Scene:
         return [replaced] if self._has_transforms(topic) else sorted({replaced, *newest})
 
     def replaced(self, position: int) -> Optional[int]:
-        """Return the position of the message that the one at a position takes the place of."""
+        """Return the position of the message that the message at a position replaces."""
         return self._last(self.source_of(position), position)
 
     def latched_sources(self, without: Iterable[int] = ()) -> List[int]:
-        """Return the latched sources, but for those of the messages at some positions."""
+        """Return the latched sources, except those of the messages at some positions."""
         others = {self.source_of(position) for position in without}
         return [source for group in self._topics.values() for source in group
                 if source not in others and self._index.connections[source].latching]
 
     def absent_topics(self, count: int, moment: int = 0) -> List[str]:
-        """Return the topics that have nothing in the scene."""
+        """Return the topics without a message in the scene."""
         return [topic for topic in self._topics if not self.positions_of(topic, count, moment)]
 
     def first_of(self, topic: str) -> int:
@@ -127,7 +127,7 @@ class Scene:
         return self._index.positions_of(self._numbers[source])
 
     def messages_by_connection(self, source: int) -> List[np.ndarray]:
-        """Return the same for each of the source's connections that has messages."""
+        """Return ``messages_of`` separately for each connection of the source with messages."""
         return [self._index.positions(number) for number in self._numbers[source]]
 
     def source_of(self, position: int) -> int:
@@ -153,7 +153,7 @@ class Scene:
 
 
 def is_static(connection: Connection) -> bool:
-    """Return whether it has static transforms, which hold for ever, whoever publishes others."""
+    """Return whether a connection has static transforms, which hold forever beside all others."""
     is_named = f'/{connection.topic}'.endswith(STATIC_TF_TOPIC)  # whatever its namespace
     return is_named and connection.type in TF_TYPES
 
@@ -161,7 +161,7 @@ def is_static(connection: Connection) -> bool:
 def sources(connections: Sequence[Connection]) -> List[int]:
     """Return for each connection the first of those that replace each other's messages.
 
-    A node that was restarted under its name replaces what it had said before.
+    A node restarted under the same name replaces its earlier messages.
     """
     firsts: Dict[Tuple[str, ...], int] = {}
     return [firsts.setdefault(_group(connection), number)
@@ -176,27 +176,27 @@ def _group(connection: Connection) -> Tuple[str, ...]:
 
 
 MAX_AGE_NS = 3_000_000_000
-"""How much older than the newest message transforms may be that hold beside it."""
-MOST = 200  # messages that are looked at
-ALWAYS = 20  # that are looked at even where all that is known of the source has been found
+"""Maximum age of transforms that still hold, relative to the newest message."""
+MOST = 200  # maximum number of messages to search
+ALWAYS = 20  # messages to search even if all known keys of the source have been found
 SAMPLES = 60
 """Messages of each publisher, half of them the first, that show whether joints come in groups."""
 
 Groups = Dict[FrozenSet[bytes], np.ndarray]
-"""The positions (rising) of a source's messages, by the keys of which they tell."""
+"""The positions (rising) of a source's messages, by the keys of their parts."""
 
 
 class PartialMessages:
-    """The messages that together say what one message of a source does not say alone.
+    """The messages that complete a source's newest message, which may hold only some parts.
 
-    Most publishers put all in one message; of these only a few messages are read. What such a
-    source was seen to tell of is looked for among its last messages. The position
-    of a joint holds however long ago it was sent: a source that sends its joints by groups is
-    read whole, once.
+    Most publishers put all parts in one message; only a few messages of them are read. The known
+    parts of a source are searched among its last messages. The position of a joint holds however
+    long ago it was sent: the messages of a source that sends its joints in groups are all read,
+    once.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader, scene: Scene) -> None:
-        """Take the index and the loader of a recording, and what the newest messages are."""
+        """Take the index and the loader of a recording, and its scene."""
         self._index = index
         self._loader = loader
         self._scene = scene
@@ -206,12 +206,15 @@ class PartialMessages:
         self._groups: Dict[int, Groups] = {}  # of sources whose parts last
 
     def beside(self, positions: Iterable[int], time_ns: int) -> List[int]:
-        """Return the positions of what holds at a bag time [ns] beside some newest messages."""
+        """Return the positions of earlier messages that still hold at a bag time [ns].
+
+        The ``positions`` are those of newest messages.
+        """
         return [earlier for position in positions if self._reader(position) is not None
                 for earlier in self._beside(position, time_ns)]
 
     def replaced(self, position: int) -> List[int]:
-        """Return the positions (rising) of the messages that restore what this one replaced."""
+        """Return the positions (rising) of messages that restore what a message replaced."""
         if self._reader(position) is None:
             return []
         missing = self._keys(self._parts(position))
@@ -228,7 +231,7 @@ class PartialMessages:
 
     @staticmethod
     def _with_later(messages: Iterable[Tuple[int, Set[bytes]]], wanted: Set[int]) -> List[int]:
-        """The wanted ones of some messages (rising), and those by which their parts are newer."""
+        """Return the wanted ones of some messages (rising), and those that update their parts."""
         chosen: List[int] = []
         covered: Set[bytes] = set()
         for position, keys in messages:
@@ -254,9 +257,9 @@ class PartialMessages:
         known |= found
 
     def _earlier(self, position: int) -> Iterator[int]:
-        """The positions of the messages of a source before one, the nearest first.
+        """Yield the positions of the source's messages before a message, the nearest first.
 
-        Of a source that sends lasting parts by groups, only the last one of each group.
+        If the source sends lasting parts in groups, only the last message of each group counts.
         """
         groups = self._groups_of(position)
         if len(groups) > 1:
@@ -274,9 +277,9 @@ class PartialMessages:
             yield position
 
     def _groups_of(self, position: int) -> Groups:
-        """The groups in which the source of a message tells of lasting parts; none of others."""
+        """Return the groups in which a message's source sends lasting parts, if it does."""
         source = self._scene.source_of(position)
-        if source not in self._groups:  # no other thread may see it before it is known
+        if source not in self._groups:  # stored only when complete: other threads may read it
             groups: Groups = {}
             if lasts(self._index.connections[int(self._index.connection[position])]):
                 samples = [_samples(it) for it in self._scene.messages_by_connection(source)]
@@ -292,7 +295,7 @@ class PartialMessages:
         return {keys: np.array(it) for keys, it in groups.items()}
 
     def _parts(self, position: int) -> Parts:
-        """The parts of a message; none of one that cannot be read: its receivers cannot either."""
+        """Return the parts of a message; none if it is unreadable, as for its receivers."""
         reader, message = self._reader(position), self._loader.load(position)
         if reader is None or message is None:
             return ()
@@ -310,7 +313,7 @@ class PartialMessages:
 
 
 def _samples(positions: np.ndarray) -> np.ndarray:
-    """Some positions of messages: the first ones, and others that are spread over all."""
+    """Return some positions of messages: the first ones, and others spread over all."""
     spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
     return np.union1d(positions[:SAMPLES // 2], positions[spread])
 
@@ -325,9 +328,9 @@ class _Versions(NamedTuple):
 class StaticScene:
     """The static transforms after any number of messages; each message is read once.
 
-    Who subscribes gets the last message of a latched topic only. So every message is published
-    with all transforms that hold at its time, as messages of one source (that of ``connection``).
-    May be used by several threads.
+    A new subscriber gets only the last message of a latched topic. Therefore every message is
+    published with all transforms that hold at its time, as messages of one source (that of
+    ``connection``). May be used by several threads.
     """
 
     def __init__(self, loader: MessageLoader, positions: np.ndarray) -> None:
@@ -340,7 +343,7 @@ class StaticScene:
         self._frames: Dict[bytes, _Versions] = {}
 
     def messages(self, count: int) -> List[LoadedMessage]:
-        """Return the message after ``count`` messages of the recording, if there is any."""
+        """Return the message for the scene after ``count`` messages of the recording, if any."""
         known = bisect_left(self._positions, count)
         if not known:
             return []
@@ -376,21 +379,21 @@ class StaticScene:
 
 
 MAX_DELAY_NS = 200_000_000
-"""How much later [bag ns] a message is passed at most; stamps that are older count for nothing."""
-_NEAR_NS = 25_000_000  # so soon after a moment a message will do for it, else the one before
-_BLOCK = 128  # messages for which it is found together
+"""Maximum delay [bag ns] of passing a message; older stamps are ignored."""
+_NEAR_NS = 25_000_000  # a message within this time before a moment stands for it, else the next one
+_BLOCK = 128  # messages whose times are computed together
 _STAMPS_KEPT = 4096
 
 
 class SensorTimes:
-    """Times at which messages of sensors are passed backwards.
+    """Times at which messages of sensors are passed backward.
 
-    When a message is passed backwards, the picture before it becomes visible again. That was taken
-    a while before, and the robot is where the picture has it only when the position comes to its
-    stamp; until then that moment is in the future, and nothing may be stamped so. So the message
-    is passed only then. May be used by several threads.
+    When a message is passed backward, the picture before it becomes visible again. That picture was
+    taken earlier, and the robot matches it only when the position reaches the picture's stamp.
+    Until then its stamp would be in the future, which is not allowed. Therefore the message is
+    passed only when the stamp is reached. May be used by several threads.
 
-    ``connections`` are those of sensors.
+    ``connections`` are the connections of sensors.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader) -> None:
@@ -407,9 +410,9 @@ class SensorTimes:
         self._block = lru_cache(maxsize=4)(self._read_block)
 
     def passed_with(self, position: int) -> List[int]:
-        """Return the positions (falling) of what is passed with the message at a position.
+        """Return the positions (falling) of the messages passed with the message at a position.
 
-        One of a sensor is passed with itself or with an earlier one, any other with itself.
+        A sensor's message is passed with itself or an earlier message, any other with itself.
         """
         found = self._block(position // _BLOCK).get(position, [])
         is_sensors = int(self._index.connection[position]) in self._of_connection
@@ -424,9 +427,10 @@ class SensorTimes:
         return found
 
     def _places(self, begin: int, until_ns: int) -> Iterator[Tuple[int, int]]:
-        """With which message each of sensors is passed, from the position ``begin`` on, falling.
+        """Yield the positions of sensors' messages, falling, each with the one it is passed with.
 
-        Nothing is missing that is passed with a message up to a bag time [ns].
+        The positions begin at ``begin``. All messages are included that are passed with a message
+        up to a bag time [ns].
         """
         end = self._index.count_until(until_ns + MAX_DELAY_NS + _NEAR_NS)
         for positions in self._sensors:
@@ -437,7 +441,7 @@ class SensorTimes:
                 yield position, place
 
     def _place(self, position: int, visible: int) -> int:
-        """With which message one is passed, so that another one becomes visible again."""
+        """Return the position with which a message is passed, so that ``visible`` shows again."""
         stamp_ns, time_ns = self._stamp_ns(visible), self._index.time_ns
         latest_ns = int(time_ns[position]) - 1
         if stamp_ns is None or stamp_ns >= latest_ns:
@@ -448,7 +452,7 @@ class SensorTimes:
         return after - 1 if is_near else after
 
     def _read_stamp_ns(self, position: int) -> Optional[int]:
-        """The stamp of a message; None if it says nothing about when it was measured."""
+        """Return the stamp of a message; None if it is not the time of measurement."""
         message = self._loader.load(position)
         stamp_ns = None if message is None else first_stamp_ns(message)
         too_old_ns = int(self._index.time_ns[position]) - MAX_DELAY_NS
@@ -456,19 +460,19 @@ class SensorTimes:
 
 
 def _between(positions: np.ndarray, begin: int, end: int) -> List[int]:
-    """Return the positions, of some that rise, from one on and before another one."""
+    """Return the positions (rising) that lie in [begin, end)."""
     # numbers of another type would make numpy convert all positions first
     first, behind = positions.searchsorted(np.array([begin, end], positions.dtype))
     return [int(position) for position in positions[first:behind]]
 
 
 def _before(positions: np.ndarray, position: int) -> int:
-    """Return the last position, of some that rise, before one; the first if none is."""
+    """Return the last of ``positions`` (rising) before a position, or else the first one."""
     return int(positions[max(int(positions.searchsorted(positions.dtype.type(position))) - 1, 0)])
 
 
 def _sensors(index: BagIndex) -> Dict[str, List[int]]:
-    """The connections of each topic on which sensors send."""
+    """Return the sensors' connections by topic."""
     found: Dict[str, List[int]] = {}
     for number, connection in enumerate(index.connections):
         is_sensors = connection.type in SENSOR_TYPES and not connection.latching

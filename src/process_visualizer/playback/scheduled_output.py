@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gives messages to the output before they are due, and takes back what is not sent yet."""
+"""Output of messages before they are due; those not sent yet can be taken back."""
 from __future__ import annotations
 
 from collections import deque
@@ -24,14 +24,14 @@ from process_visualizer.playback.timeline import NS_PER_S, Clock, TimelineState
 
 
 class Scheduled(NamedTuple):
-    """An event that was given to the output before it is due."""
+    """An event given to the output before it is due."""
 
     event: PlaybackEvent
     position: int
     step: int  # FORWARD or BACKWARD
     due_ns: int  # monotonic
-    given: int  # how many messages the output was given before
-    stamps: int  # StampMapping.remembered before it
+    given: int  # number of messages given to the output before the event
+    stamps: int  # StampMapping.remembered before the event
 
 
 class SendSchedule:
@@ -43,23 +43,23 @@ class SendSchedule:
 
     @property
     def bytes(self) -> int:
-        """Return how much memory the messages take, roughly."""
+        """Return the approximate memory that the messages take [bytes]."""
         return self._bytes
 
     def add(self, scheduled: Scheduled) -> None:
-        """Add what was given last; it is not sent before what was given earlier."""
+        """Add the event given last; it is not sent before those given earlier."""
         if self._events and scheduled.due_ns < self._events[-1].due_ns:
             scheduled = scheduled._replace(due_ns=self._events[-1].due_ns)
         self._events.append(scheduled)
         self._bytes += scheduled.event.size
 
     def forget_due(self, now_ns: int) -> None:
-        """Forget what has been due before a monotonic time [ns]: it cannot be taken back."""
+        """Forget events due before a monotonic time [ns]: they cannot be taken back."""
         while self._events and self._events[0].due_ns < now_ns:
             self._bytes -= self._events.popleft().event.size
 
     def taken_back(self, given: int) -> Iterator[Scheduled]:
-        """Take back what was given after a number of messages, the last first."""
+        """Yield the events given after a number of messages, the last first, and remove them."""
         while self._events and self._events[-1].given >= given:
             scheduled = self._events.pop()
             self._bytes -= scheduled.event.size
@@ -67,59 +67,59 @@ class SendSchedule:
 
 
 RestoredStamps = Tuple[Tuple[int, int], ...]
-"""Of sensors' messages: stamps as published, rising, and the bag times that these show [ns]."""
+"""Stamps of sensors' messages as published, rising, each with the bag time it shows [ns]."""
 
 
 class Output(Protocol):
     """The receiver of played messages; called by one thread."""
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
-        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.
+        """Send a message of a connection, given in pieces, at a monotonic time [ns].
 
-        It comes after those given before. This must not wait for receivers.
+        Messages are sent in the order given. This method must not wait for receivers.
         """
 
     def withdraw(self, connection: int, due_ns: int) -> None:
-        """Keep nothing for later subscribers of a connection's source, from a time on [ns].
+        """Drop the latched message of a connection's source at a monotonic time [ns].
 
-        For ``revoke`` that is a message like others.
+        ``revoke`` counts this as a message.
         """
 
     def revoke(self, after_ns: int) -> int:
-        """Take back what is due after a monotonic time [ns]; return how many: the last ones given.
+        """Take back the last messages that are due after a monotonic time [ns]; return how many.
 
-        What is being sent stays, and what was given when its time had passed; so does what was
-        given before either of these, or is due at the same time.
+        Messages that are being sent, or were given when already due, stay. So do all messages given
+        before these or due at the same time.
         """
 
     def jump(self, bag_ns: int) -> None:
-        """Take note that the position has jumped to a bag time [ns]; its scene follows."""
+        """Note that the position jumped to a bag time [ns]; its scene follows."""
 
     def restored(self, stamps: RestoredStamps) -> None:
-        """Take note of what was just published and is stamped with the present."""
+        """Note the messages just published that are stamped with the present time."""
 
     def finish(self) -> bool:
-        """Take note that play has reached its end; return whether nothing is to follow."""
+        """Note that play has reached its end; return whether nothing will follow."""
 
 
-LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
-SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
-MAX_RESTORED = 100  # stamps that are reported: those of a scene, and of the last steps
+LEAD_NS = NS_PER_S // 10  # time by which messages are given to the output before they are due
+SETTLING_NS = NS_PER_S // 10  # quiet time without message or command, until the scene is repeated
+MAX_RESTORED = 100  # maximum number of reported stamps: those of a scene and of the last steps
 AT_ONCE = 0  # a monotonic time [ns] that has passed
 
 
 class ScheduledOutput:
-    """An output that knows what it was given: what can be taken back, and since when it is quiet.
+    """An output that keeps track of the messages given to it, and of when it has settled.
 
-    It is for the one thread that publishes, but for ``published``.
+    All but ``published`` is for the publishing thread only.
     """
 
     def __init__(self, output: Output, clock: Clock, mapping: Optional[StampMapping],
                  lead_bytes: int, sensors: FrozenSet[int]) -> None:
-        """Take where the messages go to, and what moves their stamps; None: they stay.
+        """Take the output, and the mapping of stamps (None: stamps stay as recorded).
 
-        About ``lead_bytes`` at most are given to the output before they are due. ``sensors`` are
-        the connections of those.
+        At most about ``lead_bytes`` are given to the output before they are due. ``sensors`` are
+        the connections of sensors.
         """
         self._output = output
         self._clock = clock
@@ -128,39 +128,39 @@ class ScheduledOutput:
         self._sensors = sensors
         self._restored: Dict[int, int] = {}
         self._schedule = SendSchedule()
-        self._given = 0  # messages, withdrawn ones too, to the output
+        self._given = 0  # number of messages given to the output, including withdrawn ones
         self._published = 0
         self._settled_ns: Optional[int] = None
 
     @property
     def published(self) -> int:
-        """Number of published messages, with those of the next moment."""
+        """Number of published messages, including those of the next moment."""
         return self._published
 
     @property
     def settled_ns(self) -> Optional[int]:
-        """Until when it must be quiet to be settled [monotonic ns]; None: it is already."""
+        """The monotonic time [ns] at which the output settles; None: it is settled already."""
         return self._settled_ns
 
     def lead_ns(self) -> int:
-        """Return how long before it is due the next message may be given."""
+        """Return how long before its due time the next message may be given [ns]."""
         self._schedule.forget_due(self._clock.monotonic_ns())
         return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
 
     def give(self, event: PlaybackEvent, position: int, step: int, state: TimelineState) -> None:
         """Give the event of passing the message at a position, to be sent when it is due.
 
-        The state is one that plays.
+        The state must be playing.
         """
         stamps = 0 if self._mapping is None else self._mapping.remembered
         due_ns = state.due_ns(event.time_ns)
         assert due_ns is not None, 'it plays'
         self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
         self.show(event, state, due_ns)
-        self._unsettle(due_ns)  # also where a sensor's picture is to be seen only later
+        self._unsettle(due_ns)  # even for an event without messages, such as a delayed picture
 
     def take_back(self) -> List[Scheduled]:
-        """Take back what has not been sent yet; return it, the last first."""
+        """Take back the events not sent yet; return them, the last first."""
         count = self._output.revoke(self._clock.monotonic_ns())
         if count:
             self._unsettle()
@@ -178,31 +178,31 @@ class ScheduledOutput:
             stamper = self._stamper(state, message.time_ns, event.time_ns, due_ns)
             self._publish(message, stamper, due_ns)
         if state.paused:
-            self._tell_restored(event, state)
+            self._report_restored(event, state)
 
     def restore(self, event: PlaybackEvent, state: TimelineState) -> None:
         """Send a scene at once, with the present time as stamps."""
         for message in event.messages:
             self._publish(message, lambda stamp_ns: self._present(state, stamp_ns), AT_ONCE)
         self._restored.clear()
-        self._tell_restored(event, state)
+        self._report_restored(event, state)
 
     def forget_stamps(self) -> None:
-        """Stamp anew what is published again."""
+        """Give new stamps to messages published again."""
         if self._mapping is not None:
             self._mapping.forget()
 
     def settle(self) -> None:
-        """Take note that nothing needs to be repeated."""
+        """Note that nothing needs to be repeated."""
         self._settled_ns = None
 
     def jump(self, bag_ns: int) -> None:
-        """Tell the output that the position has jumped to a bag time [ns]; its scene follows."""
+        """Notify the output that the position jumped to a bag time [ns]; its scene follows."""
         self._restored.clear()
         self._output.jump(bag_ns)
 
     def finish(self) -> bool:
-        """Tell the output that play has reached its end; return whether nothing is to follow."""
+        """Notify the output that play has reached its end; return whether nothing will follow."""
         return self._output.finish()
 
     def _stamper(self, state: TimelineState, message_ns: int, shown_ns: int,
@@ -215,8 +215,8 @@ class ScheduledOutput:
     def _present(self, state: TimelineState, stamp_ns: int) -> int:
         return stamp_ns if self._mapping is None else self._mapping.present(state, stamp_ns)
 
-    def _tell_restored(self, event: PlaybackEvent, state: TimelineState) -> None:
-        """Tell the output what sensors' messages of an event show: their stamps do not say it."""
+    def _report_restored(self, event: PlaybackEvent, state: TimelineState) -> None:
+        """Report the bag times that sensors' messages show, which their new stamps hide."""
         for message in event.messages:
             if message.connection in self._sensors:
                 stamp_ns = first_stamp_ns(message)
@@ -240,11 +240,11 @@ class ScheduledOutput:
         self._unsettle(due_ns)
 
     def _unsettle(self, due_ns: int = AT_ONCE) -> None:
-        """Take note that something changes at a monotonic time [ns]."""
+        """Note that something changes at a monotonic time [ns]."""
         self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
 
 
 def shown_ns(message: LoadedMessage, stamp_ns: int) -> int:
-    """Return the bag time [ns] that a message with a stamp shows: its own, if the clock is ours."""
+    """Return the bag time [ns] that a message shows: its stamp, unless from another clock."""
     is_ours = abs(stamp_ns - message.time_ns) <= MAX_DISTANCE_NS
     return stamp_ns if is_ours else message.time_ns

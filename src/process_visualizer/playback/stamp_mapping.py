@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Maps the stamps of a recording to current stamps, so that no receiver sees old data."""
+"""Mapping of recorded stamps to current stamps, so that no receiver sees old data."""
 from __future__ import annotations
 
 from bisect import bisect_left
@@ -19,17 +19,17 @@ class StampMapping:
     """Maps the stamps inside messages to wall time, for the one thread that publishes.
 
     While playing, a stamp is mapped like the time of its message: bag intervals become wall
-    intervals divided by the rate. What would lie in the future (stamps after the time of their
-    message, and all stamps before it when playing backwards) moves the whole mapping back by a
-    common lag. A stamp far from the time of its message (another computer's clock) counts as
-    less far, so that it neither holds up the others nor becomes too old for tf2. What is shown
-    backwards only when its stamp has been reached needs no lag: its stamp is mapped as it is.
+    intervals divided by the rate. Stamps that would lie in the future (those after the time of
+    their message, and when playing backward all before it) move the whole mapping back by a common
+    lag. A stamp far from the time of its message (from another computer's clock) is moved nearer,
+    so that it neither delays the others nor becomes too old for tf2. A message that is shown
+    backward only when its stamp has been reached needs no lag: its stamp is mapped directly.
 
-    While paused, and for what is restored after a jump, a stamp is now. Stamps that are equal in
-    the recording are equal here, until a new scene (a seek, a step back, a turn) publishes the
-    same messages again. Between two commands, order is kept; after one, nothing is stamped before
-    what was stamped until then, but for stamps that are equal to those. A wall clock that is set
-    back is followed: no stamp in the future matters more.
+    While paused, and for messages restored after a jump, a stamp becomes the present time. Equal
+    stamps of the recording stay equal, until a new scene (a seek, a step back, a change of
+    direction) publishes the same messages again. Order is kept between two commands. After a
+    command, no new stamp is earlier than the stamps before it; stamps equal to earlier ones stay
+    equal. A wall clock that is set back is followed, because stamps must not be in the future.
     """
 
     def __init__(self, clock: Optional[Clock] = None) -> None:
@@ -43,16 +43,16 @@ class StampMapping:
 
     @property
     def remembered(self) -> int:
-        """Return how many different stamps were mapped so far: a mark for ``forget_since``."""
+        """Return how many different stamps were mapped so far, a mark for ``forget_since``."""
         return self._remembered
 
     def stamp(self, state: TimelineState, stamp_ns: int, message_ns: int,
               shown_ns: Optional[int] = None, sent_ns: int = 0) -> int:
         """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns].
 
-        The message is sent at a monotonic time [ns], now if that has passed. Where it is not shown
-        at the time when it was recorded, as in playing backwards, ``shown_ns`` is the bag time at
-        which it is; its stamps move with it.
+        The message is sent at the monotonic time ``sent_ns``, or now if that has passed. If it is
+        not shown at the time of recording, as when playing backward, ``shown_ns`` is the bag time
+        at which it is shown; its stamps move with it.
         """
         if state.paused:
             return self.present(state, stamp_ns)
@@ -69,7 +69,7 @@ class StampMapping:
         return self._known[stamp_ns]
 
     def present(self, state: TimelineState, stamp_ns: int) -> int:
-        """Return the wall stamp [ns] of a bag stamp in a message that is restored: now."""
+        """Return the wall stamp [ns] of a bag stamp in a restored message: the present time."""
         now_ns = self._follow(state)
         if stamp_ns not in self._known:
             self._remember(stamp_ns, now_ns)
@@ -78,7 +78,7 @@ class StampMapping:
         return self._known[stamp_ns]
 
     def forget(self) -> None:
-        """Stamp anew what is published again, for receivers that have not seen it yet."""
+        """Give new stamps to messages published again, for receivers that are new to them."""
         self._known.clear()
 
     def forget_since(self, remembered: int) -> None:
@@ -88,7 +88,7 @@ class StampMapping:
         self._remembered = remembered
 
     def _reached(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
-        """Map what has been reached just as it is: it needs no lag."""
+        """Map a stamp that has been reached without a lag."""
         return max(min(self._due_wall(state, near_ns), sent_ns), self._floor_ns)
 
     def _moved(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
@@ -103,7 +103,7 @@ class StampMapping:
         return due_ns + self._offset_ns
 
     def _follow(self, state: TimelineState) -> int:
-        """Take note of commands and of the wall clock; return the wall time [ns]."""
+        """Follow commands and the wall clock; return the wall time [ns]."""
         monotonic_ns, now_ns = self._clock.monotonic_ns(), self._clock.wall_ns()
         error_ns = now_ns - monotonic_ns - self._offset_ns
         set_back = now_ns < self._wall_ns
@@ -125,14 +125,14 @@ class StampMapping:
 
 
 class OrderKeeper:
-    """Keeps wall stamps in the order of their keys, by as little change as possible."""
+    """Keeps wall stamps in the order of their keys, with the smallest possible changes."""
 
     def __init__(self) -> None:
         self._keys: List[int] = []
         self._walls: List[int] = []
 
     def fit(self, key: int, wall_ns: int) -> int:
-        """Return the wall stamp [ns], between those of the neighboring keys, and remember it."""
+        """Return the wall stamp [ns], limited by those of neighboring keys, and remember it."""
         index = bisect_left(self._keys, key)
         if index < len(self._keys):
             wall_ns = min(wall_ns, self._walls[index])
@@ -146,6 +146,6 @@ class OrderKeeper:
 
 
 def nearby(state: TimelineState, stamp_ns: int, message_ns: int) -> int:
-    """Return the stamp [bag ns], moved near to the time of its message where it is far from it."""
+    """Return the stamp [bag ns], moved nearer to the time of its message if it is far away."""
     reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(state.rate)))
     return min(max(stamp_ns, message_ns - reach_ns), message_ns + reach_ns)

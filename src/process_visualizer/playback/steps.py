@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Steps: where one leads, and their way to the thread that publishes, and back."""
+"""Steps: their targets, and their way to the publishing thread and back."""
 from __future__ import annotations
 
 import queue
@@ -25,9 +25,9 @@ class Step:
 
 @dataclass(frozen=True)
 class StepTarget:
-    """A number of messages that have been passed, and a position [bag ns] with just these.
+    """A number of passed messages, and a position [bag ns] at which just these are passed.
 
-    ``changed`` says what is not as it was asked for; it is empty if all is.
+    ``changed`` says what differs from the request; it is empty if nothing does.
     """
 
     count: int
@@ -37,10 +37,11 @@ class StepTarget:
 
 def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
                      topic: str = '') -> StepTarget:
-    """Return the target of a step by messages, of one topic or ('') of all; below 0 backwards.
+    """Return the target of a step by messages, of one topic or ('') of all; below 0 backward.
 
-    Forward it ends at a message, at or before ``end_ns`` [bag ns], backwards just before one: the
-    scene is as it was then. Where fewer messages are left, it ends with the last of them.
+    A step forward ends at a message, at or before ``end_ns`` [bag ns]; a step backward ends just
+    before one, with the scene of that time. If fewer messages are left, the step ends with the last
+    one.
 
     Raises:
         CommandRefused: the topic is not in the recording, or no message is left that way.
@@ -65,7 +66,7 @@ def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
 
 
 def step_by_time(index: BagIndex, state: TimelineState, bag_ns: int) -> StepTarget:
-    """Return the target of a step to a bag time [ns], at most to the nearer end."""
+    """Return the target of a step to a bag time [ns], limited to the ends of the recording."""
     target_ns, changed = within(state, bag_ns)
     return StepTarget(index.count_until(target_ns), target_ns, changed)
 
@@ -80,26 +81,26 @@ def _positions(index: BagIndex, topic: str) -> Optional[np.ndarray]:
 
 
 class StepRequests:
-    """Steps that any threads ask for and one thread does, in their order."""
+    """Steps requested by any thread and done by one thread, in their order."""
 
     def __init__(self) -> None:
         self._waiting: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
 
     @property
     def is_empty(self) -> bool:
-        """Return whether no step waits."""
+        """Return whether no step is waiting."""
         return self._waiting.empty()
 
     def add(self, step: Step) -> Future[StepTarget]:
-        """Ask for a step; the answer will be its target, or CommandRefused."""
+        """Request a step; the answer will be its target, or CommandRefused."""
         answer: Future[StepTarget] = Future()
         self._waiting.put((step, answer))
         return answer
 
     def answer(self, do: Callable[[Step], StepTarget]) -> None:
-        """Let a function do the step that has waited longest, unless nobody waits for it any more.
+        """Let a function do the step that has waited longest, unless the step was canceled.
 
-        It may raise CommandRefused, which is an answer; what else it raises is raised here too.
+        CommandRefused from the function is an answer; any other exception is raised here too.
         """
         step, answer = self._waiting.get()
         if not answer.set_running_or_notify_cancel():
@@ -113,7 +114,7 @@ class StepRequests:
             raise
 
     def refuse(self, reason: str) -> None:
-        """Do none of the steps that wait."""
+        """Refuse all waiting steps."""
         def refused(_step: Step) -> NoReturn:
             raise CommandRefused(reason)
 
@@ -122,7 +123,7 @@ class StepRequests:
 
 
 def target_in_time(answer: Future[StepTarget], timeout_s: float, clock: Clock) -> StepTarget:
-    """Wait for the target of a step; give the step up if it is not begun within a time [s].
+    """Wait for the target of a step; give up the step if it has not begun within a time [s].
 
     Raises:
         CommandRefused: the step was refused, or given up.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback time: which moment of the recording is now, whatever has been commanded before."""
+"""Playback time: the current position in the recording, after any sequence of commands."""
 from __future__ import annotations
 
 import math
@@ -14,19 +14,19 @@ WINDOW_NS = 1_000_000_000
 
 
 class AchievedRate:
-    """The share of the rate that was kept within a short window up to now."""
+    """The share of the rate that was achieved within a short window up to now."""
 
     def __init__(self, now_ns: int) -> None:
         """Begin at a monotonic time [ns]."""
         self.restart(now_ns)
 
     def restart(self, now_ns: int) -> None:
-        """Forget what was, as a command has changed it."""
+        """Clear all losses, after a command."""
         self._begin_ns = now_ns
-        self._losses: Deque[Tuple[int, int]] = deque()  # when lost [ns], how long up to then [ns]
+        self._losses: Deque[Tuple[int, int]] = deque()  # time of a loss [ns], its duration [ns]
 
     def lose(self, now_ns: int, late_ns: int) -> None:
-        """Note that play slipped by a time [ns], just now."""
+        """Record that play has just slipped by a time [ns]."""
         self._losses.append((now_ns, late_ns))
         self._forget(now_ns)
 
@@ -46,14 +46,14 @@ class AchievedRate:
 
 Result = TypeVar('Result')
 
-MAX_WAIT_S = 3600.0  # threading refuses what does not fit its own time type
+MAX_WAIT_S = 3600.0  # threading refuses times that do not fit its own type
 
 
 class Clock:
     """The computer's clocks."""
 
     def monotonic_ns(self) -> int:
-        """Return a time [ns] that only ever grows, evenly."""
+        """Return a time [ns] that grows steadily and is never set."""
         return time.monotonic_ns()
 
     def wall_ns(self) -> int:
@@ -61,20 +61,20 @@ class Clock:
         return time.time_ns()
 
     def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
-        """Wait for a notification, at most for a time [ns]; the condition's lock is held."""
+        """Wait for a notification, at most for a time [ns]; the caller holds the lock."""
         condition.wait(min(timeout_ns * 1e-9, MAX_WAIT_S))
 
     def result(self, answer: Future[Result], timeout_s: float) -> Result:
         """Wait for the answer of another thread, at most for a time [s]; return or raise it.
 
         Raises:
-            concurrent.futures.TimeoutError: it has not come.
+            concurrent.futures.TimeoutError: the answer did not arrive in time.
         """
         return answer.result(timeout_s)
 
 
 NS_PER_S = 1_000_000_000
-MIN_RATE = 0.01  # of what a user is offered; others may be asked for
+MIN_RATE = 0.01  # of the rates offered to the user; others may be requested
 MAX_RATE = 16.0
 SLOWEST_RATE = 1e-6
 FASTEST_RATE = 1e6  # as fast as messages can be sent
@@ -83,17 +83,16 @@ FOREVER_NS = 1 << 62
 
 
 class CommandRefused(Exception):
-    """A command that cannot be met and has changed nothing; the text says why."""
+    """A command that cannot be met and changed nothing; the text says why."""
 
 
 @dataclass(frozen=True)
 class TimelineState:
     """Playback time as a function of the monotonic clock, from one command to the next.
 
-    Times of the recording are bag times [ns since 1970]. Arithmetic is exact: the rate is taken
-    as the ratio of integers that a float is, so that a moment of the recording is reached exactly
-    when it is due: position_at(t) is at or behind b, seen in the direction of play, exactly for
-    t >= due_ns(b).
+    Times of the recording are bag times [ns since 1970]. Arithmetic is exact: the rate is taken as
+    the integer ratio that a float represents. A bag time is therefore reached exactly when it is
+    due: in the direction of play, position_at(t) is at or past b if and only if t >= due_ns(b).
     """
 
     bag_ns: int  # the position at monotonic_ns
@@ -102,30 +101,31 @@ class TimelineState:
     end_ns: int
     rate: float = 1.0
     paused: bool = True
-    held: bool = False  # paused, but only until a listener has caught up
+    held: bool = False  # paused only until a listener has caught up
     loop: Optional[Tuple[int, int]] = None  # [bag ns]
-    segment: int = 0  # grows where the position jumps: no velocity is computed across
-    scene: int = 0  # grows where messages that were published already may be published again
+    segment: int = 0  # grows when the position jumps: no velocity is computed across a jump
+    scene: int = 0  # grows when published messages may be published again
     command: int = 0  # grows at each command: times before and after are not comparable
-    version: int = 0  # grows whenever a wait is interrupted, by a command or by another reason
+    version: int = 0  # grows whenever waits are interrupted, by a command or for another reason
 
     @property
     def forward(self) -> bool:
-        """Tell the direction of play."""
+        """Return whether play runs forward."""
         return self.rate > 0.0
 
     @property
     def limit_ns(self) -> int:
         """Return the bag time at which play ends or jumps back to the other end of the loop.
 
-        From a position outside of the loop, and not before it, play goes on to the bounds.
+        From a position past the loop, in the direction of play, play goes on to the bound of the
+        recording.
         """
         if self.forward:
             return self.loop[1] if self.loop and self.bag_ns <= self.loop[1] else self.end_ns
         return self.loop[0] if self.loop and self.bag_ns >= self.loop[0] else self.begin_ns
 
     def position_at(self, monotonic_ns: int) -> int:
-        """Return the bag time [ns] at a monotonic time; it stays at the limit."""
+        """Return the bag time [ns] at a monotonic time [ns]; the position stops at the limit."""
         if self.paused:
             return self.bag_ns
         numerator, denominator = abs(self.rate).as_integer_ratio()
@@ -137,7 +137,7 @@ class TimelineState:
     def due_ns(self, bag_ns: int) -> Optional[int]:
         """Return the monotonic time [ns] at which a bag time is reached; None while paused.
 
-        For a bag time that has been passed already, this is a time in the past.
+        For a bag time already passed, the result is in the past.
         """
         if self.paused:
             return None
@@ -149,8 +149,8 @@ class TimelineState:
 class Timeline:
     """The state of playback, changed by commands from any thread, and waits that these interrupt.
 
-    Reaching the limit (TimelineState.limit_ns) does nothing by itself: whoever publishes calls
-    pass_limit() once all messages up to it are published, so that none is lost.
+    Reaching the limit (TimelineState.limit_ns) has no effect by itself: the publisher calls
+    pass_limit() once all messages up to the limit are published, so that none is lost.
     """
 
     def __init__(self, begin_ns: int, end_ns: int, clock: Optional[Clock] = None,
@@ -178,7 +178,7 @@ class Timeline:
         return self._state
 
     def now(self) -> Tuple[TimelineState, int]:
-        """Return the present state and the monotonic time [ns] for which it was asked."""
+        """Return the present state and the present monotonic time [ns]."""
         with self._changed:
             return self._state, self._clock.monotonic_ns()
 
@@ -188,30 +188,30 @@ class Timeline:
             return self._state.position_at(self._clock.monotonic_ns())
 
     def achieved_rate(self) -> float:
-        """Return the rate that was kept lately: nearer to zero than the rate if there were slips.
+        """Return the rate recently achieved: nearer to zero than the set rate after slips.
 
-        It is 0 while paused.
+        The result is 0 while paused.
         """
         with self._changed:
             if self._state.paused:
                 return 0.0
             return self._state.rate * self._achieved.share(self._clock.monotonic_ns())
 
-    # Commands: each re-bases, with the position as it is now, and interrupts waits.
+    # Commands: each rebases the state at the present position and interrupts waits.
 
     def play(self) -> None:
-        """Play on from the position; from the limit, where nothing is left, start over."""
+        """Play on from the position; from the limit, start over."""
         with self._changed:
             if self._state.paused:
                 self._start()
 
     def begin(self) -> None:
-        """Play from the position, also where that is the limit."""
+        """Play from the position, even from the limit."""
         with self._changed:
             self._play_on()
 
     def pause(self) -> None:
-        """Stand still at the position."""
+        """Pause at the position."""
         with self._changed:
             self._rebase(paused=True)
 
@@ -224,14 +224,14 @@ class Timeline:
                 self._rebase(paused=True)
 
     def stop(self) -> None:
-        """Stand still at the beginning of the recording, whatever the direction."""
+        """Pause at the beginning of the recording, whatever the direction."""
         with self._changed:
             self._jump(self._state.begin_ns, paused=True)
 
     def set_rate(self, rate: float) -> None:
-        """Change the rate (below zero: backwards); the position goes on from where it is.
+        """Change the rate (negative: backward); the position does not jump.
 
-        Turning round begins no new segment, as the position does not jump, but a new scene.
+        A change of direction begins no new segment, as the position does not jump, but a new scene.
 
         Raises:
             CommandRefused: the rate is 0, not a number, or too small or large.
@@ -246,8 +246,8 @@ class Timeline:
     def seek(self, bag_ns: int) -> str:
         """Go to a bag time [ns] and keep playing or pausing; return what had to be changed.
 
-        A time outside of the recording is moved to its nearer end, which the text says; it is
-        empty if all went as asked.
+        A time outside the recording is moved to its nearer end, and the text says so. The text is
+        empty if nothing was changed.
         """
         with self._changed:
             target_ns, changed = within(self._state, bag_ns)
@@ -257,9 +257,9 @@ class Timeline:
     def step_to(self, bag_ns: int, version: Optional[int] = None) -> Optional[TimelineState]:
         """Pause at a bag time [ns] within the recording: a step, which begins no new segment.
 
-        A step back begins a new scene: what was published is published again. Returns the new
-        state. With a version, nothing happens if a command came in between (see wait_until_due):
-        then it returns None.
+        A step back begins a new scene: published messages are published again. Return the new
+        state. With a version, do nothing and return None if a command came in between (see
+        wait_until_due).
         """
         with self._changed:
             state = self._state
@@ -271,17 +271,17 @@ class Timeline:
             return self._state
 
     def set_loop(self, begin_ns: int, end_ns: int) -> None:
-        """Repeat what is between two bag times [ns]; the position does not jump yet.
+        """Loop between two bag times [ns]; the position does not jump yet.
 
         Raises:
-            CommandRefused: the times are in the wrong order, too close, or outside.
+            CommandRefused: the times are in the wrong order, too close, or outside the recording.
         """
         with self._changed:
             self._check_loop(begin_ns, end_ns)
             self._rebase(loop=(begin_ns, end_ns))
 
     def clear_loop(self) -> None:
-        """Play to the end of the recording and no further."""
+        """End the loop: play to the end of the recording."""
         with self._changed:
             self._rebase(loop=None)
 
@@ -291,14 +291,13 @@ class Timeline:
             self._state = replace(self._state, version=self._state.version + 1)
             self._changed.notify_all()
 
-    # For the one who publishes.
+    # For the publisher.
 
     def wait_until_due(self, bag_ns: Optional[int], version: int, lead_ns: int = 0) -> bool:
-        """Wait until a bag time [ns] is due (None: for ever); False if a command came first.
+        """Wait until a bag time [ns] is due (None: forever); return False if a command came first.
 
-        With a lead, the wait ends so much earlier [ns]. The version is that of the state from
-        which the caller concluded what to wait for: a command since then ends the wait before it
-        begins.
+        The wait ends earlier by ``lead_ns``. ``version`` is that of the state on which the caller
+        based the bag time: a command since then ends the wait at once.
         """
         with self._changed:
             while self._state.version == version:
@@ -309,9 +308,9 @@ class Timeline:
             return False
 
     def wait_for_command(self, until_ns: Optional[int], version: int) -> bool:
-        """Wait for a command, at most until a monotonic time [ns]; False if none came.
+        """Wait for a command, at most until a monotonic time [ns]; return False if none came.
 
-        See wait_until_due for the version.
+        ``version`` is as in wait_until_due.
         """
         with self._changed:
             while self._state.version == version:
@@ -323,12 +322,12 @@ class Timeline:
             return True
 
     def slip_to(self, bag_ns: int, version: int, begins: bool = False) -> None:
-        """Let a bag time [ns] that is overdue be due now: the machine could not keep up.
+        """Make an overdue bag time [ns] due now: the machine could not keep up.
 
-        Or, where play ``begins`` there, after the head start.
-        All that follows comes later by the same time, so that there is no burst. The position
-        goes back to that time, which must lie within the recording. Nothing happens
-        if the time is still to come, or if a command came in between (see wait_until_due).
+        If play ``begins`` there, the bag time becomes due after the head start. All later messages
+        are delayed by the same time, so that there is no burst. The position goes back to the bag
+        time, which must lie within the recording. Nothing happens if the bag time is not overdue,
+        or if a command came in between (see wait_until_due).
         """
         with self._changed:
             due_ns, now_ns = self._state.due_ns(bag_ns), self._clock.monotonic_ns()
@@ -339,9 +338,9 @@ class Timeline:
             self._achieved.lose(now_ns, later_ns - due_ns)
 
     def skip_to(self, bag_ns: int, version: int) -> None:
-        """Go on at a later bag time [ns], as nothing is before it: no new scene begins.
+        """Skip to a later bag time [ns] with no messages before it; no new scene begins.
 
-        Nothing happens if a command came in between (see wait_until_due); so with the next two.
+        Nothing happens if a command came in between (see wait_until_due).
         """
         with self._changed:
             if self._state.version == version:
@@ -349,27 +348,27 @@ class Timeline:
                              monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
 
     def pause_at(self, bag_ns: int, version: int) -> None:
-        """Pause at a bag time [ns] that has just been reached."""
+        """Pause at a bag time [ns] that has just been reached, unless a command came in between."""
         with self._changed:
             if self._state.version == version:
                 self._rebase(bag_ns=bag_ns, paused=True)
 
     def hold(self, version: int) -> None:
-        """Stand still until ``release``, or a command."""
+        """Pause until ``release`` or a command, unless a command came in between."""
         with self._changed:
             if self._state.version == version:
                 self._rebase(paused=True, held=True)
 
     def release(self) -> None:
-        """Play on, if it is held."""
+        """Play on, if held."""
         with self._changed:
             if self._state.held:
                 self._rebase(paused=False)
 
     def pass_limit(self, version: int) -> None:
-        """Jump from the limit back to the other end of the loop; pause without a loop.
+        """Jump from the limit to the other end of the loop; pause without a loop.
 
-        Nothing happens elsewhere, or if a command came in between (see wait_until_due).
+        Nothing happens away from the limit, or if a command came in between (see wait_until_due).
         """
         with self._changed:
             state = self._state
@@ -436,7 +435,7 @@ def within(state: TimelineState, bag_ns: int) -> Tuple[int, str]:
 
 
 def duration_s(state: TimelineState) -> float:
-    """Return how long the recording is [s]."""
+    """Return the duration of the recording [s]."""
     return (state.end_ns - state.begin_ns) / NS_PER_S
 
 
@@ -459,17 +458,17 @@ RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
 
 def faster(rate: float) -> float:
-    """Return the next rate that is farther from zero, in the same direction; the last stays."""
+    """Return the next faster rate of ``RATES``, in the same direction; the fastest stays."""
     return math.copysign(next((it for it in RATES if it > abs(rate)), RATES[-1]), rate)
 
 
 def slower(rate: float) -> float:
-    """Return the next rate that is nearer to zero, in the same direction; the first stays."""
+    """Return the next slower rate of ``RATES``, in the same direction; the slowest stays."""
     return math.copysign(next((it for it in reversed(RATES) if it < abs(rate)), RATES[0]), rate)
 
 
 def format_time(seconds: float) -> str:
-    """Return a time as m:ss.mmm, or h:mm:ss.mmm from an hour on, rounded to milliseconds."""
+    """Return a time as m:ss.mmm, or as h:mm:ss.mmm from one hour, rounded to milliseconds."""
     total_ms = round(abs(seconds) * 1000)
     minutes, milliseconds = divmod(total_ms, 60_000)
     hours, minutes = divmod(minutes, 60)

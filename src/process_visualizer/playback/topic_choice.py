@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The choice of a recording's topics to play, and their names."""
+"""The choice of the topics to play from a recording, and their published names."""
 from __future__ import annotations
 
 import fnmatch
@@ -16,18 +16,18 @@ _NO_REMAP: Mapping[str, str] = MappingProxyType({})
 
 
 class TopicChoice:
-    """Topics to play, as names or shell-style patterns such as /camera/* (* fits slashes too).
+    """Topics to play, as names or shell-style patterns such as /camera/* (* matches slashes too).
 
-    Names without a leading slash are taken as global. As in `rosbag play`, nothing included
-    means everything, and the prefix is put before the (remapped) name of every topic.
+    Names without a leading slash are taken as global. As in `rosbag play`, an empty ``include``
+    means all topics, and the prefix is put before the (remapped) name of every topic.
     """
 
     def __init__(self, include: Sequence[str] = (), exclude: Sequence[str] = (), prefix: str = '',
                  remap: Mapping[str, str] = _NO_REMAP) -> None:
-        """Choose topics that fit what is included and nothing of what is excluded.
+        """Choose the topics that match ``include`` and not ``exclude``.
 
         Raises:
-            ValueError: a name is against ROS's rules, or a pattern is not one.
+            ValueError: a name violates ROS's rules, or a pattern is invalid.
         """
         self._include = {text: _compiled(text) for text in include}
         self._exclude = {text: _compiled(text) for text in exclude}
@@ -39,7 +39,7 @@ class TopicChoice:
         """Return the global name under which a topic is published; None if it is not chosen.
 
         Raises:
-            ValueError: the topic is chosen, but has a name under which nothing can be published.
+            ValueError: the topic is chosen, but cannot be published under its name.
         """
         name = _canonical(topic)
         if self._include and not _fits(name, self._include.values()):
@@ -53,19 +53,19 @@ class TopicChoice:
                              'exclude it') from None
 
     def named(self) -> List[str]:
-        """Return the names under which the topics that are included by name are published."""
+        """Return the published names of the topics that are included by name."""
         names = [self.published_name(text) for text in self._include
                  if not any(sign in text for sign in _WILDCARDS)]
         return [name for name in names if name is not None]
 
     def unmatched(self, topics: Iterable[str]) -> List[str]:
-        """Return the names and patterns, as they were given, that fit none of the topics."""
+        """Return the names and patterns, as given, that match none of the topics."""
         names = [_canonical(topic) for topic in topics]
         return [text for text, pattern in {**self._include, **self._exclude}.items()
                 if not any(map(pattern.match, names))]
 
     def unmatched_messages(self, topics: Sequence[str]) -> List[str]:
-        """Return a message for each name or pattern that fits no topic: what to write instead."""
+        """Return a message with advice for each name or pattern that matches no topic."""
         return [f'no topic of the recording fits {quoted(text)}; {_advice(text, topics)}'
                 for text in self.unmatched(topics)]
 
@@ -74,7 +74,7 @@ def resolved_name(name: str, namespace: str = '/') -> str:
     """Return the global name of a topic as ROS resolves it within a namespace.
 
     Raises:
-        ValueError: it is against ROS's rules for names, or private.
+        ValueError: the name violates ROS's rules, or is private.
     """
     if not _LEGAL.match(name) or not name.strip('/'):
         raise ValueError(f'{quoted(name)} is not a valid topic name; use letters, digits, "_" '
@@ -83,10 +83,10 @@ def resolved_name(name: str, namespace: str = '/') -> str:
 
 
 def checked_prefix(prefix: str) -> str:
-    """Return a prefix as it is put before global names: /prefix, or nothing.
+    """Return a prefix for global names: /prefix, or ''.
 
     Raises:
-        ValueError: it is against ROS's rules for names.
+        ValueError: the prefix violates ROS's rules for names.
     """
     return resolved_name(prefix) if prefix.strip('/') else ''
 
@@ -96,7 +96,7 @@ def _canonical(name: str) -> str:
 
 
 def _compiled(text: str) -> Pattern[str]:
-    """The expression of a pattern; only one that begins with a wildcard needs no slash."""
+    """Return the regular expression of a pattern; only with a wildcard first it needs no slash."""
     pattern = _canonical(text)
     try:
         return re.compile(fnmatch.translate(pattern[1:] if text[:1] in _WILDCARDS else pattern))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Uneven parts of playback: empty ones are skipped, and some messages are waited for."""
+"""Uneven playback: skips empty parts, pauses at some messages, and waits for a listener."""
 from __future__ import annotations
 
 from typing import Iterable, Optional
@@ -9,20 +9,20 @@ from process_visualizer.playback.timeline import CommandRefused, Timeline, Timel
 
 
 class UnevenParts:
-    """The options of `rosbag play` for uneven playback, all only forwards.
+    """The options of `rosbag play` for uneven playback, which apply only forward.
 
-    It is for the one thread that publishes, but for ``heard`` and ``toggle_pauses``.
+    All but ``heard`` and ``toggle_pauses`` is for the publishing thread only.
     """
 
     def __init__(self, timeline: Timeline, skip_empty_ns: Optional[int] = None,
                  pause_topics: Iterable[str] = (), max_delay_ns: Optional[int] = None) -> None:
-        """Take what it changes.
+        """Take the timeline and the options.
 
         Args:
             timeline: of the recording that is played.
-            skip_empty_ns: without a message for longer, play goes on with the next one.
-            pause_topics: before each message of these (global names) play pauses.
-            max_delay_ns: play waits for a listener that is farther behind (see ``heard``).
+            skip_empty_ns: longer parts without a message are skipped.
+            pause_topics: topics (global names); play pauses before each of their messages.
+            max_delay_ns: play waits for a listener that is further behind (see ``heard``).
         """
         self._timeline = timeline
         self._skip_empty_ns = skip_empty_ns
@@ -34,10 +34,10 @@ class UnevenParts:
         self._heard_ns = 0
 
     def toggle_pauses(self) -> bool:
-        """Pause no more before messages, or again; return which.
+        """Turn pausing before messages off or on; return whether it is on.
 
         Raises:
-            CommandRefused: there are no topics for that.
+            CommandRefused: there are no topics to pause at.
         """
         if not self._pause_topics:
             raise CommandRefused('there are no topics to pause at: name them by --pause-topics')
@@ -50,9 +50,9 @@ class UnevenParts:
         self._release()
 
     def goes_on(self, index: BagIndex, position: int, state: TimelineState) -> bool:
-        """Wait, skip, pause or hold before the message at a position, where that is wanted.
+        """Skip, pause or hold before the message at a position, if an option demands it.
 
-        Returns False if something of that was done, or a command came.
+        Return False if that was done or a command came, True if play simply goes on.
         """
         if not state.forward:
             return True
@@ -73,7 +73,7 @@ class UnevenParts:
         return int(index.time_ns[position]) - _before(index, position, state) > self._skip_empty_ns
 
     def _skip(self, index: BagIndex, position: int, state: TimelineState) -> None:
-        """Go on at the next message once the last one has been seen."""
+        """Skip to the next message once the last one is due."""
         if self._timeline.wait_until_due(_before(index, position, state), state.version):
             self._timeline.skip_to(int(index.time_ns[position]), state.version)
 
@@ -83,7 +83,7 @@ class UnevenParts:
                 and self._paused_before != (state.scene, position))
 
     def _pause(self, index: BagIndex, position: int, state: TimelineState) -> None:
-        """Pause at the last moment at which the message is not seen yet."""
+        """Pause at the last moment before the message becomes visible."""
         bag_ns = max(int(index.time_ns[position]) - 1, state.bag_ns)
         if self._timeline.wait_until_due(bag_ns, state.version):
             self._timeline.pause_at(bag_ns, state.version)
@@ -95,7 +95,7 @@ class UnevenParts:
         return self._max_delay_ns is not None and bag_ns - self._heard_ns > self._max_delay_ns
 
     def _hold(self, index: BagIndex, position: int, state: TimelineState) -> None:
-        """Hold where nothing is missing yet, unless the listener has caught up meanwhile."""
+        """Hold after the last message, unless the listener has caught up meanwhile."""
         before_ns = _before(index, position, state)
         if (self._timeline.wait_until_due(before_ns, state.version)
                 and self._is_behind(before_ns, state)):
@@ -109,6 +109,6 @@ class UnevenParts:
 
 
 def _before(index: BagIndex, position: int, state: TimelineState) -> int:
-    """Return when nothing more comes before a message [bag ns]."""
+    """Return the bag time [ns] from which nothing more comes before a message."""
     last_ns = int(index.time_ns[position - 1]) if position else state.begin_ns
     return max(last_ns, state.bag_ns)
