@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player as a node: the engine with its publishers, services and state (rospy)."""
+"""The player node: the engine with its publishers, services and state (rospy)."""

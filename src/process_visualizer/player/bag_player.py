@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player: publishes a recording, with services for moving freely in time."""
+"""The player: publishes a recording, with services to move freely in time."""
 from __future__ import annotations
 
 import os
@@ -47,7 +47,7 @@ from process_visualizer.player.player_services import (
 from process_visualizer.player.simulated_clock import SimulatedClock
 
 _WARNING_PERIOD_S = 10.0
-_STAMP = struct.Struct('<4xII')  # behind the sequence number
+_STAMP = struct.Struct('<4xII')  # after the sequence number
 _BEGINS_WITH_HEADER = re.compile(r'(?:\s*(?:#[^\n]*)?\n)*\s*(?:std_msgs/|roslib/)?Header\s')
 
 
@@ -60,8 +60,8 @@ class RateControl:
 
         Args:
             topic: its global name.
-            bag_ns_of: maps a stamp [ns] to the bag time [ns], None where it cannot.
-            heard: is called with that in rospy's thread.
+            bag_ns_of: maps a stamp [ns] to the bag time [ns], or None if it cannot.
+            heard: is called with the bag time, in rospy's thread.
             node: subscribes.
         """
         self._topic = topic
@@ -97,13 +97,13 @@ _MAX_LINES = 20
 
 def play_summary(left_out: Mapping[str, int], recorded: Mapping[str, int],
                  problems: Sequence[str], dropped: int) -> Tuple[str, ...]:
-    """Return it as lines, none where all was played and has arrived.
+    """Return a summary of problems as lines; no lines if everything was played and arrived.
 
     Args:
-        left_out: how many messages of each topic could not be played.
-        recorded: how many messages each of these topics has in the recording.
-        problems: why, and what else went wrong.
-        dropped: how many messages slow subscribers did not get.
+        left_out: number of messages that could not be played, by topic.
+        recorded: number of recorded messages, for each of these topics.
+        problems: the reasons, and other problems.
+        dropped: number of messages that slow subscribers did not receive.
     """
     lines = [f'{topic}: {count} of {recorded[topic]} messages could not be played'
              for topic, count in sorted(left_out.items())]
@@ -117,38 +117,41 @@ def play_summary(left_out: Mapping[str, int], recorded: Mapping[str, int],
 
 
 def printable(text: str) -> str:
-    """Return a text that can be sent: a file's name need not be UTF-8."""
+    """Return the text in valid UTF-8, which a file name may not be."""
     return text.encode('utf-8', 'surrogateescape').decode('utf-8', 'replace')
 
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
-"""Too short to be noticed, but enough to have the first messages ready when they are due."""
-SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
-TENDING_S = 0.5  # period of what has to be done from time to time
+"""Too short to be noticed, but long enough to prepare the first messages before they are due."""
+SIGNALS_S = 0.5  # maximum time until the main thread handles a signal
+TENDING_S = 0.5  # period of housekeeping
 REPEAT_S = 2.0
-"""Period [s] of publishing the scene while paused, for nodes that have started in the meantime
-or lost it, without subscribing to the player (a robot's model follows its /tf)."""
+"""Period [s] of publishing the scene while paused.
+
+It serves nodes that started or lost the scene since then and do not subscribe to the player itself
+(a robot's model follows its /tf).
+"""
 
 
 class NothingToPlay(Exception):
-    """The recording has no message that can be played; the text says why."""
+    """The recording has no playable message; the text says why."""
 
 
 class PlaybackFailed(Exception):
-    """The publishing thread has ended because of a fault of the program; the text says where."""
+    """The publishing thread ended because of a bug in the program; the text says where."""
 
 
 class PlayerSettings(NamedTuple):
-    """Settings of playback, to the recording's end or to a time [s from its beginning]."""
+    """Settings of playback, to the recording's end or to ``end_s`` [s] from its beginning."""
 
     choice: TopicChoice = TopicChoice()
     end_s: Optional[float] = None
     restamp: bool = True
-    clock_hz: Optional[float] = None  # of /clock; None: it is not published
+    clock_hz: Optional[float] = None  # rate of /clock; None: /clock is not published
     queue_size: int = 100
-    pauses_beside_others: bool = False  # who publish the same topics
-    keep_alive: bool = False  # at the end
+    pauses_beside_others: bool = False  # pause if other nodes publish the same topics
+    keep_alive: bool = False  # stay at the end
     skip_empty_s: Optional[float] = None
     pause_topics: Tuple[str, ...] = ()
     rate_control_topic: str = ''
@@ -156,7 +159,7 @@ class PlayerSettings(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Surroundings of the player: tests put in their place what they can look into and move."""
+    """Surroundings of the player, which tests replace with objects that they can observe."""
 
     node: NodeHandle = NodeHandle()
     clock: Clock = Clock()
@@ -169,14 +172,14 @@ REAL = Surroundings()
 
 
 class BagPlayer:
-    """A recording being played in this node; paused at the beginning until told to play."""
+    """A recording played in this node; paused at the beginning until a command to play."""
 
     def __init__(self, recording: Recording, settings: PlayerSettings,
                  surroundings: Surroundings = REAL) -> None:
         """Advertise the topics and services, in a node that has been initialized.
 
         Raises:
-            NothingToPlay: no topic is left that can be played.
+            NothingToPlay: no topic can be played.
         """
         self._recording = recording
         self._node, self._clock = surroundings.node, surroundings.clock
@@ -217,36 +220,34 @@ class BagPlayer:
 
     @property
     def dropped(self) -> int:
-        """Return how many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not receive."""
         return self._publishers.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """Return what cannot be played, so far."""
+        """Return the problems of playback so far."""
         return tuple(map(printable, (*self._problems, *self._playback.problems)))
 
     @property
     def is_complete(self) -> bool:
-        """Return whether all that was chosen could be played so far."""
+        """Return whether all chosen messages could be played so far."""
         gaps = (gap for gap in self._recording.index.gaps
                 if not gap.topics or self._names.keys() & set(gap.topics))
         return not (self._left_out_topics or self._playback.left_out or any(gaps))
 
     def summary(self) -> Tuple[str, ...]:
-        """Return what was not played so far, and what did not arrive, as lines."""
+        """Return a summary, as lines, of messages that were not played or did not arrive so far."""
         index, left_out = self._recording.index, self._playback.left_out
         recorded = {topic: len(index.positions_of(index.connections_of(topic)))
                     for topic in left_out}
         return play_summary(left_out, recorded, self.problems, self.dropped)
 
     def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
-        """Set the rate, where to begin (None: at the beginning, backwards at the end), the loop.
-
-        From then on commands are taken.
+        """Set rate, loop and start (None: the beginning, or the end if backward); accept commands.
 
         Raises:
-            CommandRefused: the rest is too short for a loop.
-            NothingToPlay: nothing is left.
+            CommandRefused: the part to play is too short for a loop.
+            NothingToPlay: the recording ends before the start.
         """
         self.control.set_rate(rate)
         end_s = self.control.status().duration_s
@@ -256,12 +257,12 @@ class BagPlayer:
         if loop:
             self.control.set_loop(True, start_s or 0.0, end_s)
         self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
-        # a command that came before would have been undone by this one
+        # advertised only now: an earlier command would have been undone by this one
         self._services = PlayerServices(self.control, self._state.update, self._node)
         self._state.begin()
 
     def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
-        """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
+        """Wait for a time [s], then for subscribers of all topics if wanted; False if quit."""
         self._node.at_shutdown(self.quit)
         with self._changed:
             self._changed.wait_for(lambda: self._quitting, delay_s)
@@ -270,7 +271,7 @@ class BagPlayer:
             return not self._quitting
 
     def start(self, paused: bool) -> None:
-        """Begin to publish, playing or paused; also paused if a command has requested it."""
+        """Begin to publish, playing or paused; a command may already have requested a pause."""
         self._playback.prepare()
         if not (paused or self.control.pause_requested):
             self._timeline.begin()
@@ -280,11 +281,11 @@ class BagPlayer:
 
     @property
     def has_ended(self) -> bool:
-        """Return whether it was told to quit, or play has reached its end and does not stay."""
+        """Return whether the player was asked to quit, or reached its end and does not stay."""
         return self._quitting or (self._finished and not self._stays)
 
     def wait(self) -> None:
-        """Wait until the node is shut down or told to quit, or for the end, unless it stays there.
+        """Wait until ``has_ended``, which a shutdown of the node causes too.
 
         Raises:
             PlaybackFailed: publishing has failed.
@@ -309,12 +310,12 @@ class BagPlayer:
             self._changed.notify_all()
 
     def status(self) -> PlayerStatus:
-        """Return the position of playback, with what only the player knows."""
+        """Return the position of playback, with the values that only the player knows."""
         status = self.control.status()
         return status._replace(dropped=self.dropped, mark=self._mark(status.position_s))
 
     def close(self) -> None:
-        """End; published messages are still sent, if that does not take too long."""
+        """End playback; published messages are still sent, within ``DRAIN_S``."""
         self._watch.close()
         if self._services is not None:
             self._services.close()
@@ -354,7 +355,7 @@ class BagPlayer:
                       for stamp_ns, shown_ns in self._restored])
 
     def _wall_offset_ns(self) -> int:
-        """Return the difference of wall and monotonic time [ns], not disturbed by other threads."""
+        """Return the difference of wall and monotonic time [ns], undisturbed by other threads."""
         clock, readings = self._clock, []
         for _ in range(3):
             before_ns, wall_ns, after_ns = (clock.monotonic_ns(), clock.wall_ns(),
@@ -363,7 +364,7 @@ class BagPlayer:
         return min(readings)[1]
 
     def _mark(self, position_s: float) -> str:
-        """The label of the last mark before a position [s]."""
+        """Return the label of the last mark before a position [s], '' if there is none."""
         mark = mark_at(self._marks, self._bag_ns(position_s))
         return '' if mark is None else mark.label
 
@@ -382,13 +383,13 @@ class BagPlayer:
         return problems + conflicts
 
     def _watch_others(self, choice: TopicChoice) -> PublisherWatch:
-        """Also watch topics chosen by name that are not in the recording, but may be shown."""
+        """Watch the played topics, and topics chosen by name that others may publish."""
         names = {topic.name for topic in self._topics} | set(choice.named())
         topics = sorted(names - SHARED_TOPICS)
         return PublisherWatch(lambda: self._other_nodes.beside(topics), self._take_others)
 
     def _take_others(self, others: Others) -> None:
-        """Report new publishers of played topics, and pause, if that is wanted."""
+        """Report new publishers of played topics, and pause if wanted."""
         new = [it for it in others if it not in self._others]
         self._others = others
         pauses = bool(new) and self._pauses_beside_others
@@ -407,14 +408,14 @@ class BagPlayer:
                         self._playback.uneven_parts.heard, self._node)
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
-        """The bag time [ns] that was played at a wall time; None before a jump."""
+        """Return the bag time [ns] played at a wall time [ns]; None if a jump came since."""
         time = self._published_states.bag_time(stamp_ns / NS_PER_S)
         if time is None or time.segment != self._timeline.state.segment:
             return None
         return self._bag_ns(time.time_s)
 
     def _tend(self) -> None:
-        """Do what has to be done from time to time."""
+        """Do the periodic housekeeping."""
         if not self._quitting:
             self._repeat_while_paused()
             self.print_problems()
@@ -429,7 +430,7 @@ class BagPlayer:
     def _run(self) -> None:
         try:
             self._playback.run()
-        except Exception as error:  # whatever it is: the program ends with it
+        except Exception as error:  # any exception ends the program
             self._failure = self._failed(error)
             self.quit()
 
@@ -450,7 +451,7 @@ class BagPlayer:
         self._state.update()
 
     def on_restored(self, stamps: RestoredStamps) -> None:
-        """Note what was just published and is stamped with the present."""
+        """Note the messages just published that are stamped with the present time."""
         self._restored = stamps
         self._state.update()
 
@@ -463,7 +464,7 @@ class BagPlayer:
         return not self._stays
 
     def on_subscribe(self) -> None:
-        """Note a new subscriber; while paused, it receives the scene at once."""
+        """Note a new subscriber; while paused, publish the scene for it at once."""
         with self._changed:
             self._changed.notify_all()
         if self._timeline.state.paused and self._started:
@@ -471,7 +472,7 @@ class BagPlayer:
 
 
 def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
-    """The marks, and which of them cannot be read; before topics are chosen."""
+    """Return the marks, and problems in reading them; called before topics are chosen."""
     try:
         return read_marks(recording), [str(gap) for gap in recording.damage]
     except BagError as error:
@@ -479,7 +480,7 @@ def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
 
 
 def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Timeline:
-    """The timeline of a recording up to a time; it ends where the recording does at the latest."""
+    """Return the timeline of a recording up to a time [s], at most to the recording's end."""
     end_ns = recording.end_ns
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)

@@ -35,14 +35,14 @@ from process_visualizer.playback.scene import is_static
 from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.player.timed_sender import TimedSender
 
-# Publishes recorded messages of one topic: unchanged bytes, never waiting for a subscriber.
+# Publishing of one topic's recorded messages: unchanged bytes, never waiting for a subscriber.
 
 QUEUE_BYTES = 64 << 20
 UNLIMITED = sys.maxsize
 
 
 class TopicPublisher(rospy.SubscribeListener):
-    """A topic with the type and definition that its connection in the bag has.
+    """A topic with the type and definition of its connection in the bag.
 
     rospy does everything except sending: it would wait for the slowest subscriber, or drop
     messages silently, with a thread for each subscriber.
@@ -63,7 +63,7 @@ class TopicPublisher(rospy.SubscribeListener):
         self._lock = threading.Lock()  # subscribers come and go in several threads
         self._links: Dict[int, int] = {}  # by the identity of rospy's connection
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore', SyntaxWarning)  # no queue_size: there is a queue here
+            warnings.simplefilter('ignore', SyntaxWarning)  # no queue_size: this class has a queue
             self._publisher = rospy.Publisher(name, message_class(connection), self, latch=latch)
         self._update_links()
 
@@ -82,7 +82,7 @@ class TopicPublisher(rospy.SubscribeListener):
         self._sender.send(self._topic, source, pieces, due_ns)
 
     def withdraw(self, source: int, due_ns: int) -> None:
-        """Stop latching messages of a source, from a time on [ns]."""
+        """Stop latching messages of a source, from a monotonic time [ns] on."""
         self._sender.withdraw(self._topic, source, due_ns)
 
     def peer_subscribe(self, topic_name: str, topic_publish: Callable[..., Any],
@@ -97,7 +97,7 @@ class TopicPublisher(rospy.SubscribeListener):
     def _update_links(self) -> None:
         publisher = getattr(self, '_publisher', None)
         if publisher is None or publisher.impl is None:
-            return  # a subscriber was there before the constructor was done, or after the end
+            return  # a subscriber came before the constructor was done, or after the end
         with self._lock:
             connections = {id(connection): connection for connection in publisher.impl.connections}
             for key in self._links.keys() - connections.keys():
@@ -116,7 +116,7 @@ def _descriptor(connection: Any) -> int:
 
 
 def message_class(connection: Connection) -> Type[rospy.AnyMsg]:
-    """Return a class with which rospy announces to subscribers the connection in the bag.
+    """Return a message class by which rospy announces the connection in the bag to subscribers.
 
     The definition is only passed on, not parsed.
     """
@@ -126,10 +126,10 @@ def message_class(connection: Connection) -> Type[rospy.AnyMsg]:
 
 
 class PublishedTopic(NamedTuple):
-    """A published topic: its name, header of its first connection, all its connections.
+    """A published topic: its name, its first connection, the numbers of all its connections.
 
-    Static transforms are latched, as all later subscribers need them, even if a bag that was not
-    written by a recorder does not say so.
+    Static transforms are latched, since later subscribers need them, even if the bag does not say
+    so because no recorder wrote it.
     """
 
     name: str
@@ -139,13 +139,13 @@ class PublishedTopic(NamedTuple):
 
 
 class PlaybackListener(Protocol):
-    """Is notified of events, in the threads in which they happen."""
+    """Listener for events, called in the threads in which they happen."""
 
     def on_jump(self, bag_ns: int) -> None:
         """Note a jump to a bag time [ns], before its scene is published."""
 
     def on_restored(self, stamps: RestoredStamps) -> None:
-        """Note what was just published and is stamped with the present."""
+        """Note the messages just published that are stamped with the present time."""
 
     def on_finish(self) -> bool:
         """Note that play has reached its end; return whether nothing follows."""
@@ -161,10 +161,10 @@ class BagPublishers:
                  listener: PlaybackListener) -> None:
         """Advertise the topics; notify a listener of events.
 
-        ``sources`` has for each connection the one whose messages its own replace.
+        ``sources`` has the source of each connection: see playback.scene.sources.
         """
         self._sender = TimedSender()
-        # Before rospy closes its connections: none must be mistaken for a broken one then.
+        # Runs before rospy closes its connections, so that none is mistaken for a broken one.
         at_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
@@ -175,7 +175,7 @@ class BagPublishers:
 
     @property
     def dropped(self) -> int:
-        """Return how many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not receive."""
         return self._sender.dropped
 
     @property
@@ -189,11 +189,11 @@ class BagPublishers:
         return all(topic.subscriber_count for topic in self._topics)
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
-        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come."""
+        """Send a message of a connection, given in pieces, at a monotonic time [ns]."""
         self._by_number[connection].publish(self._sources[connection], pieces, due_ns)
 
     def withdraw(self, connection: int, due_ns: int) -> None:
-        """Keep nothing for later subscribers of a connection's source, from a time on [ns]."""
+        """Stop latching messages of a connection's source, from a monotonic time [ns] on."""
         self._by_number[connection].withdraw(self._sources[connection], due_ns)
 
     def revoke(self, after_ns: int) -> int:
@@ -205,7 +205,7 @@ class BagPublishers:
         self._listener.on_jump(bag_ns)
 
     def restored(self, stamps: RestoredStamps) -> None:
-        """Announce what was just published and is stamped with the present."""
+        """Announce the messages just published that are stamped with the present time."""
         self._listener.on_restored(stamps)
 
     def finish(self) -> bool:
@@ -219,17 +219,17 @@ class BagPublishers:
     def close(self) -> None:
         """Send nothing more; the connections end with the node.
 
-        Subscribers by an older rospy connect again at once, of which rospy would warn in a node
-        that continues without the topic.
+        The topics stay advertised: subscribers with an older rospy would reconnect at once, and
+        rospy would warn about that in a node that continues without the topics.
         """
         self._sender.close()
 
 
 def published_topics(connections: Sequence[Connection], name_of: Callable[[str], Optional[str]]
                      ) -> Tuple[List[PublishedTopic], List[str]]:
-    """Return the topics to publish, and as texts what cannot be: a topic has only one type.
+    """Return the topics to publish, and problems as texts: a topic can have only one type.
 
-    ``name_of`` gives the name under which a topic is published, None if it is not chosen.
+    ``name_of`` returns the name under which a topic is published, None if it is not chosen.
     """
     topics: Dict[str, PublishedTopic] = {}
     problems = []
@@ -251,14 +251,14 @@ def published_topics(connections: Sequence[Connection], name_of: Callable[[str],
     return list(topics.values()), problems
 
 
-# Topics that another node publishes with another type or definition, and what others publish.
+# Other nodes' publishers, and conflicts with topics of another type or definition.
 
 _TIMEOUT_S = 2.0
 _ANY = '*'
 
 
 class OtherNodes:
-    """The other nodes, as the master and they themselves know them."""
+    """The other nodes, as reported by the master and by the nodes themselves."""
 
     def publishing(self) -> Dict[str, List[str]]:
         """Return the nodes that publish each topic.
@@ -270,7 +270,7 @@ class OtherNodes:
         return dict(publishers)
 
     def header(self, topic: str, node: str) -> Dict[str, str]:
-        """Return the header that a publisher sends to a subscriber; empty if it does not answer."""
+        """Return the header that a publisher sends to a subscriber, empty if it does not answer."""
         try:
             address = publisher_address(_master(), node, topic, _TIMEOUT_S)
             connection, header = connected_by_handshake(address, {
@@ -280,10 +280,10 @@ class OtherNodes:
             return header
         except CONNECTION_ERRORS as error:
             rospy.logdebug('%s does not say what it publishes on %s: %s', node, topic, error)
-            return {}  # it has gone, or speaks otherwise: no reason not to play
+            return {}  # the node has gone or uses another protocol: no reason not to play
 
     def beside(self, topics: Collection[str]) -> Others:
-        """Return who publishes topics beside this node.
+        """Return the other publishers of topics.
 
         Raises:
             rosgraph.MasterException, OSError: the master does not answer.
@@ -293,9 +293,9 @@ class OtherNodes:
 
 def without_conflicts(topics: Sequence[PublishedTopic],
                       others: OtherNodes) -> Tuple[List[PublishedTopic], List[str]]:
-    """Return the topics that can be published beside other nodes, and why others cannot.
+    """Return the topics that can be published beside other nodes, and problems with the others.
 
-    The publishers themselves are asked: the master remembers types of those that have gone.
+    The publishers themselves are asked: the master still has the types of nodes that have gone.
 
     Raises:
         rosgraph.MasterException: the master cannot be reached.

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Keys pressed in the terminal, one by one, while a program runs in its foreground.
 
-Needs no ROS. The terminal is used only by a process in its foreground: started with "&" or by
-roslaunch, or sent there by Ctrl-Z and "bg", the process keeps running and reads nothing until "fg".
+Needs no ROS. Only a process in the foreground uses the terminal. A process in the background
+(started with "&" or by roslaunch, or sent there by Ctrl-Z and "bg") keeps running and reads nothing
+until "fg".
 """
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ _NAMES: Dict[str, str] = {
     'OA': 'up', 'OB': 'down', 'OC': 'right', 'OD': 'left', 'OH': 'home', 'OF': 'end',
     '[1~': 'home', '[4~': 'end', '[7~': 'home', '[8~': 'end',
 }
-# After the escape: a control sequence, a shifted letter, or a key pressed together with Alt.
+# After the escape: a control sequence, a shifted letter, or a key pressed with Alt.
 _SEQUENCE = re.compile(r'\x1b(\[[0-?]{0,16}[ -/]{0,4}[@-~]|O[@-~]|[^\[O\x1b])', re.DOTALL)
 _BEGINNING = re.compile(r'\x1b(\[[0-?]{0,16}[ -/]{0,4}|O)?\Z')
 
@@ -41,13 +42,13 @@ class KeyDecoder:
     """
 
     def __init__(self) -> None:
-        """Nothing has been received yet."""
+        """Begin with nothing received."""
         self._text = ''
         self._decoder = codecs.getincrementaldecoder('utf-8')('replace')
 
     @property
     def is_waiting(self) -> bool:
-        """Return whether an escape was received that may be a key or the beginning of one."""
+        """Return whether the last input is an escape: a key, or the beginning of a sequence."""
         return bool(self._text)
 
     def feed(self, data: bytes) -> List[str]:
@@ -59,7 +60,7 @@ class KeyDecoder:
         return keys
 
     def flush(self) -> List[str]:
-        """Return the unfinished key, as nothing more is coming: escape, or an unknown one."""
+        """Return the unfinished key when no more input comes: escape, or an unknown key."""
         keys = [ESCAPE if self._text == '\x1b' else UNKNOWN] if self._text else []
         self._text = ''
         return keys
@@ -74,15 +75,15 @@ class KeyDecoder:
         return key
 
 
-_ESCAPE_MS = 50  # by then the rest of a sequence has come; a lone escape was the key
-_BACKGROUND_MS = 1000  # no signal tells a running process about "fg"
+_ESCAPE_MS = 50  # time for the rest of a sequence to arrive; after it, escape was the key
+_BACKGROUND_MS = 1000  # polling period: no signal notifies a running process of "fg"
 
 Wait = Callable[[Sequence[int], Optional[int]], List[int]]
-"""Waits until files can be read, for a time [ms] (None: for ever), and returns those."""
+"""Waits until files can be read, at most for a time [ms] (None: forever), and returns those."""
 
 
 def wait_for_input(files: Sequence[int], patience_ms: Optional[int]) -> List[int]:
-    """Wait, as `Wait` says."""
+    """Wait for input, as defined by `Wait`."""
     poll = select.poll()
     for file in files:
         poll.register(file, select.POLLIN)
@@ -92,14 +93,14 @@ def wait_for_input(files: Sequence[int], patience_ms: Optional[int]) -> List[int
 class Keyboard:
     """Keys from a terminal, without echo and without waiting for the end of a line.
 
-    Use it in a `with` in the main thread, which handles the signals of Ctrl-Z and "fg"; the
+    Use a keyboard in a `with` in the main thread, which handles the signals of Ctrl-Z and "fg". The
     terminal is restored on leaving, and while the process is stopped. Keys may be read in any one
-    thread. The main thread must not wait for ever in one call: a signal that comes just before a
+    thread. The main thread must not wait forever in one call: a signal that arrives just before a
     wait is handled after it.
     """
 
     def __init__(self, terminal: int = 0, wait: Wait = wait_for_input) -> None:
-        """Keys come from a file descriptor, by default standard input."""
+        """Take the file descriptor of the terminal, by default standard input."""
         self._terminal, self._wait = terminal, wait
         self._saved: Optional[List[Any]] = None  # attributes of the terminal while it is changed
         self._using = threading.RLock()  # for reading and its mode
@@ -113,10 +114,10 @@ class Keyboard:
         self._woken, self._wake = os.pipe()
         for end in (self._woken, self._wake):
             os.set_blocking(end, False)
-            weakref.finalize(self, os.close, end)  # not before the last thread is out of here
+            weakref.finalize(self, os.close, end)  # not while a thread still uses this object
 
     def __enter__(self) -> Keyboard:
-        """Use the terminal, if there is one and this process is in its foreground."""
+        """Take the terminal, if there is one and this process is in its foreground."""
         self._main_thread = threading.get_ident()
         if os.isatty(self._terminal):
             self._handle(signal.SIGTSTP, self._suspend)
@@ -128,19 +129,19 @@ class Keyboard:
 
     def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
                  traceback: Optional[TracebackType]) -> None:
-        """End the keys and leave the terminal and the signals as they were."""
+        """Stop the keys and restore the terminal and the signals."""
         self.stop()
         self._perform(self._release_terminal)
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
 
     def stop(self) -> None:
-        """Stop the keys; for any thread."""
+        """Stop reading keys; may be called by any thread."""
         self._stopped = True
         self._interrupt()
 
     def read_key(self) -> Optional[str]:
-        """Wait for a key, named as KeyDecoder does; None once stopped, closed, or without one."""
+        """Wait for a key, named as by KeyDecoder; None once stopped, or without a terminal."""
         while not self._stopped:
             if self._keys:
                 return self._keys.popleft()
@@ -168,7 +169,7 @@ class Keyboard:
         return None if foreground else _BACKGROUND_MS
 
     def _read(self) -> bytes:
-        """The typed bytes, without waiting, even if the terminal has just been given away."""
+        """Return the typed bytes without waiting, even if the terminal has just been given away."""
         with self._using, _blocked(signal.SIGTTIN):
             if self._saved is None or not select.select([self._terminal], [], [], 0.0)[0]:
                 return b''
@@ -190,7 +191,7 @@ class Keyboard:
             self._handlers[number] = signal.signal(number, handler)
 
     def _perform(self, task: Callable[[], None]) -> None:
-        """Change the terminal; if a signal interrupts another change, after that one."""
+        """Change the terminal; a change interrupted by a signal is finished first."""
         self._tasks.append(task)
         while self._tasks and not self._performing:
             self._performing = True
@@ -202,13 +203,13 @@ class Keyboard:
 
     def _suspend(self) -> None:
         """Restore the terminal, then stop as if there were no handler."""
-        self._suspending = True  # so that nothing sends SIGCONT, which would undo this
+        self._suspending = True  # prevents a SIGCONT, which would undo this
         self._release_terminal()
         handler = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
         signal.pthread_kill(self._main_thread, signal.SIGTSTP)
         signal.signal(signal.SIGTSTP, handler)
         self._suspending = False
-        self._resume()  # it runs on at once if nobody could continue it
+        self._resume()  # the process does not stop if no shell could continue it
 
     def _resume(self) -> None:
         self._take_terminal()
@@ -223,14 +224,14 @@ class Keyboard:
             tty.setcbreak(self._terminal, termios.TCSANOW)
 
     def _release_terminal(self) -> None:
-        """Restore the terminal; in the background another process has it, and has done so."""
+        """Restore the terminal, unless in the background: the process using it has restored it."""
         with self._using, _blocked(signal.SIGTTOU):
             if self._saved is not None and in_foreground(self._terminal):
                 termios.tcsetattr(self._terminal, termios.TCSANOW, self._saved)
             self._saved = None
 
     def _interrupt(self) -> None:
-        """Let the reader look again; a full pipe will wake it as well."""
+        """Wake the reader; a full pipe wakes it as well."""
         try:
             os.write(self._wake, b'.')
         except BlockingIOError:
@@ -241,13 +242,13 @@ def in_foreground(terminal: int) -> bool:
     """Return whether a file is this process's terminal, with the process in the foreground."""
     try:
         return os.tcgetpgrp(terminal) == os.getpgrp()
-    except OSError:  # not a terminal, another session's, or one that was closed
+    except OSError:  # not a terminal, a terminal of another session, or a closed one
         return False
 
 
 @contextmanager
 def _blocked(number: signal.Signals) -> Iterator[None]:
-    """Block a signal in this thread: using the terminal then fails instead of stopping it."""
+    """Block a signal in this thread: terminal use then fails without stopping the process."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {number})
     try:
         yield

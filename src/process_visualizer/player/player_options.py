@@ -60,7 +60,7 @@ _KEYS: Tuple[Tuple[str, KeyAction], ...] = (
     ('b', KeyAction(Command.LOOP_END)),
     ('?', KeyAction(Command.HELP)),
     ('q', KeyAction(Command.QUIT)),
-    ('\x03', KeyAction(Command.QUIT)),  # Ctrl-C where the terminal makes no signal of it
+    ('\x03', KeyAction(Command.QUIT)),  # Ctrl-C if the terminal does not turn it into a signal
 )
 _ACTIONS: Dict[str, KeyAction] = dict(_KEYS)
 
@@ -73,11 +73,11 @@ KEY_HELP = """\
   l             loop on or off            a b        loop from here, to here
   t             pause at --pause-topics, or not
   ?             this help                 q Ctrl-C   quit"""
-"""The keys in lines for a terminal 80 columns wide."""
+"""Description of the keys, for a terminal 80 columns wide."""
 
 
 def key_action(key: str) -> Optional[KeyAction]:
-    """Return the action of a key (as KeyDecoder names it), or None if it has none."""
+    """Return the action of a key (as named by KeyDecoder), or None if it has none."""
     return _ACTIONS.get(key)
 
 
@@ -92,11 +92,11 @@ _NOT_OFFERED = {
 
 @dataclass(frozen=True)
 class PlayerOptions:
-    """The choice of what to play, and how; times are seconds from the recording's beginning."""
+    """The options of playback; times are seconds from the recording's beginning."""
 
     files: Tuple[str, ...]
-    rate: float  # below 0 backwards; the highest where nothing is to wait
-    start_s: Optional[float]  # None: where play begins in its direction
+    rate: float  # negative: backward; FASTEST_RATE with --immediate
+    start_s: Optional[float]  # None: the beginning, or the end when playing backward
     duration_s: Optional[float]  # None: all
     skip_empty_s: Optional[float]  # None: nothing is skipped
     loop: bool
@@ -107,23 +107,23 @@ class PlayerOptions:
     delay_s: float  # from advertising to playing
     wait_for_subscribers: bool
     keep_alive: bool
-    topics: Tuple[str, ...]  # names or patterns; none: all
+    topics: Tuple[str, ...]  # names or patterns; empty: all
     exclude: Tuple[str, ...]
     prefix: str  # '' or a global name
-    recorded_stamps: bool  # else stamps are moved to the present
+    recorded_stamps: bool  # otherwise stamps are moved to the present
     clock: bool
     clock_hz: float
     queue_size: int
     quiet: bool
     reindex: bool
-    pauses_beside_others: bool  # else they are reported, and it continues
+    pauses_beside_others: bool  # pause if other nodes publish the same topics, else only warn
 
 
 def parse_options(arguments: Sequence[str]) -> PlayerOptions:
-    """Read the command line, without the program's name and without ROS's remappings.
+    """Read the command line, given without the program's name and ROS's remappings.
 
     Raises:
-        SystemExit: after a message, with 2 for a wrong command line, or 0 after the help.
+        SystemExit: after a message, with 2 for an invalid command line, or 0 after the help.
     """
     parser = _parser()
     values = parser.parse_intermixed_args(list(arguments))
@@ -149,13 +149,13 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
 
 
 def topic_remaps(arguments: Sequence[str], namespace: str = '/') -> Dict[str, str]:
-    """Return the remappings of topics (FROM:=TO) of a raw command line, as global names.
+    """Return the topic remappings (FROM:=TO) of a raw command line, as global names.
 
-    Relative names belong to the namespace of the node; its private names and parameters
+    Relative names belong to the namespace of the node. Its private names and parameters
     (~name, _name, __name) are not topics of a recording and are left to rospy.
 
     Raises:
-        ValueError: a topic is remapped to something that is not a name.
+        ValueError: a topic is remapped to an invalid name.
     """
     found = filter(None, map(_REMAP.match, arguments))
     return {resolved_name(it.group('source'), namespace): resolved_name(it.group('target'),
@@ -164,12 +164,12 @@ def topic_remaps(arguments: Sequence[str], namespace: str = '/') -> Dict[str, st
 
 
 def without_topic_remaps(arguments: Sequence[str]) -> List[str]:
-    """Return a raw command line for rospy, which would remap the names of TopicChoice again."""
+    """Return a raw command line without topic remappings: rospy would apply them a second time."""
     return [it for it in arguments if not _REMAP.match(it)]
 
 
 class _NotOffered(argparse.Action):
-    """Ends with a message instead of ignoring an option of `rosbag play`."""
+    """Action that exits with a message instead of ignoring an option of `rosbag play`."""
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
                  values: Any, option_string: Optional[str] = None) -> None:
@@ -256,7 +256,7 @@ def _add_publishing(parser: argparse.ArgumentParser) -> None:
 
 
 def _argument(convert: Callable[[str], Any]) -> Callable[[str], Any]:
-    """A converter whose ValueErrors argparse shows as they are."""
+    """Return a converter whose errors argparse shows verbatim."""
     def converted(text: str) -> Any:
         try:
             return convert(text)

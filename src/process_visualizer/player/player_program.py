@@ -39,16 +39,16 @@ _PERIOD_S = 0.2
 
 
 class ReindexRefused(Exception):
-    """The user refused to copy a bag without an index, or cancelled it."""
+    """The user refused to copy a bag without an index, or canceled the copy."""
 
 
 def reindexed(path: str, reason: str, allowed: bool) -> str:
-    """Return the path of a copy of a bag with an index; the bag itself is only read.
+    """Return the path of an indexed copy of a bag; the bag itself is only read.
 
-    A copy that is newer than the bag is used as it is.
+    An existing copy newer than the bag is used as it is.
 
     Raises:
-        ReindexRefused: the user does not want it.
+        ReindexRefused: the user does not want a copy.
         BagError: the bag holds nothing that can be copied, or the copy cannot be written.
     """
     copy = copy_path(path)
@@ -76,14 +76,14 @@ def _agreed(reason: str, copy: str) -> bool:
 
 
 class _Progress:
-    """A line that is rewritten from time to time."""
+    """A progress line, rewritten periodically."""
 
     def __init__(self, copy: str) -> None:
         self._copy = copy
         self._next_s = 0.0
 
     def show(self, part: float) -> bool:
-        """Show the finished part; the copying continues."""
+        """Show the finished share (0 to 1); return True: copying continues."""
         now_s = time.monotonic()
         if now_s >= self._next_s or part >= 1.0:
             self._next_s = now_s + _PERIOD_S
@@ -94,17 +94,17 @@ class _Progress:
 
 
 PRIORITY = -10
-"""Priority of all threads: other computing programs must not delay sending (see nice(1))."""
+"""Priority of all threads: other busy programs must not delay sending (see nice(1))."""
 NOT_ALL = 3
-"""The exit code if a part of the recording could not be played."""
+"""Exit code if a part of the recording could not be played."""
 INTERRUPTED = 130
-"""The exit code that a shell gives for Ctrl-C."""
-SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
+"""Exit code that shells use for Ctrl-C."""
+SWITCH_INTERVAL_S = 0.0005  # maximum time a thread computes while another has a message to send
 
 
 def main(arguments: Optional[Sequence[str]] = None,
          recording_type: Type[Recording] = Recording) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command; return its exit code."""
     words = list(sys.argv if arguments is None else arguments)
     options = parse_options(rospy.myargv(words)[1:])
     sys.setswitchinterval(SWITCH_INTERVAL_S)
@@ -114,16 +114,16 @@ def main(arguments: Optional[Sequence[str]] = None,
 
 
 def exit_code(play: Callable[[], int]) -> int:
-    """Play; return the exit code, and print what prevents it."""
+    """Play; print errors, and return the exit code."""
     try:
         return play()
     except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
             ValueError) as error:
         say(f'bag_player: {error}', file=sys.stderr)
-    except KeyboardInterrupt:  # before it is a node, which ends in its own way
+    except KeyboardInterrupt:  # before the node starts; rospy handles later ones
         return INTERRUPTED
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
-        if rospy.is_shutdown():  # by a signal, in the middle of beginning
+        if rospy.is_shutdown():  # by a signal during startup
             return 0
         say(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
             file=sys.stderr)
@@ -131,15 +131,15 @@ def exit_code(play: Callable[[], int]) -> int:
 
 
 def take_priority() -> None:
-    """Take precedence over computing programs, if the user may and did not choose otherwise."""
+    """Raise the priority over busy programs, if the user may and did not choose another."""
     if os.getpriority(os.PRIO_PROCESS, 0) == 0:
-        with contextlib.suppress(PermissionError):  # without it, all works, only less punctually
+        with contextlib.suppress(PermissionError):  # without it, messages may be less punctual
             os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
 
 
 def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
     with opened(options, recording_type) as recording:
-        # Instead of rospy's endless wait for a master:
+        # rospy would wait forever for a master.
         AskedMaster(f'/{BAG_PLAYER}', timeout_s=PATIENT_TIMEOUT_S).getPid()
         start_node(BAG_PLAYER, without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
@@ -158,11 +158,11 @@ def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recordi
 
 
 def opened(options: PlayerOptions, recording_type: Type[Recording] = Recording) -> Recording:
-    """Return the recording; a bag without an index is copied into one that has it, if allowed.
+    """Return the recording; a bag without an index is replaced by an indexed copy, if allowed.
 
     Raises:
         BagError: a file cannot be played.
-        ReindexRefused: a bag has no index, and none may be made.
+        ReindexRefused: a bag has no index, and no copy may be made.
     """
     paths = list(options.files)
     while True:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The services of the player, the state that it publishes, and the reading of its recording."""
+"""The player's services, its published state, and reading of its recording."""
 from __future__ import annotations
 
 import threading
@@ -36,11 +36,11 @@ from process_visualizer.srv import (
 
 
 class PlayerServices:
-    """One service for each command; each answers success and message."""
+    """One service for each command; each answers with success and a message."""
 
     def __init__(self, control: PlayerControl, after: Callable[[], None],
                  node: NodeHandle) -> None:
-        """Advertise them; ``after`` is called after each command."""
+        """Advertise the services; ``after`` is called after each command."""
         self._after = after
         self._node = node
         triggers: Dict[str, Callable[[], str]] = {
@@ -58,7 +58,7 @@ class PlayerServices:
         ]
 
     def close(self) -> None:
-        """Shut the services down."""
+        """Shut down the services."""
         for service in self._services:
             service.shutdown()
 
@@ -83,20 +83,20 @@ PERIOD_S = 0.09
 
 
 class StatePublisher:
-    """A thread that publishes ~state, latched, and keeps the parameter of the rate up to date."""
+    """A thread that publishes ~state, latched, and keeps the rate parameter up to date."""
 
     def __init__(self, state: Callable[[], PlayerState], node: NodeHandle) -> None:
-        """``state`` returns the message; nothing is published before ``begin``."""
+        """Take a function that returns the message; nothing is published before ``begin``."""
         self._state, self._node = state, node
         self._publisher = node.publisher('~state', PlayerState, latch=True, queue_size=10,
                                          tcp_nodelay=True)
         self._publishing = threading.Lock()
         self._begun = self._closed = False
-        self._rate = 0.0  # as the parameter has it
+        self._rate = 0.0  # value of the parameter
         self._worker = node.worker(self._work, 'player state')
 
     def begin(self) -> None:
-        """Begin to publish: who receives a state may send commands."""
+        """Begin to publish: receivers of a state may send commands."""
         self._begun = True
         self._worker.wake()
 
@@ -110,7 +110,7 @@ class StatePublisher:
             self._closed = True
             if self._begun:
                 self._publish()
-                self._follow_rate(1.0)  # what comes then is live, or another recording
+                self._follow_rate(1.0)  # live data or another recording may follow
 
     def _work(self) -> Optional[float]:
         with self._publishing:
@@ -128,7 +128,7 @@ class StatePublisher:
             rospy.logdebug('the state is not published: %s', error)
 
     def _follow_rate(self, rate: float) -> None:
-        """Keep the parameter up to date for nodes that read it; the position is only in ~state."""
+        """Update the parameter for nodes that read it; the position is only in ~state."""
         if rate == self._rate:
             return
         try:
@@ -143,17 +143,17 @@ _MAX_S = 1e9  # from the beginning of a recording; times farther away are invali
 
 
 class TopicReadingService:
-    """Offers ~read: the messages of a topic between two positions, as they were recorded.
+    """The service ~read: the messages of a topic between two positions, as recorded.
 
-    A joint is where it was told of last: the newest message of each joint comes first, however old
-    it is.
+    The answer begins with the newest message of each joint before the first position, however old:
+    a joint keeps its last reported position.
     """
 
     def __init__(self, recording: Recording, topics: Sequence[PublishedTopic], node: NodeHandle,
                  held: Callable[[str, int], Sequence[int]]) -> None:
-        """Advertise it for the topics that are played.
+        """Advertise the service for the played topics.
 
-        ``held`` returns where such messages are, of a recorded topic at a bag time [ns].
+        ``held`` returns the positions of such messages for a recorded topic and a bag time [ns].
         """
         self._recording, self._held = recording, held
         self._begin_ns = recording.begin_ns
@@ -162,7 +162,7 @@ class TopicReadingService:
         self._service = node.serve('~read', ReadTopic, self._read)
 
     def close(self) -> None:
-        """Shut the service down."""
+        """Shut down the service."""
         self._service.shutdown()
 
     def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:

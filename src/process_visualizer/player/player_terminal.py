@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player in a terminal: a progress line, and keys."""
+"""The player in a terminal: progress line and keys."""
 from __future__ import annotations
 
 import os
@@ -17,7 +17,7 @@ from process_visualizer.player.player_options import KEY_HELP, Command, KeyActio
 _BAR_CELLS = 40
 _MIN_BAR_CELLS = 8
 _MAX_LABEL = 24
-_VISIBLE_SHARE = 0.95  # of the rate: a higher achieved share is not shown
+_VISIBLE_SHARE = 0.95  # share of the rate; the achieved rate is shown only below it
 
 
 class Symbols(NamedTuple):
@@ -43,7 +43,7 @@ def symbols_for(encoding: Optional[str]) -> Symbols:
 
 
 def progress_line(progress: PlayerStatus, width: int, symbols: Symbols = UNICODE) -> str:
-    """Return one line of at most `width` columns; a narrow one has less information.
+    """Return one line of at most `width` columns; a narrow line has less information.
 
     The loop's ends are marked A and B in the bar.
     """
@@ -64,7 +64,7 @@ def _state(progress: PlayerStatus, symbols: Symbols) -> str:
 
 
 def _times(progress: PlayerStatus) -> str:
-    """Position and end, in equally many columns so that nothing moves."""
+    """Return position and end in a constant number of columns, so that nothing moves."""
     end = format_time(progress.duration_s)
     return f'{format_time(progress.position_s).rjust(len(end))} / {end}'
 
@@ -73,7 +73,7 @@ def _rates(progress: PlayerStatus, symbols: Symbols) -> str:
     rate = f'{progress.rate:.3g}{symbols.times}'
     if progress.paused or abs(progress.achieved_rate) >= _VISIBLE_SHARE * abs(progress.rate):
         return rate
-    reached = round(progress.achieved_rate, 3) + 0.0  # so that there is no -0
+    reached = round(progress.achieved_rate, 3) + 0.0  # no -0
     return f'{rate} ({reached:.3g}{symbols.times} reached)'
 
 
@@ -82,7 +82,7 @@ def _dropped(progress: PlayerStatus) -> str:
 
 
 def _mark(progress: PlayerStatus, symbols: Symbols) -> str:
-    """The beginning of the label; characters that are not one column wide become "?"."""
+    """Return the beginning of the label; characters not one column wide become "?"."""
     shown = ''.join(it if _is_shown(it, symbols) else '?'
                     for it in progress.mark[:_MAX_LABEL].replace('\n', ' '))
     return f'"{shown}"' if shown else ''
@@ -117,7 +117,7 @@ class TerminalCommands:
     """The commands of the keys: those of the player, and some that depend on its status."""
 
     def __init__(self, control: PlayerControl) -> None:
-        """``control`` has the player's commands."""
+        """Take the player's commands."""
         self._control = control
         self._loop_begin_s = 0.0
         self._by_command: Dict[Command, Callable[[int], str]] = {
@@ -137,7 +137,7 @@ class TerminalCommands:
         }
 
     def perform(self, action: KeyAction) -> str:
-        """Carry out the command of a key; return what was done, or why it was not."""
+        """Carry out the command of a key; return what was done, or why it was refused."""
         try:
             return self._by_command[action.command](action.amount)
         except CommandRefused as refusal:
@@ -155,19 +155,19 @@ class Screen:
     """The output of a program: a terminal, or a file."""
 
     def __init__(self, output: TextIO) -> None:
-        """Write to an output."""
+        """Take the stream to write to."""
         self._output = output
         self.is_terminal = output.isatty()
         self.encoding = output.encoding
 
     def width(self) -> Optional[int]:
-        """Return how many columns there are; None while another program is in the foreground."""
+        """Return the number of columns; None while another program is in the foreground."""
         if not in_foreground(self._output.fileno()):
             return None
         return os.get_terminal_size(self._output.fileno()).columns
 
     def write(self, text: str) -> None:
-        """Write at once."""
+        """Write and flush."""
         self._output.write(text)
         self._output.flush()
 
@@ -208,7 +208,7 @@ class PlayerTerminal:
             self._screen.write('\n')
 
     def read_keys(self) -> None:
-        """Carry out the commands of the keys, until there are no more or one ends the player."""
+        """Carry out the commands of the keys, until the keyboard stops or a key ends the player."""
         for key in iter(self._keyboard.read_key, None):
             action = key_action(key)
             if action is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Publishes the time of the recording on /clock, for nodes with use_sim_time."""
+"""The time of the recording on /clock, for nodes with use_sim_time."""
 from __future__ import annotations
 
 import threading
@@ -14,23 +14,23 @@ from process_visualizer.playback.timeline import NS_PER_S, Timeline, TimelineSta
 
 
 def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
-    """Return when /clock is published next, after a time [s] that was due and is published now.
+    """Return when /clock is due next [s], after publishing now for a time that was due [s].
 
-    By what is due and not by what has passed, so that a late wake-up costs no time; what is late by
-    whole periods is left out.
+    The next time follows from the due time and not from now, so that a late wake-up adds no delay.
+    Whole periods that have passed are skipped.
     """
     return due_s + period_s * max(1.0, (now_s - due_s) // period_s)
 
 
 class SimulatedTime:
-    """A clock that waits where the position slips back, as the machine cannot keep up."""
+    """A clock that waits while the position slips back because the machine cannot keep up."""
 
     def __init__(self) -> None:
         self._scene = -1
         self._last_ns = 0
 
     def at(self, state: TimelineState, bag_ns: int) -> Tuple[int, bool]:
-        """Return the bag time [ns] to be published at a position, and whether it goes back."""
+        """Return the bag time [ns] to publish at a position, and whether the time goes back."""
         last_ns = self._last_ns
         if state.scene == self._scene:
             bag_ns = max(bag_ns, last_ns) if state.forward else min(bag_ns, last_ns)
@@ -42,7 +42,7 @@ SETTLING_S = 0.3
 
 
 class SimulatedClock:
-    """A separate thread, so that the clock runs under load, and stops when paused.
+    """Publisher of /clock in a separate thread, which runs under load, and stops while paused.
 
     When time jumps back, RViz and tf2 discard their data, some time after they receive the jump;
     messages sent before that are lost. ``on_settled`` is called when that is over.
@@ -50,7 +50,7 @@ class SimulatedClock:
 
     def __init__(self, timeline: Timeline, frequency_hz: float,
                  on_settled: Callable[[], None], node: NodeHandle) -> None:
-        """Begin to publish."""
+        """Begin to publish the clock."""
         self._timeline = timeline
         self._period_s = 1.0 / frequency_hz
         self._on_settled = on_settled
@@ -69,7 +69,7 @@ class SimulatedClock:
             self._publish(self._timeline.state, bag_ns)
 
     def close(self) -> None:
-        """Publish nothing more."""
+        """Stop publishing."""
         with self._lock:
             self._closed = True
 
@@ -87,10 +87,10 @@ class SimulatedClock:
         return max(self._due_s - self._node.monotonic_s(), 0.0)
 
     def _publish(self, state: TimelineState, bag_ns: int) -> None:
-        told_ns, goes_back = self._time.at(state, bag_ns)
+        published_ns, goes_back = self._time.at(state, bag_ns)
         if goes_back:
             self._settled_s = self._node.monotonic_s() + SETTLING_S
         try:
-            self._publisher.publish(Clock(Time(*divmod(told_ns, NS_PER_S))))
+            self._publisher.publish(Clock(Time(*divmod(published_ns, NS_PER_S))))
         except rospy.ROSException as error:  # the node is shutting down
             rospy.logdebug('the clock is not published: %s', error)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sends messages to subscribers on time, in a thread that Python cannot delay."""
+"""Sending of messages to subscribers on time, in a thread that Python cannot delay."""
 from __future__ import annotations
 
 import ctypes
@@ -21,7 +21,7 @@ class TimedSender:
         Raises:
             OSError: the library is missing, or the system has no more descriptors.
         """
-        self._quick = _declared(ctypes.PyDLL(LIBRARY))  # keeps Python's lock: too short to give up
+        self._quick = _declared(ctypes.PyDLL(LIBRARY))  # keeps Python's lock: the calls are short
         self._waiting = _declared(ctypes.CDLL(LIBRARY))
         self._sender = self._quick.timed_sender_new()
         if not self._sender:
@@ -35,7 +35,7 @@ class TimedSender:
 
     @property
     def dropped(self) -> int:
-        """Messages that slow subscribers did not get."""
+        """The number of messages that slow subscribers did not receive."""
         return int(self._quick.timed_sender_dropped(self._sender))
 
     def sent(self, topic: int) -> int:
@@ -43,13 +43,13 @@ class TimedSender:
         return int(self._quick.timed_sender_sent(self._sender, topic))
 
     def add_topic(self, latch: bool, queue_size: int, queue_bytes: int) -> int:
-        """Return the number of a new topic, given the queue size of each of its subscribers."""
+        """Add a topic, with the queue size of each of its subscribers; return its number."""
         return int(self._quick.timed_sender_add_topic(self._sender, latch, queue_size, queue_bytes))
 
     def add_link(self, topic: int, socket: int, on_broken: Callable[[], None]) -> int:
-        """Return the number of a new subscriber, given its socket; -1 if that is closed already.
+        """Add a subscriber by its socket; return its number, -1 if the socket is closed already.
 
-        ``on_broken`` is called by a thread of its own when the subscriber has gone away.
+        ``on_broken`` is called by a separate thread when the subscriber has gone.
         """
         link = int(self._quick.timed_sender_add_link(self._sender, topic, socket))
         if link >= 0:
@@ -57,15 +57,15 @@ class TimedSender:
         return link
 
     def remove_link(self, link: int) -> None:
-        """Forget a subscriber."""
+        """Remove a subscriber."""
         self._on_broken.pop(link, None)
         self._quick.timed_sender_remove_link(self._sender, link)
 
     def send(self, topic: int, source: int, pieces: List[Data], due_ns: int) -> None:
-        """Send a message of one of a topic's sources when a monotonic time [ns] has come.
+        """Send a message of one of a topic's sources at a monotonic time [ns].
 
-        It is not sent before those given earlier. The last one of each source is latched; new
-        subscribers get them in the order in which they were sent.
+        Messages are sent in the order given. The last message of each source is latched; new
+        subscribers get the latched messages in the order in which they were sent.
         """
         data = pieces[0] if len(pieces) == 1 and isinstance(pieces[0], bytes) else b''.join(pieces)
         self._quick.timed_sender_send(self._sender, topic, source, due_ns, data, len(data))
@@ -75,7 +75,7 @@ class TimedSender:
         self._quick.timed_sender_withdraw(self._sender, topic, source, due_ns)
 
     def revoke(self, after_ns: int) -> int:
-        """Withdraw unsent messages due after a time [ns]; return how many."""
+        """Withdraw unsent messages due after a monotonic time [ns]; return how many."""
         return int(self._quick.timed_sender_revoke(self._sender, after_ns))
 
     def wait_until_sent(self, timeout_s: float) -> bool:
@@ -101,7 +101,7 @@ class TimedSender:
 def take_long_slices() -> None:
     """Let other threads run at once when they wake up, above all the sender and subscribers.
 
-    This is for the calling thread and those that it starts; see time_slice.hpp.
+    This applies to the calling thread and the threads that it starts; see time_slice.hpp.
     """
     _declared(ctypes.PyDLL(LIBRARY)).timed_sender_take_long_slices()
 
