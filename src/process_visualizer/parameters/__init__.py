@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters of the nodes: what generation writes and nodes read, each in one class (pure)."""
+"""Parameters of the nodes, written by generation and read by nodes, each in one class (pure)."""

@@ -21,7 +21,7 @@ from process_visualizer.robot.rotations import Vector
 
 @dataclass(frozen=True)
 class ArrowStyle:
-    """The style of a quantity: an arrow with its value and unit beside it."""
+    """The style of a quantity: an arrow, with value and unit beside it."""
 
     label: str
     unit: str
@@ -29,12 +29,12 @@ class ArrowStyle:
     scale_m: float  # length of the arrow per unit
     min_m: float  # limits of the length
     max_m: float
-    threshold: float  # in the quantity's unit; below it there is no arrow
+    threshold: float  # in the quantity's unit; no arrow below it
     color: Color
-    diameter_m: float = 0.018  # of the shaft; the head has twice as much
+    diameter_m: float = 0.018  # of the shaft; the head has twice this diameter
 
     def length_m(self, vector: Vector) -> float:
-        """Return the length [m] of the arrow of a vector, in the quantity's unit; 0: none."""
+        """Return the arrow length [m] for a vector in the quantity's unit; 0 means no arrow."""
         magnitude = math.hypot(*vector)
         return (arrow_length(magnitude, self.scale_m, self.min_m, self.max_m)
                 if magnitude > max(self.threshold, 0.0) else 0.0)
@@ -44,7 +44,7 @@ class ArrowStyle:
         """Return a style with the parameters scale, min, max, threshold, color and diameter.
 
         Raises:
-            ParameterError: a value is wrong.
+            ParameterError: a value is invalid.
         """
         style = ArrowStyle(
             label=default.label, unit=default.unit, decimals=default.decimals,
@@ -61,7 +61,7 @@ class ArrowStyle:
         return style
 
     def to_parameters(self, default: 'ArrowStyle') -> Dict[str, Any]:
-        """Return what differs from a default, as ``read`` reads it."""
+        """Return the values that differ from a default, as ``read`` reads them."""
         return changed(self._written(), default._written())
 
     def _written(self) -> Dict[str, Any]:
@@ -70,8 +70,8 @@ class ArrowStyle:
                 'diameter': self.diameter_m}
 
 
-# The two often point the same way: the force is the thinner and mostly the longer one, so that
-# both are seen.
+# The two arrows often point the same way: the force arrow is thinner and mostly longer, so that
+# both are visible.
 VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.5, min_m=0.05, max_m=0.5,
                             threshold=0.002, color=(*VELOCITY_COLOR, 1.0), diameter_m=0.02)
 FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.018, min_m=0.05, max_m=0.6,
@@ -82,7 +82,7 @@ _DEFAULTS = {'velocity': VELOCITY_ARROW, 'force': FORCE_ARROW}
 
 
 def configured_arrow(device: Device, quantity: str) -> ArrowStyle:
-    """Return the style of a robot's arrow of a quantity, 'velocity' or 'force'."""
+    """Return the style of a robot's arrow for a quantity, 'velocity' or 'force'."""
     default = _DEFAULTS[quantity]
     return next((_changed(default, arrow) for arrow in device.arrows
                  if arrow.quantity == quantity), default)

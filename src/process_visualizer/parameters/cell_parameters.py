@@ -18,14 +18,14 @@ from process_visualizer.robot.frames import Frame
 
 @dataclass(frozen=True)
 class WatchedDevice:
-    """A device: where its words stand, what its nodes do for it, and the topics that RViz shows."""
+    """A watched device: the place of its texts, its nodes, and the topics that RViz shows."""
 
     name: str
     frame: str
     position: Tuple[float, float, float]  # (3,) [m] in the frame
-    nodes: Mapping[str, str]  # what it means that one has ended, by its name
+    nodes: Mapping[str, str]  # the consequence of a node's end, by the node's name
     topics: Tuple[str, ...]
-    age_topic: str = ''  # says how old the cloud is; '' without one
+    age_topic: str = ''  # topic with the age of the cloud; '' without a cloud
 
     @staticmethod
     def read(parameters: Parameters) -> WatchedDevice:

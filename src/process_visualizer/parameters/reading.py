@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads parameters: typed, checked, with errors that name the parameter."""
+"""Reading of parameters: typed, checked, with errors that name the parameter."""
 from __future__ import annotations
 
 import math
@@ -7,11 +7,11 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
 _SHOWN_CHARACTERS = 200
-STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
+STALE_AFTER_S = 0.7  # stale data is then visible as such within a second, with all other delays
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that cannot be used; the text says which and what is right."""
+    """A parameter has an invalid value; the text names the parameter and the expected value."""
 
 
 class Parameters:
@@ -26,11 +26,11 @@ class Parameters:
         self._path = path
 
     def group(self, name: str) -> 'Parameters':
-        """Return the parameters below a name; none of them where the name is not set."""
+        """Return the parameters below a name; an empty group if the name is not set."""
         return Parameters(self._values.get(name, {}), f'{self._path}/{name}')
 
     def groups(self, name: str) -> List['Parameters']:
-        """Return the groups of parameters in a list; none of them where it is not set."""
+        """Return the groups of parameters in a list; no groups if the list is not set."""
         values = self._values.get(name, [])
         if not isinstance(values, list):
             raise self.error(name, 'a list of groups of parameters', values)
@@ -38,7 +38,7 @@ class Parameters:
                 for index, value in enumerate(values)]
 
     def texts(self, name: str) -> Dict[str, str]:
-        """Return texts by their names; none of them where it is not set."""
+        """Return texts by their names; no texts if the group is not set."""
         values = self._values.get(name, {})
         if isinstance(values, list) and all(isinstance(it, str) for it in values):
             values = dict.fromkeys(values, '')
@@ -66,7 +66,7 @@ class Parameters:
         return value
 
     def choice(self, name: str, choices: Sequence[str]) -> str:
-        """Return one of some texts; the first one where it is not set."""
+        """Return one of some texts; the first one if the parameter is not set."""
         value = self.text(name, choices[0])
         if value not in choices:
             raise self.error(name, ' or '.join(choices), value)
@@ -78,7 +78,7 @@ class Parameters:
 
     def number(self, name: str, default: float, above: float = -math.inf,
                least: float = -math.inf) -> float:
-        """Return a finite number that is greater than a bound, and not less than another."""
+        """Return a finite number greater than ``above`` and not less than ``least``."""
         value = self._values.get(name, default)
         if not is_number(value) or value <= above or value < least:
             bound = '' if above == -math.inf else f' above {above:g}'
@@ -94,7 +94,7 @@ class Parameters:
         return float(value[0]), float(value[1]), float(value[2])
 
     def color(self, name: str, default: Color) -> Color:
-        """Return a color given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
+        """Return a color given as 'r g b' or 'r g b a', or as such a list; values from 0 to 1."""
         value = self._values.get(name, list(default))
         try:
             numbers = [float(part) for part in (value.split() if isinstance(value, str) else value)]
@@ -106,7 +106,7 @@ class Parameters:
         return red, green, blue, numbers[3] if len(numbers) == 4 else 1.0
 
     def error(self, name: str, expected: str, value: Any) -> ParameterError:
-        """Return the error that a parameter has a value other than what is expected."""
+        """Return the error for a parameter with a value other than the expected one."""
         return ParameterError(f'parameter {self._path}/{name}: {expected} is expected, '
                               f'not {shown(value)}')
 
@@ -124,17 +124,17 @@ def is_number(value: Any) -> bool:
 
 
 def written_color(color: Color) -> List[float]:
-    """Return a color as a parameter: without alpha where it is opaque."""
+    """Return a color as a parameter: without alpha if it is opaque."""
     return list(color[:3] if color[3] == 1.0 else color)
 
 
 def opaque(color: Sequence[float]) -> Color:
-    """Return red, green and blue (3,) as a color that hides what is behind it."""
+    """Return red, green and blue (3,) as an opaque color."""
     red, green, blue = color
     return red, green, blue, 1.0
 
 
 def changed(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return those values that are not the default of their name."""
+    """Return the values that differ from the defaults of their names."""
     return {name: value for name, value in values.items()
             if name not in defaults or value != defaults[name]}

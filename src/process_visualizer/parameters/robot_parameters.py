@@ -10,18 +10,18 @@ from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, cha
 from process_visualizer.robot.frames import default_base_frame, default_tool_frame
 from process_visualizer.ros_names import JOINT_PROC
 
-_FEET = ('reported', 'tool_frame')  # where arrows begin
+_FEET = ('reported', 'tool_frame')  # origins of the arrows
 
 
 @dataclass(frozen=True)
 class TopicParameters:
-    """A topic that a node reads; without a name the quantity is not there."""
+    """A topic that a node reads; without a name the robot does not have the quantity."""
 
     name: str = ''
-    message_type: str = ''  # package/Type; empty: what the topic turns out to carry
-    frame: str = ''  # of a tf topic: which frame
-    parent_frame: str = ''  # in which the values are, where the message does not say it
-    latency_s: float = 0.0  # by which they were measured before their stamp, or their arrival
+    message_type: str = ''  # package/Type; empty: the type found on the topic
+    frame: str = ''  # the frame to read, for a tf topic
+    parent_frame: str = ''  # the frame of the values if the message does not name it
+    latency_s: float = 0.0  # time from measurement to stamp, or to arrival
 
     @staticmethod
     def read(parameters: Parameters) -> 'TopicParameters':
@@ -56,7 +56,7 @@ class RobotParameters:
     tool_frame: str
     force_frame: str
     joint_states: TopicParameters = TopicParameters()
-    more_joint_states: Tuple[str, ...] = ()  # further topics with joints, such as a gripper's
+    more_joint_states: Tuple[str, ...] = ()  # other topics with joints, such as a gripper's
     tool_center_frame: TopicParameters = TopicParameters()
     force_sensor: TopicParameters = TopicParameters()
     velocity_arrow: ArrowStyle = VELOCITY_ARROW
@@ -65,17 +65,17 @@ class RobotParameters:
     marker_rate_hz: float = 30.0
     velocity_window_s: float = 0.2
     stale_after_s: float = STALE_AFTER_S
-    foot_at_tool_frame: bool = False  # else arrows begin where the driver says that the tool is
-    tool_limit_m: float = 0.01  # from here a reported tool is not where the model has it
+    foot_at_tool_frame: bool = False  # otherwise arrows begin at the tool that the driver reports
+    tool_limit_m: float = 0.01  # from here a reported tool differs from the model's tool
     tool_limit_rad: float = 0.1
-    link_prefix: str = ''  # what the configuration has put before the names of the model's links
+    link_prefix: str = ''  # prefix of the model's link names in the configuration
 
     @staticmethod
     def read(parameters: Parameters, robot_name: str) -> RobotParameters:
         """Return the checked parameters of the robot processor.
 
         Args:
-            parameters: the node's private ones.
+            parameters: the node's private parameters.
             robot_name: the device's name, which is the node's namespace.
 
         Raises:
@@ -110,7 +110,7 @@ class RobotParameters:
         )
 
     def to_parameters(self) -> Dict[str, Any]:
-        """Return what differs from the defaults, and the frames, as ``read`` reads them."""
+        """Return the frames, and values that differ from the defaults, as ``read`` reads them."""
         topics = {'joint_states': self.joint_states, 'tool_center_frame': self.tool_center_frame,
                   'force_sensor': self.force_sensor}
         arrows = {'velocity': self.velocity_arrow.to_parameters(VELOCITY_ARROW),
@@ -126,7 +126,7 @@ class RobotParameters:
         return {name: value for name, value in values.items() if value or name == 'topics'}
 
     def _optional(self) -> Dict[str, Any]:
-        """Return what most robots do not have, ``None`` or empty then."""
+        """Return the parameters that few robots have; ``None`` or empty for the others."""
         text, default = self.text, TextParameters()
         limit = {'position': self.tool_limit_m, 'angle': self.tool_limit_rad}
         others = {'marker_rate': self.marker_rate_hz, 'velocity_window': self.velocity_window_s,
@@ -146,21 +146,24 @@ class RobotParameters:
 
 
 JOINT_OFFSETS = f'{JOINT_PROC}/joint_offsets'
-"""Its name in the robot's namespace; joint_proc (C++) reads it as ~joint_offsets."""
+"""Joint offsets: name in the robot's namespace; joint_proc (C++) reads ~joint_offsets."""
 
 
 JOINT_LATENCIES = f'{JOINT_PROC}/latencies'
-"""Likewise: those of its topics [s], in their order; not set where there are none."""
+"""Latencies [s] of joint_proc's topics, in their order: name in the robot's namespace.
+
+The parameter is not set if there are none.
+"""
 
 
 def usable_latencies(values: Any, count: int) -> List[float]:
-    """Return the latencies [s] of a number of topics; joint_proc refuses any others."""
+    """Return the latencies [s] of ``count`` topics; zeros if joint_proc would refuse the values."""
     usable = isinstance(values, list) and len(values) == count and all(map(is_number, values))
     return [float(it) for it in values] if usable else [0.0] * count
 
 
 def usable_offsets(values: Any) -> Dict[str, float]:
-    """Return the offsets [rad or m] by the names of joints; joint_proc refuses any others."""
+    """Return the offsets [rad or m] by joint name, without those that joint_proc would refuse."""
     if not isinstance(values, Mapping):
         return {}
     return {name: float(value) for name, value in values.items() if is_number(value)}

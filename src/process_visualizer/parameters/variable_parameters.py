@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Private parameters of the variable processor, as the generated launch file writes them."""
+"""Private parameters of the variable processor, as written by the generated launch file."""
 from __future__ import annotations
 
 import math
@@ -26,7 +26,7 @@ UnitVector = Tuple[float, float, float]
 
 
 def _default(attribute: str) -> Any:
-    """Return what an attribute of <variable> is where it is not given."""
+    """Return the default value of an attribute of <variable>."""
     given = TAGS['variable'].attributes[attribute]
     return CONVERTERS[given.kind](given.default or '')
 
@@ -36,7 +36,7 @@ COLOR, WARNING_COLOR = opaque(_default('color')), opaque(_default('warning_color
 
 @dataclass(frozen=True)
 class VariableColors:
-    """The color of a variable by its value: a warning limit goes before the scale."""
+    """The color of a variable by its value; warning limits take precedence over the scale."""
 
     color: Color
     scale: Optional[Tuple[float, float, Color]] = None  # begin, end, color at the end
@@ -46,7 +46,7 @@ class VariableColors:
 
     @property
     def limits(self) -> Limits:
-        """The least and the greatest good value."""
+        """The lowest and the highest good value."""
         return Limits(self.low, self.high)
 
     def of(self, value: float) -> Color:
@@ -90,7 +90,7 @@ class VariableColors:
 
 @dataclass(frozen=True)
 class VariableParameters:
-    """A number of a topic, and how it is shown."""
+    """A number of a topic, and its display."""
 
     topic: str
     field: FieldPath
@@ -99,11 +99,11 @@ class VariableParameters:
     colors: VariableColors
     unit: str
     scale_m: float  # meters of arrow per unit; 0: text only
-    offset: float  # value at which the arrow has no length
+    offset: float  # value at which the arrow has length 0
     label: str
-    offset_param: str = ''  # a parameter that holds the offset; empty: there is none
-    max_m: float = MAX_LENGTH_M  # longest length of the arrow
-    is_shown: bool = True  # drawn; the limits of a hidden one are watched all the same
+    offset_param: str = ''  # parameter that holds the offset; empty: none
+    max_m: float = MAX_LENGTH_M  # maximum length of the arrow
+    is_shown: bool = True  # drawn; limits are watched even for a hidden variable
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariableParameters':
@@ -137,7 +137,7 @@ class VariablesParameters:
     """The private parameters of the variable processor."""
 
     variables: List[VariableParameters]
-    text_frame: str = ''  # empty: each text stands beside its own arrow
+    text_frame: str = ''  # empty: each text is beside its own arrow
     text_position: Optional[Tuple[float, float, float]] = None  # [m] in the frame of the text
     text_height_m: float = 0.05
     marker_rate_hz: float = 30.0
@@ -162,7 +162,7 @@ class VariablesParameters:
             parameters.number('stale_after', STALE_AFTER_S, above=0.0))
 
     def to_parameters(self) -> Dict[str, Any]:
-        """Return the variables, and what differs from the defaults, as ``read`` reads them."""
+        """Return the variables, and values other than the defaults, as ``read`` reads them."""
         default = VariablesParameters([])
         text = changed({'frame': self.text_frame, 'height': self.text_height_m},
                        {'frame': '', 'height': default.text_height_m})
