@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places RViz's camera so that the whole cell is in view."""
+"""Placement of RViz's camera so that the whole cell is in view."""
 from __future__ import annotations
 
 import math
@@ -10,21 +10,21 @@ import numpy as np
 from process_visualizer.robot.rotations import matrix_from_ypr
 
 FIELD_OF_VIEW_RAD = math.pi / 4
-"""From the upper to the lower edge of RViz's picture."""
+"""Vertical field of view of RViz's camera."""
 _MARGIN = 1.08
 _BEFORE, _MIN_M = 0.1, 0.1
-"""Least distance of the camera from the nearest point: of the whole size, and in m."""
+"""Minimum distance from the camera to the nearest point: as a share of the size, and in m."""
 _HALVINGS = 40
 _GRID_CELLS = 12
 _GRID_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
 def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> Dict[str, Any]:
-    """Focal point and distance (m) of an orbiting camera that sees all points, in RViz's terms.
+    """Return focal point and distance [m] of an orbiting camera that sees all points, for RViz.
 
-    The camera is as close as possible. ``points`` (n, 3) are in m in the global frame, ``view``
-    has the angles ``Pitch`` and ``Yaw`` from which it looks, and ``aspect`` is the width of the
-    picture by its height. Without points the result is empty and the default view is kept.
+    The camera is as close as possible. ``points`` (n, 3) are in m in the global frame, ``view`` has
+    the camera's angles ``Pitch`` and ``Yaw``, and ``aspect`` is the width of the picture divided by
+    its height. Without points the result is empty and the default view is kept.
     """
     if not len(points):
         return {}
@@ -41,7 +41,7 @@ def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> D
 
 
 def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> np.ndarray:
-    """Return which of the points (n, 3) an orbiting camera sees, in RViz's terms."""
+    """Return for each point (n, 3) whether an orbiting camera of RViz sees it."""
     focus = view.get('Focal Point') or {}
     axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
     place = np.array([float(focus.get(axis, 0.0)) for axis in 'XYZ'])
@@ -51,26 +51,26 @@ def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> n
 
 
 def camera_axes(pitch: float, yaw: float) -> np.ndarray:
-    """The directions (3, 3) to the right, up and to the camera, as columns in the global frame.
+    """Return the directions right, up and to the camera, as columns (3, 3) in the global frame.
 
-    Seen from its focal point, RViz's orbiting camera is in the direction of the angles.
+    The angles give the direction from the focal point to RViz's orbiting camera.
     """
     turned = matrix_from_ypr((yaw, -pitch, 0.0))
     return np.column_stack([turned[:, 1], turned[:, 2], turned[:, 0]])
 
 
 def _nearest(across: np.ndarray, back: np.ndarray, slope: float) -> float:
-    """The least distance back at which a camera sees all points between two lines of a slope.
+    """Return the smallest position back at which a camera sees all points between its edges.
 
-    A point is seen from x if ``|across - x| <= slope * (camera - back)``; the camera is as near as
-    possible where the bounds that the two lines are for x meet.
+    A camera at x sees a point if ``|across - x| <= slope * (camera - back)``. The camera is as near
+    as possible when the lower and upper bounds for x that follow from all points meet.
     """
     least, greatest = (across + slope * back).max(), (across - slope * back).min()
     return float(0.5 * (least - greatest) / slope)
 
 
 def _middle(across: np.ndarray, depth: np.ndarray) -> float:
-    """The place from which points at some depths reach equally far to both sides of the picture."""
+    """Return the camera position from which points extend equally far to both sides."""
     low, high = float(across.min()), float(across.max())
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -80,7 +80,7 @@ def _middle(across: np.ndarray, depth: np.ndarray) -> float:
 
 
 def grid_below(points: np.ndarray) -> Dict[str, Any]:
-    """Cell size and place of a grid of some cells around the points, in RViz's terms."""
+    """Return cell size and place of a grid below the points, in RViz's terms."""
     if not len(points):
         return {}
     low, high = points.min(axis=0), points.max(axis=0)
@@ -91,6 +91,6 @@ def grid_below(points: np.ndarray) -> Dict[str, Any]:
 
 
 def _round_size(size: float) -> float:
-    """Return the next size of 1, 2, 5, 10 and so on."""
+    """Return the next larger round size (1, 2, 5, 10 and so on)."""
     power = 10.0 ** math.floor(math.log10(max(size, 1e-3)))
     return float(next(step * power for step in _GRID_STEPS if step * power >= 0.999 * size))

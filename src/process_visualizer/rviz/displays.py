@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The RViz displays of a device: those of its type, and those its configuration adds."""
+"""The RViz displays of a device: those of its type, and those added by the configuration."""
 from __future__ import annotations
 
 import copy
@@ -16,7 +16,7 @@ _NUMBER = re.compile(r'-?(0|[1-9][0-9]{0,15})(\.[0-9]{1,15})?')
 _OWN_DISPLAYS = ('MarkerArray',)
 """Types for which our own RViz plugin has a display of the same name and the same properties."""
 _SETTLED = ('Class', 'Name', 'Displays')
-"""Keys that follow from the ``<rviz>`` element itself; no property changes them."""
+"""Keys set by the ``<rviz>`` element itself; properties do not change them."""
 _DEFAULT_NAMES = {
     'RobotModel': 'Model',
     'MarkerArray': 'Arrows and numbers',
@@ -26,7 +26,7 @@ _DEFAULT_NAMES = {
 
 
 def device_displays(device: Device) -> List[DisplayConfig]:
-    """The displays of a device in RViz's terms; an explicit one replaces the default like it."""
+    """Return the displays of a device in RViz's terms; explicit ones replace matching defaults."""
     explicit = [_config(display, device) for display in device.displays]
     defaults = [_config(display, device) for display in _default_displays(device)]
     taken = [_identity(config) for config in explicit]
@@ -79,7 +79,7 @@ def _class_of(display_type: str) -> str:
 
 
 def _frame_states(frames: Any) -> Any:
-    """RViz regards a frame as switched off unless its state is a mapping with the key "Value"."""
+    """Return frame states as mappings with the key "Value": RViz takes all others as disabled."""
     if not isinstance(frames, dict):
         return frames
     return {name: state if isinstance(state, dict) or name == 'All Enabled' else {'Value': state}
@@ -87,14 +87,14 @@ def _frame_states(frames: Any) -> Any:
 
 
 def display_topic(display: Display, device: Device) -> str:
-    """The topic (or, for a robot model, the parameter) that the display shows."""
+    """Return the topic (or, for a robot model, the parameter) that the display shows."""
     if display.topic is not None:
         return display.topic
     return f'/{device.name}/{DISPLAY_TYPES[display.type].default_topic}'
 
 
 def property_value(item: Property) -> Any:
-    """The value in YAML's terms (number, true/false, text), or a mapping of its properties."""
+    """Return the value in YAML's terms (number, true/false, text), or a mapping of properties."""
     if not item.children:
         return _scalar(item.value)
     below = {child.name: property_value(child) for child in item.children}
@@ -102,7 +102,7 @@ def property_value(item: Property) -> Any:
 
 
 def _scalar(text: Optional[str]) -> Any:
-    """A number or truth value if the text is clearly one; otherwise the text."""
+    """Return a number or truth value if the text is clearly one; otherwise the text."""
     word = (text or '').lower()
     if word in ('true', 'false'):
         return word == 'true'
@@ -118,7 +118,7 @@ def _identity(config: DisplayConfig) -> Tuple[str, Any]:
 
 
 def _with_unique_names(configs: List[DisplayConfig]) -> List[DisplayConfig]:
-    """RViz finds displays by name: number those that share one."""
+    """Number displays that share a name, since RViz finds displays by name."""
     taken: Set[str] = set()
     for config in configs:
         name, count = config['Name'], 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Views of RViz: the operator's own by name, merged, checked, and reduced for viewers."""
+"""RViz views: the operator's saved views, merged, checked, and reduced for viewers."""
 from __future__ import annotations
 
 import copy
@@ -26,11 +26,11 @@ _MAX_VIEW_BYTES = 1 << 20
 
 
 def read_view(path: str) -> Dict[str, Any]:
-    """The content of an RViz file.
+    """Return the content of an RViz file.
 
     Raises:
-        OSError: it cannot be read.
-        ValueError: it is not a file of RViz.
+        OSError: the file cannot be read.
+        ValueError: the file is not an RViz file.
     """
     try:
         content = plain_yaml(small_file(path, _MAX_VIEW_BYTES).decode())
@@ -46,31 +46,31 @@ _CHOSEN_FILE = 'chosen.txt'
 
 
 class SavedViewError(Exception):
-    """A view cannot be saved or read; says which and why."""
+    """A view cannot be saved or read; the text says which and why."""
 
 
 class SavedViews:
     """The views for some devices of a configuration, as copies of RViz's own files.
 
-    They are in ``~/.ros/process_visualizer/views``, in a folder for each set of devices.
+    The files are in ``~/.ros/process_visualizer/views``, in a folder for each set of devices.
     """
 
     def __init__(self, configuration: str, devices: Iterable[str]) -> None:
-        """``configuration`` is the path of the file, ``devices`` are the chosen names."""
+        """Take the path of the configuration file and the names of the chosen devices."""
         path = os.path.abspath(configuration)
         key = hashlib.sha256('\0'.join([path, *sorted(devices)]).encode('utf-8', 'surrogateescape'))
         self.folder = (Path(rospkg.get_ros_home()) / 'process_visualizer' / 'views'
                        / f'{Path(path).stem}-{key.hexdigest()[:16]}')
 
     def names(self) -> List[str]:
-        """The names of all views, in alphabetical order."""
+        """Return the names of all views, in alphabetical order."""
         return sorted(unquote(path.stem) for path in self.folder.glob(f'*{_ENDING}'))
 
     def save(self, name: str, rviz_file: str) -> None:
-        """Keep a copy of a file written by RViz, and choose it; replaces one of that name.
+        """Save a copy of a file written by RViz, and choose it; replaces a view of that name.
 
         Raises:
-            SavedViewError: it cannot be written, or the file is not one of RViz's.
+            SavedViewError: the view cannot be written, or the file is not an RViz file.
         """
         if not name.strip():
             raise SavedViewError('a view needs a name')
@@ -83,10 +83,10 @@ class SavedViews:
         self.choose(name)
 
     def load(self, name: str) -> Dict[str, Any]:
-        """The content of a view's file.
+        """Return the content of a view's file.
 
         Raises:
-            SavedViewError: it cannot be read.
+            SavedViewError: the view cannot be read.
         """
         try:
             return read_view(str(self._path(name)))
@@ -98,7 +98,7 @@ class SavedViews:
         """Delete a view.
 
         Raises:
-            SavedViewError: it cannot be removed.
+            SavedViewError: the view cannot be removed.
         """
         try:
             self._path(name).unlink()
@@ -108,10 +108,10 @@ class SavedViews:
             self.choose(None)
 
     def choose(self, name: Optional[str]) -> None:
-        """Choose the view of the next launch; None is the generated one.
+        """Choose the view for the next launch; None is the generated one.
 
         Raises:
-            SavedViewError: it cannot be written.
+            SavedViewError: the choice cannot be written.
         """
         try:
             if name is None:
@@ -124,7 +124,7 @@ class SavedViews:
                                  f'{_reason(error)}') from None
 
     def chosen(self) -> Optional[str]:
-        """The chosen name; None if no view is chosen, or it no longer exists."""
+        """Return the name of the chosen view; None if none is chosen, or it no longer exists."""
         try:
             name = small_file(str(self.folder / _CHOSEN_FILE)).decode('utf-8', 'surrogatepass')
         except (OSError, UnicodeDecodeError):
@@ -132,7 +132,7 @@ class SavedViews:
         return name if self._path(name).is_file() else None
 
     def _path(self, name: str) -> Path:
-        """Its file; characters not allowed in file names, and dots, are encoded."""
+        """Return the file of a view; dots and characters not allowed in file names are encoded."""
         return self.folder / (quote(name, safe=' ', errors='surrogatepass').replace('.', '%2E')
                               + _ENDING)
 
@@ -147,11 +147,11 @@ _GENERATED_KEYS = ('Class', 'Name', 'Displays')
 
 
 def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewConfig:
-    """The saved view with the displays, topics and global frame of the generated one.
+    """Return the saved view with the displays, topics and global frame of the generated one.
 
-    The operator's settings in RViz are kept: camera, colors, what is switched off, added
-    displays, panels. The configuration decides which displays its devices have, and what they
-    show. Both are contents of ``.rviz`` files.
+    The operator's settings in RViz are kept: camera, colors, disabled displays, added displays,
+    panels. The configuration determines the displays of its devices and their topics. Both views
+    are contents of ``.rviz`` files.
     """
     result: ViewConfig = copy.deepcopy({**generated, **saved})
     ours, his = _mapping(generated, _MANAGER), _mapping(saved, _MANAGER)
@@ -185,7 +185,7 @@ def _identity(display: ViewConfig) -> Tuple[str, str]:
 
 
 def _type(display: ViewConfig) -> str:
-    """The type without its library: views saved earlier show our markers with RViz's display."""
+    """Return the type without its library: older saved views use RViz's display for our markers."""
     return str(display.get('Class')).split('/')[-1]
 
 
@@ -195,7 +195,7 @@ def _topic_key(display: ViewConfig) -> str:
 
 
 def _mapping(config: Mapping[str, Any], key: str) -> Dict[str, Any]:
-    """The mapping below a key; empty if a file edited by hand has something else there."""
+    """Return the mapping below a key; empty if a hand-edited file has another value there."""
     value = config.get(key)
     return value if isinstance(value, dict) else {}
 
@@ -210,10 +210,11 @@ _ORBITS = ('rviz/Orbit', 'rviz/XYOrbit')
 
 def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
                   extent: Mapping[str, np.ndarray]) -> List[Problem]:
-    """Warnings about devices that are not visible in a saved view.
+    """Return warnings about devices that are not visible in a saved view.
 
-    ``content`` is that of its file, ``extent`` has points (n, 3) around each device. Only orbiting
-    cameras in the global frame are checked: the view of others is unknown before RViz runs.
+    ``content`` is the content of the view's file; ``extent`` has points (n, 3) around each device.
+    Only orbiting cameras in the global frame are checked: the view of other cameras is unknown
+    before RViz runs.
     """
     view = _orbit(cell, content)
     if view is None:
@@ -229,7 +230,7 @@ def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
 
 
 def _orbit(cell: Cell, content: Mapping[str, Any]) -> Optional[Mapping[str, Any]]:
-    """The camera, if it is one that orbits a point of the global frame."""
+    """Return the camera if it orbits a point of the global frame, else None."""
     view: Any = content
     for key in ('Visualization Manager', 'Views', 'Current'):
         view = view.get(key) if isinstance(view, Mapping) else None
@@ -240,12 +241,12 @@ def _orbit(cell: Cell, content: Mapping[str, Any]) -> Optional[Mapping[str, Any]
 
 _CHANGING_DISPLAYS = ('process_visualizer/DisplayStatus', 'process_visualizer/ReplayBand',
                       'rviz/InteractiveMarkers')
-"""They publish, or are commanded by the launcher of the cell."""
+"""Displays that publish, or that the launcher of the cell controls."""
 _CHANGING_TOOLS = ('rviz/Interact', 'rviz/SetInitialPose', 'rviz/SetGoal', 'rviz/PublishPoint')
 
 
 def onlooker_view(config: Dict[str, Any]) -> Dict[str, Any]:
-    """Return the content of an .rviz file without what publishes anything."""
+    """Return the content of an .rviz file without displays and tools that publish anything."""
     manager = dict(config['Visualization Manager'])
     manager['Displays'] = _without(manager.get('Displays') or [], _CHANGING_DISPLAYS)
     manager['Tools'] = _without(manager.get('Tools') or [], _CHANGING_TOOLS)
@@ -253,6 +254,6 @@ def onlooker_view(config: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def _without(items: List[Any], classes: 'tuple[str, ...]') -> List[Any]:
-    """The items of other classes, and of groups those inside."""
+    """Return the items of other classes, also within groups."""
     return [{**it, 'Displays': _without(it['Displays'], classes)} if it.get('Displays') else it
             for it in items if it.get('Class') not in classes]

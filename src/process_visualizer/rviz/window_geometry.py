@@ -1,29 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's window: its place on the screen, and what it shows beside the scene."""
+"""RViz's window: its place on the screen, and the docks beside the scene."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 _WIDTH_FOR_DISPLAYS_PX = 1300
-"""From this width on there is room for the list of displays beside the scene."""
+"""Minimum width with room for the list of displays beside the scene."""
 _ASIDE_PX = 60
 _DISPLAYS_PX, _DOCK_EDGES_PX, _BARS_PX = 345, 30, 90
-"""Size of the list of displays, the docks' edges, and menu, tool and status bar in a window."""
+"""Sizes in a window: list of displays, edges of the docks, and menu, tool and status bars."""
 _STATE_WITHOUT_DISPLAYS = (
     '000000ff00000000fd00000001000000000000012c00000360fc0200000001fb0000001000440069007300700'
     '06c0061007900730000000024000003600000005e00ffffff00000474000003600000000400000004000000080'
     '0000008fc0000000100000002000000010000000a0054006f006f006c00730100000000ffffffff00000000000'
     '00000')
-"""State that Qt writes (QMainWindow.saveState) for a window with RViz's tool bar and hidden
-displays at the left, 300 pixels wide. RViz hides docks when it reads "Hide Left Dock", but only if
-they can be seen, which is impossible before its window opens: so the state has to hide them."""
+"""State as written by Qt (QMainWindow.saveState) for a window with RViz's tool bar and hidden
+displays at the left, 300 pixels wide. RViz hides docks when it reads "Hide Left Dock", but only
+visible ones, and none are visible before its window opens: so the state has to hide them."""
 _DOCK_KEYS = ('Displays', 'Selection', 'Time', 'Tool Properties', 'Views')
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A part of a screen in (logical) pixels; x and y of its upper left corner."""
+    """A part of a screen in (logical) pixels; x and y are those of its upper left corner."""
 
     x: int
     y: int
@@ -32,13 +32,13 @@ class Rectangle:
 
 
 def scene_aspect(width: int, height: int) -> float:
-    """The width of the scene by its height in a generated window of RViz of that size."""
+    """Return width over height of the scene in a generated RViz window of a given size."""
     displays = 0 if width < _WIDTH_FOR_DISPLAYS_PX else _DISPLAYS_PX
     return max(width - displays - _DOCK_EDGES_PX, 1) / max(height - _BARS_PX, 1)
 
 
 def moved_aside(geometry: Any) -> Dict[str, Any]:
-    """Return the section for a second window that leaves the first one and its bars visible."""
+    """Return the geometry of a second window that leaves the first one and its bars visible."""
     found = dict(geometry) if isinstance(geometry, dict) else {}
     for key, change in (('X', _ASIDE_PX), ('Y', _ASIDE_PX), ('Width', -_ASIDE_PX),
                         ('Height', -_ASIDE_PX)):
@@ -48,11 +48,11 @@ def moved_aside(geometry: Any) -> Dict[str, Any]:
 
 
 def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[str, Any]:
-    """The section ``Window Geometry`` of an RViz file.
+    """Return the section ``Window Geometry`` of an RViz file.
 
-    ``docks`` is that section of a file that the operator has saved, which says which docks are
-    shown. Otherwise docks that an operator does not need are hidden: all but the list of displays,
-    and that one too if the scene would be too small.
+    ``docks`` is the same section of a file saved by the operator; it says which docks are shown.
+    Without it, docks that an operator does not need are hidden: all but the list of displays, and
+    the list too if the scene would be too small.
     """
     is_small = rectangle.width < _WIDTH_FOR_DISPLAYS_PX
     hidden = {key: {'collapsed': key != 'Displays' or is_small} for key in _DOCK_KEYS}
@@ -66,11 +66,11 @@ def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[s
 # Shares of the launcher, RViz and the timeline on a screen.
 
 MIN_LAUNCHER_PX, MIN_RVIZ_PX = 450, 480
-"""Widths in which they can be used."""
+"""Minimum usable widths."""
 MIN_UPPER_PX, MIN_TIMELINE_PX = 300, 220
-"""Heights of the launcher and RViz, and of the timeline below them."""
+"""Minimum heights of the launcher and RViz, and of the timeline below them."""
 _MIN_PART, _MAX_PART = 0.38, 0.42
-"""Of the height of the screen for the timeline: the more the launcher and RViz leave, the more."""
+"""Limits of the timeline's share of the screen's height; within them it gets what is left."""
 _ENOUGH_UPPER_PX = 620
 
 
@@ -85,33 +85,33 @@ class WindowFrame(NamedTuple):
 
 @dataclass(frozen=True)
 class Sizes:
-    """The operator's sizes for one screen [px]; None: a part of the screen's height."""
+    """The operator's sizes for one screen [px]; None: a share of the screen's height."""
 
     launcher_width: int = 460
     timeline_height: Optional[int] = None
     is_right: bool = False
-    """Whether the launcher is at the right of RViz."""
+    """True if the launcher is to the right of RViz."""
 
 
 class WindowPlaces(NamedTuple):
-    """The windows' places: x and y of their frames' corners, sizes without frames."""
+    """The windows' places: x and y of the corners of their frames, sizes without frames."""
 
     launcher: Rectangle
     rviz: Rectangle
     timeline: Rectangle
 
 
-_LEAST_FOR_WIDE_PX = 900  # of the screen; in less, a panel above the timeline would be cut
+_MIN_HEIGHT_FOR_WIDE_PX = 900  # of the screen; below it, a panel above the timeline would be cut
 
 
 def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> WindowPlaces:
-    """Return the places in the usable part of a screen: none overlaps another one.
+    """Return places in the usable part of a screen that do not overlap.
 
     The timeline, which has no frame, is below RViz or, if it is wide, below both. On a low screen
-    it is never wide, as the launcher needs all of the height. On a screen that is too small for
-    all, everything is smaller than it should be.
+    it is never wide, because the launcher needs the full height. On a screen that is too small, all
+    windows are smaller than their minimum.
     """
-    is_wide = is_wide and room.height >= _LEAST_FOR_WIDE_PX
+    is_wide = is_wide and room.height >= _MIN_HEIGHT_FOR_WIDE_PX
     lower = _timeline_height(room.height, sizes)
     upper = room.height - lower
     sides = frame.left + frame.right
@@ -129,7 +129,7 @@ def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> 
 def followed(sizes: Sizes, room: Rectangle, launcher: Rectangle, asked: Rectangle) -> Sizes:
     """Return the sizes after the operator has moved or resized the launcher.
 
-    ``launcher`` is its place, ``asked`` the one that it was given.
+    ``launcher`` is its current place, ``asked`` the place that was requested for it.
     """
     width = sizes.launcher_width if launcher.width == asked.width else launcher.width
     is_right = 2 * launcher.x + launcher.width > 2 * room.x + room.width
@@ -145,7 +145,7 @@ def _timeline_height(total: int, sizes: Sizes) -> int:
 
 
 def _share(total: int, wanted: int, least: int, least_rest: int) -> int:
-    """The part of a length that one of two gets; in proportion, if it is too short for both."""
+    """Return the first of two parts of a length; in proportion if it is too short for both."""
     if total < least + least_rest:
         return max(total, 0) * least // (least + least_rest)
     return min(max(wanted, least), total - least_rest)
@@ -162,7 +162,7 @@ def settings_of(sizes: Sizes) -> Tuple[int, Optional[int], bool]:
 
 
 def sizes_from(values: object) -> Sizes:
-    """Return the sizes that were stored; the default ones if another version has stored them."""
+    """Return stored sizes; the defaults if another version stored them in another form."""
     if isinstance(values, (list, tuple)) and len(values) == 3:
         width, height, is_right = values
         if isinstance(width, int) and (height is None or isinstance(height, int)):
