@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run as one page for a browser: its data, and the file around them."""
+"""A run as a page for a browser: its data, and the file that contains it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds of depth sensors for a page: cropped as in RViz, a few a second, and thinned."""
+"""Clouds of depth sensors for a page: cropped as in RViz, a few per second, and thinned."""
 from __future__ import annotations
 
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -18,11 +18,11 @@ from process_visualizer.robot.placements import Placements, constant
 
 CLOUDS_HZ = 5.0
 MAX_POINTS = 5_000
-"""Of one cloud; what has more is thinned to the centers of cubes."""
+"""Maximum number of points of a cloud; a larger one is thinned to one point per cube."""
 _FINEST_M, _COARSER = 0.008, 1.3
 _GRAY = 150
 _MAX_COLOR_APART_S = 0.1
-"""Between a depth image and the color image that it is drawn with."""
+"""Maximum time between a depth image and the color image with which it is drawn."""
 
 
 class Points(NamedTuple):
@@ -35,11 +35,11 @@ class Points(NamedTuple):
 
 def cloud_entries(devices: Sequence[Device], recording: Recording, places: FramePlaces,
                   packed: Packed, span: PageSpan) -> Tuple[List[Dict[str, Any]], List[str]]:
-    """Return the clouds as the page has them, and why some are missing."""
+    """Return the clouds as entries of the page, and notes on missing ones."""
     entries, notes = [], []
     for device in devices:
         if not device.has_images and device.topic_for(TopicFunction.POINTCLOUD) is None:
-            continue  # no cloud, or one that is joined from others
+            continue  # no cloud, or a joined one
         clouds = []
         problem = 'it was not recorded'
         for time_s, points in _clouds(device, recording, span):
@@ -61,7 +61,7 @@ def cloud_entries(devices: Sequence[Device], recording: Recording, places: Frame
 
 def _clouds(device: Device, recording: Recording,
             span: PageSpan) -> Iterator[Tuple[float, Points]]:
-    """Yield some clouds of a device, with the times [s] at which they were recorded."""
+    """Yield a sample of a device's clouds, with the times [s] at which they were recorded."""
     function = TopicFunction.DEPTH_IMAGE if device.has_images else TopicFunction.POINTCLOUD
 
     def of(function: TopicFunction, message_class: Any) -> SentMessages:
@@ -96,7 +96,7 @@ class SentMessages:
     """The messages of a topic, by the times [s] at which they were recorded."""
 
     def __init__(self, recording: Recording, topic: Optional[str], message_class: Any) -> None:
-        """Take a topic, or None for no messages; those of another definition are left out."""
+        """Take a topic, or None for no messages; messages with another definition are left out."""
         index = recording.index
         numbers = [] if topic is None else [
             it for it in index.connections_of(topic)
@@ -106,11 +106,11 @@ class SentMessages:
         self.times_s = (index.time_ns[self._positions] - recording.begin_ns) / 1e9
 
     def row(self, time_s: float) -> int:
-        """Return the last message at a time; -1 before the first."""
+        """Return the row of the last message at a time; -1 before the first."""
         return int(np.searchsorted(self.times_s, time_s, side='right')) - 1
 
     def nearest(self, time_s: float) -> int:
-        """Return the nearest message; -1 if there is none."""
+        """Return the row of the nearest message; -1 if there is none."""
         return int(np.abs(self.times_s - time_s).argmin()) if len(self.times_s) else -1
 
     def message(self, row: int) -> Any:
@@ -119,7 +119,7 @@ class SentMessages:
             return self._class().deserialize(bytes(
                 self._recording.message(int(self._positions[row]))))
         except (BagDamaged, genpy.DeserializationError):
-            return None  # the recording notes damage
+            return None  # the recording reports the damage
 
 
 _FIELD_TYPES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
@@ -156,7 +156,8 @@ def points_of_cloud(cloud: PointCloud2) -> Optional[Points]:
 def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> Optional[Points]:
     """Return the points of a depth image that is registered to the color camera.
 
-    Distortion is not corrected. None if the encoding is another one than 16UC1 [mm] or 32FC1 [m].
+    Distortion is not corrected. None if the encoding is neither 16UC1 or mono16 [mm] nor
+    32FC1 [m], or if the image or the intrinsics are invalid.
     """
     kinds = {'16UC1': ('u2', 1e-3), 'mono16': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
     if depth.encoding not in kinds or not info.K[0] or not info.K[4]:
@@ -182,7 +183,7 @@ def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> 
 
 
 def _pixels(image: Image, kind: 'np.dtype[Any]', channels: int) -> Optional[np.ndarray]:
-    """Return rows, columns and channels of an image; None if it is shorter than it claims."""
+    """Return rows, columns and channels of an image; None if its data is too short."""
     width = image.width * channels * kind.itemsize
     if image.step < width or len(image.data) < image.step * image.height or not width:
         return None
@@ -193,7 +194,7 @@ def _pixels(image: Image, kind: 'np.dtype[Any]', channels: int) -> Optional[np.n
 
 def _in_cell(points: Points, roi: Optional[RegionOfInterest], places: FramePlaces,
              time_s: float) -> 'Points | str':
-    """Return the points in the global frame that are in the box, or why they are not known."""
+    """Return the points inside the box, in the global frame, or the reason why they are unknown."""
     place = places.find(points.frame)
     if place is None:
         return f'it is not known where its frame {points.frame} is'
@@ -209,7 +210,7 @@ def _in_cell(points: Points, roi: Optional[RegionOfInterest], places: FramePlace
 
 
 def _at(place: Place, time_s: float) -> Placements:
-    """Where a frame was, as tf has it: between two messages too."""
+    """Return the pose of a frame as in tf, which interpolates between messages."""
     return constant(place) if isinstance(place, Placement) else resampled(
         place._replace(is_between=True), np.array([time_s]))
 
@@ -219,7 +220,7 @@ def _fixed(positions: np.ndarray) -> Placements:
 
 
 def thinned(points: Points) -> Points:
-    """Return at most `MAX_POINTS` of the points: one of each cube, as small as that allows."""
+    """Return at most `MAX_POINTS` of the points: one per cube, with the smallest possible cubes."""
     edge_m = _FINEST_M
     kept = np.arange(len(points.positions))
     while len(kept) > MAX_POINTS:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs for other programs, as a table or as an MCAP file."""
+"""Export of runs for other programs, as a table or an MCAP file."""
 from __future__ import annotations
 
 import os
@@ -29,12 +29,12 @@ _MAX_ROWS = 5_000_000
 
 
 def export(path: str, chosen: ChosenSpans, rate_hz: float = DEFAULT_RATE_HZ) -> str:
-    """Write a file, with so many rows of a table in a second, and return what is in it.
+    """Write a file, with ``rate_hz`` table rows per second; return a summary of its contents.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
-        ValueError: there is too much, or a package is missing.
-        OSError: the file cannot be written; nothing of it is left then.
+        ValueError: there are too many rows or runs, or a package is missing.
+        OSError: the file cannot be written; no partial file is left.
     """
     try:
         write = _WRITERS[os.path.splitext(path)[1].lower()]()
@@ -68,7 +68,7 @@ def _tables(chosen: ChosenSpans, rate_hz: float) -> List[NumberTable]:
 
 
 Write = Callable[[str, ChosenSpans, float], str]
-"""Writes a file, with so many rows in a second [Hz], and says what is in it."""
+"""Writes a file, with a number of rows per second [Hz], and returns a summary of its contents."""
 
 
 def _csv_writer() -> Write:
@@ -118,4 +118,4 @@ def _mcap_writer() -> Write:
 _WRITERS: Dict[str, Callable[[], Write]] = {
     '.csv': _csv_writer, '.parquet': _parquet_writer, '.mcap': _mcap_writer}
 ENDINGS = tuple(_WRITERS)
-"""Of the names of files that can be written."""
+"""Endings of the files that can be written."""

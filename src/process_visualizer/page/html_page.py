@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The file of a page: the words as HTML (web/templates), and what plays the runs."""
+"""The file of a page: its text as HTML (web/templates), and the script that plays the runs."""
 from __future__ import annotations
 
 import json
@@ -26,13 +26,13 @@ _PACKAGE = 'process_visualizer'
 GHOST_STYLE = {
     'color': GHOST_COLOR, 'deviation': DEVIATION_COLOR, 'diameter': DEVIATION_DIAMETER_M,
     'exaggeration': EXAGGERATION, 'least': MIN_DEVIATION_M, 'longest': MAX_DEVIATION_M}
-"""Of the reference on a page, for JSON."""
+"""Look of the reference run on a page, for JSON."""
 
 
 class PageParts(NamedTuple):
-    """Contents of a page: runs and meshes as data, the columns that they refer to, and words.
+    """Contents of a page: data of runs and meshes, the columns that they refer to, and texts.
 
-    ``listed`` are the words of further runs, of which there is no data.
+    ``listed`` has the texts of further runs, which have no data.
     """
 
     title: str
@@ -46,7 +46,7 @@ class PageParts(NamedTuple):
 
 
 def page_html(parts: PageParts) -> str:
-    """Return the page: one file that asks no network for anything."""
+    """Return the page: one file that loads nothing from the network."""
     script, style = web_file('page.js'), web_file('page.css')
     policy = (f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
               "img-src data:; form-action 'none'; base-uri 'none'")
@@ -57,8 +57,8 @@ def page_html(parts: PageParts) -> str:
 
 
 def _rendered(name: str, values: Dict[str, Any]) -> str:
-    """Return a template of web/templates with values, whose texts are escaped."""
-    import jinja2  # other commands begin 30 ms earlier without it
+    """Return a template of web/templates filled with values; their texts are escaped."""
+    import jinja2  # imported late: other commands start 30 ms faster
     folder = os.path.join(rospkg.RosPack().get_path(_PACKAGE), 'web', 'templates')
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder), autoescape=True, trim_blocks=True,
@@ -68,7 +68,7 @@ def _rendered(name: str, values: Dict[str, Any]) -> str:
 
 
 def _origin(parts: PageParts) -> str:
-    """Return where and when it was recorded, and what made the page."""
+    """Return the time of the recording, the cell, and the program that made the page."""
     runs = list(parts.runs)
     recorded = '' if not runs else datetime.fromtimestamp(
         runs[0]['recorded'], timezone.utc).strftime('Recorded %Y-%m-%d %H:%M UTC. ')
@@ -78,13 +78,13 @@ def _origin(parts: PageParts) -> str:
 
 
 def _json(data: Dict[str, Any]) -> str:
-    """Return JSON that cannot end the element that it is in; NaN is refused."""
+    """Return JSON that cannot end the element that contains it; NaN is refused."""
     text = json.dumps(data, separators=(',', ':'), allow_nan=False)
     return text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
 
 
 def _hash(text: str) -> str:
-    """Return how a policy names a script or style in the page itself."""
+    """Return the source by which a policy allows an inline script or style."""
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
@@ -92,7 +92,7 @@ def web_file(name: str) -> str:
     """Return a file of web/dist.
 
     Raises:
-        OSError: it is not there.
+        OSError: the file is missing or cannot be read.
     """
     path = os.path.join(rospkg.RosPack().get_path(_PACKAGE), 'web', 'dist', name)
     with open(path, encoding='utf-8') as file:
@@ -101,9 +101,9 @@ def web_file(name: str) -> str:
 
 LIVE_POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; "
                "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'")
-"""Permissions of the page of a running cell: it asks no other address for anything."""
+"""Content security policy of the page of a running cell: it uses no other address."""
 
 
 def live_html(title: str, notes: Sequence[str]) -> str:
-    """Return the page of a running cell; everything in it comes from beside its own address."""
+    """Return the page of a running cell, which loads everything else from its own server."""
     return _rendered('live.html', {'title': title, 'notes': notes})

@@ -17,12 +17,12 @@ from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.run import Key
 
 _COLUMNS = 1500
-"""Of the part that is shown."""
+"""Number of columns in the shown part."""
 _MAX_COLUMNS = 400_000
 
 
 class Grid(NamedTuple):
-    """Columns of equal time over a whole recording, and which of them are shown."""
+    """Columns of equal duration over a whole recording, and the shown ones among them."""
 
     duration_s: float
     columns: int
@@ -30,7 +30,7 @@ class Grid(NamedTuple):
 
     @property
     def step_s(self) -> float:
-        """The length of a column."""
+        """The duration of a column."""
         return self.duration_s / self.columns
 
 
@@ -46,7 +46,7 @@ def grid_over(duration_s: float, span: PageSpan) -> Grid:
 
 
 def curves_of(samples: Sequence[Samples], grid: Grid) -> List[Curve]:
-    """Return the curves that have a value somewhere."""
+    """Return the curves that have at least one value."""
     found = [curve_of(it, grid.duration_s, grid.columns) for it in samples]
     return [it for it in found if np.isfinite(it.high).any()]
 
@@ -54,7 +54,7 @@ def curves_of(samples: Sequence[Samples], grid: Grid) -> List[Curve]:
 def lane_entries(curves: Sequence[Curve], labels: Mapping[Tuple[str, str, str], str],
                  bands: Mapping[Key, TimelineBand], grid: Grid,
                  packed: Packed) -> List[Dict[str, Any]]:
-    """Return the curves as the page has them; ``labels`` has what a run calls each of them."""
+    """Return the curves as entries of the page; ``labels`` has their labels in a run."""
     found = []
     for curve in curves:
         label = labels[(curve.device, curve.label, curve.topic)]
@@ -78,7 +78,7 @@ def lane_entries(curves: Sequence[Curve], labels: Mapping[Tuple[str, str, str], 
 
 
 def lane_scale(columns: Sequence[np.ndarray], limits: Sequence[float]) -> Dict[str, Any]:
-    """Return the ends and ticks of a lane, for JSON."""
+    """Return the scale and ticks of a lane, for JSON."""
     known = np.concatenate([it[np.isfinite(it)] for it in columns])
     if not len(known):
         return {'scale': [0.0, 1.0], 'ticks': []}

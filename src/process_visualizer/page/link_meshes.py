@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Meshes of links, one for each: files and shapes, joined, and thinned if large."""
+"""Meshes of links, one per link: files and shapes, joined, and thinned if large."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -18,23 +18,23 @@ from process_visualizer.robot.visuals import (
 )
 
 MAX_TRIANGLES = 36_000
-"""Of a page: with the ghost, what a computer without a graphics card draws often enough."""
+"""Maximum number of triangles on a page: with the ghost, still smooth without a graphics card."""
 _FINEST, _COARSEST = 256, 8
-"""Cells along the longest edge of a mesh in which corners become one."""
+"""Grid cells along the longest edge of a mesh; the corners in a cell are merged."""
 _ROUND = 24
 _PLAIN = (0.72, 0.12, 0.10, 1.0)
-"""As RViz shows what has no color."""
+"""The color in which RViz shows meshes without a color."""
 
 
 class LinkMesh(NamedTuple):
-    """The mesh of a link, in the link."""
+    """The mesh of a link, in the link's frame."""
 
     link: str
     mesh: ColoredMesh
 
 
 class LinkMeshes:
-    """Reads the meshes of models; what cannot be read is left out and reported."""
+    """Reads the meshes of models; unreadable ones are left out and reported in ``notes``."""
 
     def __init__(self) -> None:
         """Begin without meshes."""
@@ -67,7 +67,7 @@ class LinkMeshes:
 
 
 def thinned(meshes: Sequence[ColoredMesh], most: int = MAX_TRIANGLES) -> List[ColoredMesh]:
-    """Return meshes with a limited number of triangles in all, the larger ones thinned."""
+    """Return meshes with at most ``most`` triangles in total; the larger ones are thinned."""
     counts = np.array([len(it.triangles) for it in meshes])
     if counts.sum() <= most:
         return list(meshes)
@@ -76,7 +76,7 @@ def thinned(meshes: Sequence[ColoredMesh], most: int = MAX_TRIANGLES) -> List[Co
 
 
 def _level(counts: np.ndarray, most: int) -> int:
-    """Return how many triangles each mesh may have."""
+    """Return the maximum number of triangles of each mesh."""
     low, high = 1, int(counts.max())
     while low < high:
         middle = (low + high + 1) // 2
@@ -86,7 +86,7 @@ def _level(counts: np.ndarray, most: int) -> int:
 
 
 def _clustered(mesh: ColoredMesh, most: int) -> ColoredMesh:
-    """The mesh with the corners of each cell of a grid put together, as fine as is allowed."""
+    """Return the mesh with merged corners, on the finest grid with at most ``most`` triangles."""
     low, high, best = _COARSEST, _FINEST, _on_grid(mesh, _COARSEST)
     while low < high:
         middle = (low + high + 1) // 2
@@ -99,7 +99,7 @@ def _clustered(mesh: ColoredMesh, most: int) -> ColoredMesh:
 
 
 def _on_grid(mesh: ColoredMesh, cells: int) -> ColoredMesh:
-    """Corners of one cell that look the same way and have one color become one."""
+    """Merge the corners in a cell that face the same way and have the same color."""
     lowest = mesh.positions.min(axis=0)
     edge = float((mesh.positions.max(axis=0) - lowest).max()) / cells or 1.0
     cell = np.floor((mesh.positions - lowest) / edge).astype(np.int64)
@@ -111,7 +111,7 @@ def _on_grid(mesh: ColoredMesh, cells: int) -> ColoredMesh:
     same = same.reshape(-1)
     count = np.bincount(same).astype(float)
     triangles = np.unique(same[mesh.triangles], axis=0)
-    places = place[_first_rows(same, len(count))][triangles]  # those of one cell are points
+    places = place[_first_rows(same, len(count))][triangles]  # triangles in one cell are points
     is_area = ((places[:, 0] != places[:, 1]) & (places[:, 1] != places[:, 2])
                & (places[:, 2] != places[:, 0]))
     normals = _means(same, count, mesh.normals)
@@ -133,7 +133,7 @@ def _means(same: np.ndarray, count: np.ndarray, values: np.ndarray) -> np.ndarra
 
 
 def _placed(mesh: ColoredMesh, visual: LinkVisual) -> ColoredMesh:
-    """The mesh in its link, with the color of the model where it has none."""
+    """Return the mesh in its link, with the color of the model if the mesh has none."""
     turn, size = matrix_from_quaternion(visual.place.quaternion), np.array(visual.size)
     positions = (mesh.positions * size) @ turn.T + np.array(visual.place.position)
     normals = mesh.normals / np.where(size == 0.0, 1.0, size)

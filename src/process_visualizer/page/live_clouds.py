@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds of depth sensors as a live page is sent them."""
+"""Clouds of depth sensors, encoded for a live page."""
 from __future__ import annotations
 
 from struct import Struct
@@ -14,18 +14,18 @@ from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.rotations import matrix_from_quaternion
 
 CLOUD = 3
-"""The first byte of a cloud; see `cloud_message`."""
+"""First byte of an encoded cloud; see `cloud_message`."""
 MAX_POINTS = 4000
-"""Of all clouds of a page together."""
+"""Maximum number of points in all clouds of a page together."""
 _HEAD = Struct('<BxHId6f')
 _STEPS_OF_16_BITS = 65_535
 _FAR_M = 1e3
 
 
 def live_points(data: bytes, most: int) -> Optional[Points]:
-    """Return at most so many points of a sensor_msgs/PointCloud2 as bytes, evenly chosen.
+    """Return at most ``most`` points of a serialized sensor_msgs/PointCloud2, evenly sampled.
 
-    None: it is damaged, or has no places.
+    None: the message is damaged or has no positions.
     """
     try:
         points = points_of_cloud(PointCloud2().deserialize(data))
@@ -39,16 +39,16 @@ def live_points(data: bytes, most: int) -> Optional[Points]:
 
 
 def placed(points: Points, place: Placement) -> Points:
-    """Return points of a frame that is at a place, seen from outside."""
+    """Return points in the outer frame; ``place`` is the pose of their own frame in it."""
     turn = np.array(matrix_from_quaternion(place.quaternion))
     return Points('', points.positions @ turn.T + np.array(place.position), points.colors)
 
 
 def cloud_message(time_s: float, clouds: Sequence[Points]) -> bytes:
-    """Return clouds as bytes.
+    """Return clouds encoded as bytes.
 
-    A head: kind, 0, number of points, time, lowest corner and size [m]; then the positions in 16
-    bits within these, then the colors.
+    A header (kind, 0, number of points, time, lowest corner and size of the bounding box [m]), then
+    the positions as 16-bit fractions of the box, then the colors.
     """
     positions = np.concatenate([np.empty((0, 3)), *(it.positions for it in clouds)])
     colors = np.concatenate([np.empty((0, 3), np.uint8), *(it.colors for it in clouds)])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What viewers of a live page are sent: everything encoded once, and never anything old.
+"""Messages for the viewers of a live page: each is encoded once, and none is sent when outdated.
 
-There is one newest message of each kind. A viewer gets those that it has not had yet, when it has
-said that the earlier ones came; what was replaced meanwhile it never gets. So nothing queues for a
-slow viewer, and none slows another one.
+The feed keeps the newest message of each kind. A viewer gets those that are new to it after it has
+acknowledged the earlier ones; it never gets messages that were replaced in the meantime. So nothing
+queues up for a slow viewer, and no viewer slows down another.
 """
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from process_visualizer.remote.outbox import LinkWindow
 
 Message = Union[str, bytes]
 MEMORY_S = 300.0
-"""So much of the past a viewer can look back at, at most, when it has just come."""
+"""Maximum time that a viewer can look back just after it has connected."""
 MAX_RECENT = 1500
-"""Frames of one answer; of more, every second or third, ..."""
+"""Maximum number of frames in an answer; of more, only every second, third, ... is sent."""
 _LENGTH = Struct('<I')
 
 
 class Slot(IntEnum):
-    """The kinds of messages; a layout comes before the frames that have it."""
+    """The kinds of messages; a layout comes before the frames that use it."""
 
     LAYOUT = 0
     STATE = 1
@@ -45,20 +45,20 @@ class LiveFeed:
     """The newest messages, and the frames of the last minutes."""
 
     def __init__(self, memory_s: float = MEMORY_S) -> None:
-        """Begin without any."""
+        """Begin without messages."""
         self._memory_s = memory_s
         self._newest: Dict[Slot, Tuple[int, Message]] = {}
         self._kept: Deque[_Kept] = deque()
         self._layout = 0
 
     def put(self, slot: Slot, message: Message) -> None:
-        """Replace the newest message of a kind; one that is the same is not sent again."""
+        """Replace the newest message of a kind; an equal one is not sent again."""
         number, before = self._newest.get(slot, (0, b''))
         if message != before:
             self._newest[slot] = number + 1, message
 
     def put_frame(self, time_s: float, layout: int, data: bytes) -> None:
-        """Replace the newest frame, and keep it; ``time_s`` rises."""
+        """Replace the newest frame, and keep it; ``time_s`` must increase."""
         self.put(Slot.FRAME, data)
         self._layout = layout
         self._kept.append(_Kept(time_s, layout, data))
@@ -66,13 +66,13 @@ class LiveFeed:
             self._kept.popleft()
 
     def newest(self, slot: Slot) -> Tuple[int, Message]:
-        """Return the number and the newest message of a kind; 0 if there is none."""
+        """Return the number of the newest message of a kind (0: none) and the message."""
         return self._newest.get(slot, (0, b''))
 
     def recent(self, after_s: float, before_s: float) -> bytes:
-        """Return kept frames between two times, each behind its length (32 bits).
+        """Return the kept frames between two times, each preceded by its length (32 bits).
 
-        Those of another layout than the present one are left out.
+        Frames with a layout other than the current one are left out.
         """
         found = [it.data for it in self._kept
                  if after_s < it.time_s < before_s and it.layout == self._layout]
@@ -81,32 +81,32 @@ class LiveFeed:
 
 
 _LEAST_BYTES, _BEGIN_BYTES = 1500, 4000
-"""Under way to a viewer: two messages on any link, and some more before it is known."""
+"""Bytes in flight to a viewer: two messages on any link, some more while the link is unknown."""
 _QUEUED_S, _LONGEST_S = 0.2, 0.5
 _CLOUD_SHARE = 0.25
-"""Of the time, at most, in which a cloud is under way: what moves does not wait for it."""
+"""Maximum share of the time with a cloud in flight, so that frames do not wait for clouds."""
 _GONE_S = 20.0
-"""After so long without an answer a viewer is taken as gone."""
+"""Time without an answer after which a viewer is considered gone."""
 _GIVES_WAY_S = 5.0
-"""After so long it gives its place to another one: it may be the same after a lost connection."""
+"""The same when another viewer needs its place: perhaps itself after a lost connection."""
 
 
 class ViewerPace:
     """Decides what a viewer is sent next; times [s] are those of a clock that does not jump.
 
-    A link that carries less than is sent would fill every buffer on the way, up to seconds. So
-    no more is under way than the link carries (`LinkWindow`).
+    On a link slower than the feed, every buffer on the way would fill up, for a delay of seconds.
+    So no more bytes are in flight than the link carries (`LinkWindow`).
     """
 
     def __init__(self, feed: LiveFeed, now_s: float, has_clouds: bool = False) -> None:
-        """Nothing has been sent; ``has_clouds``: it wants clouds, too."""
+        """Begin with nothing sent; ``has_clouds``: the viewer also wants clouds."""
         self._feed = feed
         self.has_clouds = has_clouds
         self._had: Dict[Slot, int] = {}
         self._others = deque((Slot.STATE, Slot.FRAME, Slot.LANES, Slot.OBJECTS))  # in turn
         if has_clouds:
             self._others.append(Slot.CLOUD)
-        self._cloud: Optional[Tuple[int, float]] = None  # under way: its count, and since when
+        self._cloud: Optional[Tuple[int, float]] = None  # in flight: count, time of sending
         self._cloud_from_s = now_s
         self._window = LinkWindow(_LEAST_BYTES, _BEGIN_BYTES, _QUEUED_S, _LONGEST_S)
         self._sent: Deque[Tuple[int, int]] = deque()  # messages and bytes up to each of them
@@ -115,7 +115,7 @@ class ViewerPace:
         self._answered_s = now_s
 
     def next(self, now_s: float) -> Optional[Message]:
-        """Return what is to be sent now, which then counts as sent; None if there is nothing."""
+        """Return the message to send now, which then counts as sent; None if there is none."""
         if not self._window.may_send_large(now_s):
             return None
         for slot in (Slot.LAYOUT, *self._others):
@@ -142,9 +142,9 @@ class ViewerPace:
             self._others.append(slot)
 
     def answered(self, count: int, now_s: float) -> bool:
-        """Take how many messages have come there in all; return whether that is true and new.
+        """Take the number of messages received by the viewer; return whether it is valid and new.
 
-        So a viewer can say no more than it is sent.
+        So a viewer cannot acknowledge more than it was sent.
         """
         if not self._answered < count <= self._count:
             return False
@@ -159,13 +159,13 @@ class ViewerPace:
         return True
 
     def is_gone(self, now_s: float, is_awaited: bool = False) -> bool:
-        """Return whether it has not answered for long; less long if another one needs its place."""
+        """Return whether the viewer stopped answering; sooner if another one needs its place."""
         longest_s = _GIVES_WAY_S if is_awaited else _GONE_S
         return bool(self._sent) and now_s - self._answered_s > longest_s
 
 
 class Refusal(NamedTuple):
-    """Why a request is refused: the status of HTTP, and what a person reads."""
+    """Reason for refusing a request: the HTTP status, and a text for a person."""
 
     status: int
     text: str
@@ -177,8 +177,8 @@ _LOCAL = ('localhost', '127.0.0.1', '::1')
 class Admission:
     """Decides who may see the page.
 
-    The token is the first part of the path; without one, only this computer's own names count as
-    hosts, so that no page from elsewhere can lead a browser here under a name of its own.
+    The token is the first part of the path. Without a token, only this computer's own names are
+    accepted as host, so that no foreign page can lead a browser here under its own name.
     """
 
     def __init__(self, token: str) -> None:
@@ -186,11 +186,11 @@ class Admission:
         self._token = token
 
     def path(self) -> str:
-        """Return where the page is."""
+        """Return the path of the page."""
         return f'/{self._token}/' if self._token else '/'
 
     def asked(self, path: str) -> Optional[str]:
-        """Return what a path asks for behind the token; None if the token is wrong or missing."""
+        """Return the part of a path after the token; None if the token is wrong or missing."""
         if not self._token:
             return path[1:]
         token, separator, rest = path[1:].partition('/')
@@ -200,13 +200,13 @@ class Admission:
 
     def refusal(self, path: str, host: str, origin: Optional[str],
                 is_socket: bool) -> Optional[Refusal]:
-        """Return why a request is refused; None if it is not.
+        """Return the reason for refusing a request; None if it is allowed.
 
         Args:
-            path: of the request, with the token.
+            path: path of the request, with the token.
             host: its header Host.
             origin: its header Origin; None without one.
-            is_socket: it asks for the connection over which the cell is shown.
+            is_socket: whether it requests the WebSocket that shows the cell.
         """
         if not self._token and _name(host) not in _LOCAL:
             return Refusal(403, 'This page is for this computer only; open it as localhost.')

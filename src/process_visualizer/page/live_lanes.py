@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of a running cell over its last minutes, as a live page has them."""
+"""The curves of a running cell over the last minutes, encoded for a live page."""
 from __future__ import annotations
 
 from struct import Struct
@@ -12,13 +12,13 @@ from process_visualizer.curves.live_curves import COLUMN_S, MAX_S, LiveCurve, Li
 from process_visualizer.page.lanes import lane_scale
 
 LANES = 2
-"""The first byte of columns; see `LiveLanes.columns`."""
+"""First byte of encoded columns; see `LiveLanes.columns`."""
 JOINED = 5
 STEP_S = JOINED * COLUMN_S
-"""Of a column of a page: a pixel, if two minutes are shown on a screen."""
+"""Duration of a column of a page: one pixel when a screen shows two minutes."""
 MAX_LANES = 40
 WINDOW_S = 1500 * STEP_S
-"""The longest LiveWindow that has columns of this length."""
+"""Duration of the longest LiveWindow that has columns of this duration."""
 _HEAD = Struct('<BBHIId')
 
 
@@ -29,10 +29,10 @@ class _Lane(NamedTuple):
 
 
 class LiveLanes:
-    """Keeps the columns of all curves; those of the same number are of the same time."""
+    """Keeps the columns of all curves; columns with the same number cover the same time."""
 
     def __init__(self, keep_s: float = MAX_S) -> None:
-        """Keep so much."""
+        """Keep the columns of the last ``keep_s`` seconds."""
         self._count = round(keep_s / STEP_S)
         self._lanes: Dict[Tuple[str, str, str], _Lane] = {}
         self._epoch_s = 0.0
@@ -49,7 +49,7 @@ class LiveLanes:
         """Take the newest curves; the window is not longer than WINDOW_S."""
         if not window.curves:
             return
-        if window.epoch_s != self._epoch_s:  # the recorder has begun anew
+        if window.epoch_s != self._epoch_s:  # the recorder was restarted
             self._lanes, self._entries = {}, []
             self._epoch_s, self._end = window.epoch_s, 0
         end = round((window.begin_s + window.duration_s) / STEP_S)
@@ -78,9 +78,9 @@ class LiveLanes:
     def columns(self, seconds: float) -> bytes:
         """Return the columns of the last seconds as bytes.
 
-        A head: kind, number of lanes, number of their set, number of the first column, number of
-        columns, and when column 0 begins [s since the epoch]; then for each lane the least and
-        the greatest values in single precision, NaN for none. See held_columns.
+        A header (kind, number of lanes, number of the set of lanes, number of the first column,
+        number of columns, begin of column 0 [s since the epoch]), then for each lane the minima
+        and the maxima in single precision, NaN where there is no value. See held_columns.
         """
         count = min(round(seconds / STEP_S), self._count, self._end)
         lanes = list(self._lanes.values())

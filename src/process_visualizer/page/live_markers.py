@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Arrows and texts of a visualization_msgs/MarkerArray as bytes, without deserializing it."""
+"""Arrows and texts of a serialized visualization_msgs/MarkerArray, read directly from its bytes."""
 from __future__ import annotations
 
 import math
@@ -26,7 +26,7 @@ _MAX_TEXT = 1000
 
 
 class MarkerType(IntEnum):
-    """The types of visualization_msgs/Marker that matter here."""
+    """The types of visualization_msgs/Marker that a live page draws."""
 
     ARROW = 0
     TEXT = 9
@@ -41,9 +41,9 @@ class MarkerAction(IntEnum):
 
 
 class SeenMarker(NamedTuple):
-    """A marker: where it is in a frame, its size [m], its color (red green blue from 0 to 1).
+    """A marker: its pose in a frame, its size [m] and color (red green blue from 0 to 1).
 
-    ``lifetime_s`` is 0 for one that stays.
+    ``lifetime_s`` is 0 for a marker that does not expire.
     """
 
     namespace: str
@@ -59,7 +59,7 @@ class SeenMarker(NamedTuple):
 
     @property
     def vector(self) -> Triple:
-        """Return the arrow [m] in the frame: along the x axis of the marker."""
+        """Return the arrow's vector [m] in the frame; it points along the marker's x axis."""
         x, y, z, w = self.place.quaternion
         square = x * x + y * y + z * z + w * w or 1.0
         length_m = self.size[0]
@@ -69,7 +69,7 @@ class SeenMarker(NamedTuple):
 
 
 def markers_in(data: Data) -> List[SeenMarker]:
-    """Return the markers of a message, up to one that is damaged; numbers are finite."""
+    """Return the markers up to the first damaged one, without those with non-finite numbers."""
     found = []
     try:
         for marker in _markers(data):

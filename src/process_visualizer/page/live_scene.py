@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell as a live page draws it: where frames are now, and the arrows and words of RViz.
+"""The scene of a live page: the current places of frames, and the arrows and texts of RViz.
 
-A layout says which places, arrows and texts there are; a frame has one row of numbers for each of
-them, whatever has changed, so any of them may be left out on its way to a viewer.
+A layout lists the places, arrows and texts; a frame has a row of numbers for each of them, changed
+or not, so that any frame may be skipped on its way to a viewer.
 """
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ from process_visualizer.robot.rotations import Quaternion
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC
 
 MAX_MARKERS = 200
-"""Arrows and texts of a page; what a node draws beyond that is left out."""
+"""Maximum number of arrows and texts of a page; further ones are left out."""
 MAX_FRAMES = 2000
 FRAME = 1
-"""The first byte of a frame; see `LiveScene.frame`."""
+"""First byte of an encoded frame; see `LiveScene.frame`."""
 _HEAD = Struct('<BxHId')
 _PLACE = Struct('<3f4h')
 _ARROW = Struct('<6f3B')
@@ -53,20 +53,20 @@ _NO_TEXT = _TEXT.pack(0, 0, 0, 0)
 _VARIABLE = 'variable/'
 _QUANTITIES = {'velocity': (Quantity.SPEED.value, 'v'), 'force': (Quantity.FORCE.value, 'F'),
                'joints': ('joints', 'joints')}
-_LIGHT = 0.65  # of a text's color, as nodes/common/markers.py lightens that of its arrow
+_LIGHT = 0.65  # share of white in a text's color: see nodes/common/markers.py
 
 
 class NewestFrames:
-    """The newest transform of each frame, whatever its stamp: what RViz draws models with."""
+    """The newest transform of each frame, whatever its stamp, as RViz draws models."""
 
     def __init__(self, root: str) -> None:
-        """``root`` is the frame in which places are."""
+        """Begin without frames; places are returned in the frame ``root``."""
         self._root = root
         self._above: Dict[str, Tuple[str, Placement, bool]] = {}
         self._dropped: Set[str] = set()
 
     def take(self, data: Data, is_static: bool) -> bool:
-        """Take a tf2_msgs/TFMessage; return whether the frames are others, or a fixed one moved."""
+        """Take a tf2_msgs/TFMessage; return whether the tree has changed or a fixed frame moved."""
         is_other = False
         for it in transforms_in(data):
             child = it.child
@@ -82,9 +82,9 @@ class NewestFrames:
         return is_other
 
     def place(self, frame: str, known: Dict[str, Optional[Placement]]) -> Optional[Placement]:
-        """Return where a frame is in the root; None if it is not connected with it.
+        """Return the place of a frame in the root; None if the two are not connected.
 
-        ``known`` has those that have been found at this moment.
+        ``known`` caches the places found at this moment.
         """
         passed: List[str] = []
         found: Optional[Placement] = None
@@ -105,7 +105,7 @@ class NewestFrames:
         return found
 
     def is_moving(self, frame: str) -> bool:
-        """Return whether anything between a frame and the root is sent again and again."""
+        """Return whether any transform between a frame and the root is not static."""
         for _ in range(len(self._above)):
             above = self._above.get(frame)
             if above is None or frame == self._root:
@@ -117,7 +117,7 @@ class NewestFrames:
 
 
 class _Drawn(NamedTuple):
-    """A marker, and when it came."""
+    """A marker, and its time of receipt."""
 
     marker: SeenMarker
     came_s: float
@@ -142,7 +142,7 @@ _Key = Tuple[str, str]
 
 
 class ShownPart(NamedTuple):
-    """A mesh of a page: the link of a device that has it."""
+    """A mesh of a page, with the device and the link that it belongs to."""
 
     device: str
     link: str
@@ -150,7 +150,7 @@ class ShownPart(NamedTuple):
 
 
 class ShownTool(NamedTuple):
-    """The frame of a robot's tool, and in which direction from there its numbers stand."""
+    """The frame of a robot's tool, and the direction from there to its numbers."""
 
     frame: str
     up: Tuple[float, ...]
@@ -158,19 +158,19 @@ class ShownTool(NamedTuple):
 
 _GHOST, _DEVIATION = '/ghost', '/deviation'
 Visuals = Mapping[str, Sequence[Tuple[str, Placement]]]
-"""Of each device the shapes of its model in their order: the link, and the place in it."""
+"""The shapes of each device's model in their order: the link, and the place in the link."""
 
 
 class LiveScene:
-    """Takes what nodes publish; has no clock and no threads."""
+    """Builds the scene from what nodes publish; has no clock and no threads."""
 
     def __init__(self, root: str, parts: Sequence[ShownPart], tools: Dict[str, ShownTool],
                  devices: Sequence[str], sources: Sequence[CurveSource],
                  visuals: Visuals = MappingProxyType({})) -> None:
-        """Take what is drawn besides markers; ``root`` is the frame of the cell.
+        """Take the contents other than markers; ``root`` is the frame of the cell.
 
-        ``devices`` draw on topics of their own. The reference as a ghost has a marker for each of a
-        model's ``visuals``.
+        ``devices`` have their own marker topics. The ghost of the reference run has a marker for
+        each of a model's ``visuals``.
         """
         self._devices = tuple(devices)
         self._shapes = {(device, number): (link, place.inverse())
@@ -197,7 +197,7 @@ class LiveScene:
             if marker.action == MarkerAction.DELETE_ALL:
                 self._forget(topic)
             elif marker.action == MarkerAction.DELETE:
-                # an arrow and its text have one namespace and numbers of their own
+                # an arrow and its text share a namespace, but not a number
                 for drawn in (self._arrows, self._texts):
                     before = drawn.get(key)
                     if before is not None and before.marker.number == marker.number:
@@ -219,7 +219,7 @@ class LiveScene:
         drawn[key] = _Drawn(marker, now_s)
 
     def _take_ghost(self, marker: SeenMarker, now_s: float) -> None:
-        """The first shape of each link says where the link is."""
+        """Take the place of a link from the marker of its first shape."""
         device = marker.namespace[:-len(_GHOST)]
         found = self._shapes.get((device, marker.number))
         if found is None or (device, marker.number - 1) in self._shapes \
@@ -238,33 +238,33 @@ class LiveScene:
         self._is_other = True
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return where a frame is in the root now; None if that is not known."""
+        """Return the current place of a frame in the root; None if it is unknown."""
         return self._frames.place(frame, {})
 
     def said(self, topic: str, now_s: float) -> List[str]:
-        """Return the lines of the texts of a topic that are there now."""
+        """Return the lines of the texts that a topic shows now."""
         return [line for key, it in self._texts.items() if key[0] == topic and it.is_there(now_s)
                 for line in it.marker.text.split('\n') if line.strip()]
 
     @property
     def layout(self) -> Dict[str, Any]:
-        """Return which places, arrows and texts a frame has, for JSON; `frame` keeps it current.
+        """Return the places, arrows and texts of a frame, for JSON; `frame` keeps it current.
 
-        ``places`` are fixed (``at``) or have a row in each frame, in their order, as have
-        ``arrows``, ``numbers`` and ``notes`` after each other.
+        ``places`` are either fixed (``at``) or have a row in each frame; their rows come first, in
+        their order, then those of ``arrows`` and ``texts``.
         """
         return self._layout.entry
 
     def frame(self, time_s: float, now_s: float) -> bytes:
-        """Return what is there now, as bytes.
+        """Return the current scene as bytes.
 
-        A head (kind, number of the layout, number of the frame, time), then for each place that
-        moves position [m] (NaN: not known) and turn, for each arrow its foot and itself [m] (NaN:
-        none) and color, for each text its color, length and UTF-8.
+        A header (kind, number of the layout, number of the frame, time), then for each moving place
+        its position [m] (NaN: unknown) and orientation, for each arrow its foot and vector [m]
+        (NaN: none) and color, for each text its color, length and UTF-8.
 
         Args:
-            time_s: that the frame has.
-            now_s: the time of the clock with which markers came.
+            time_s: time of the frame.
+            now_s: current time of the clock that timed the markers.
         """
         known: Dict[str, Optional[Placement]] = {}
         if self._is_other:
@@ -294,14 +294,14 @@ class LiveScene:
             return _NOWHERE
         turn = _unit(place.quaternion)
         before = self._turns.get(frame, turn)
-        if sum(a * b for a, b in zip(turn, before)) < 0.0:  # the page takes the shorter way
+        if sum(a * b for a, b in zip(turn, before)) < 0.0:  # so that the page takes the shorter way
             x, y, z, w = turn
             turn = -x, -y, -z, -w
         self._turns[frame] = turn
         return _PLACE.pack(*place.position, *(round(_TURN_STEPS * it) for it in turn))
 
     def _arrange(self, known: Dict[str, Optional[Placement]]) -> None:
-        """Make the layout anew; it gets another number only if it is another one."""
+        """Rebuild the layout; its number changes only if its contents do."""
         numbers: Dict[str, int] = {}
         places: List[Dict[str, Any]] = []
         moving: List[str] = []
@@ -347,7 +347,7 @@ class LiveScene:
                                    ghosts, tuple(arrows), tuple(texts))
 
     def _shown_tools(self) -> Dict[str, ShownTool]:
-        """Those of models, and of robots without one where their numbers are."""
+        """Return the tools of models; for robots without a model, the places of their numbers."""
         found = dict(self._tools)
         for (topic, namespace), drawn in self._texts.items():
             if namespace in _QUANTITIES:
@@ -355,7 +355,7 @@ class LiveScene:
         return found
 
     def _in_order(self, keys: Iterable[_Key]) -> List[_Key]:
-        """In the order of devices and curves, then what has none."""
+        """Return the keys in the order of devices and curves, then the others."""
         devices = {name: row for row, name in enumerate(self._devices)}
         order = {(it.device, _namespace(it)): row for row, it in enumerate(self._sources)}
         return sorted(keys, key=lambda key: (
@@ -365,7 +365,7 @@ class LiveScene:
     def _arrow_entry(self, key: _Key, marker: SeenMarker,
                      numbers: Dict[str, int]) -> Dict[str, Any]:
         place = numbers[marker.frame]
-        if key[0] == GHOST_TOPIC:  # no number belongs to it
+        if key[0] == GHOST_TOPIC:  # an arrow of the ghost has no number
             return {'device': GHOST, 'quantity': key[1], 'frame': place, 'footFrame': place,
                     'diameter': round(marker.size[1], 6), 'color': list(_rounded(marker.color))}
         return {'device': _device(key[0]), 'quantity': _label(key[1]),
@@ -381,7 +381,7 @@ class LiveScene:
             quantity, label = _QUANTITIES[namespace]
             return {'device': _device(topic), 'label': label, 'quantity': quantity}
         place = {'place': numbers[marker.frame], 'foot': list(marker.place.position)}
-        if _device(topic) in self._devices:  # without an arrow it stands by itself
+        if _device(topic) in self._devices:  # a text without an arrow has its own place
             return {'device': _device(topic), 'label': _label(namespace),
                     'quantity': Quantity.NUMBER.value, **({} if key in self._arrows else place)}
         return {'device': namespace, 'label': '', 'quantity': 'note', **place}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run as an MCAP file for Lichtblick and Foxglove: what a page shows, as messages of ROS 1.
+"""A run as an MCAP file for Lichtblick and Foxglove: the contents of a page as ROS 1 messages.
 
-Beside the recording's own messages, the file has the frames of the models' links, the models as
-markers, arrows with their numbers, and each number on a topic of its own.
+Besides the recording's own messages, the file has the frames of the models' links, the models as
+markers, arrows with their numbers, and each number on its own topic.
 """
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _NO_NAME = re.compile(r'[^A-Za-z0-9_]+')
 
 
 class PageData(NamedTuple):
-    """A run as a page has it: its entry, the meshes, and the columns that both refer to."""
+    """The data of a run on a page: its entry, the meshes, and the columns that both refer to."""
 
     entry: Dict[str, Any]
     meshes: Sequence[Dict[str, Any]]
@@ -54,7 +54,7 @@ class _Message(NamedTuple):
 
 
 def write_mcap(file: BinaryIO, recording: Recording, span: PageSpan, page: PageData) -> int:
-    """Write a part of a recording, and what the page shows of it; return how many messages."""
+    """Write a part of a recording, and its page as messages; return the number of messages."""
     writer: Any = Writer(file)
     writer.start(profile='ros1', library='process_visualizer')
     channels = _Channels(writer)
@@ -70,7 +70,7 @@ def write_mcap(file: BinaryIO, recording: Recording, span: PageSpan, page: PageD
 
 
 class _Channels:
-    """The channels of a file; connections with one topic and type share one."""
+    """The channels of a file; connections with the same topic and type share one."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer
@@ -93,7 +93,7 @@ class _Channels:
 
 
 def _recorded(recording: Recording, span: PageSpan, channels: _Channels) -> Iterator[_Message]:
-    """Yield the messages of the span, and before it what latched topics and /tf_static said."""
+    """Yield the last messages of latched topics and /tf_static before a span, then its own."""
     index = recording.index
     begin_ns, end_ns = (recording.begin_ns + round(it * 1e9) for it in span)
     first, behind = index.count_before(begin_ns), index.count_until(end_ns)
@@ -105,14 +105,14 @@ def _recorded(recording: Recording, span: PageSpan, channels: _Channels) -> Iter
         try:
             data = bytes(recording.message(position))
         except BagDamaged:
-            continue  # the recording notes it
+            continue  # the recording reports the damage
         yield _Message(max(int(index.time_ns[position]), begin_ns), channels.of(
             connection.topic, connection.type, connection.message_definition,
             connection.latching), data)
 
 
 class _Shown:
-    """Makes messages of what a page shows."""
+    """Turns the contents of a page into messages."""
 
     def __init__(self, page: PageData, recording: Recording, span: PageSpan) -> None:
         self._page, self._span, self._begin_ns = page, span, recording.begin_ns
@@ -135,7 +135,7 @@ class _Shown:
         return Header(stamp=genpy.Time(nsecs=self._time_ns(time_s)), frame_id=self._page.frame)
 
     def _places(self, number: int, times_s: np.ndarray) -> np.ndarray:
-        """Return x y z [m], x y z w (m, 7) of a place at times; NaN where it is not known."""
+        """Return x y z [m], x y z w (m, 7) of a place at times; NaN where it is unknown."""
         entry = self._page.entry['places'][number]
         if 'at' in entry:
             return np.broadcast_to(np.array(entry['at'], float), (len(times_s), 7))
@@ -148,7 +148,7 @@ class _Shown:
         return found
 
     def transforms(self, channels: _Channels) -> Iterator[_Message]:
-        """Yield the frames of the links; not those that the recording has itself."""
+        """Yield the frames of the links, except those that the recording has itself."""
         places = {frame: int(part['place']) for frame, part in self._parts
                   if frame not in self._sent and frame != self._page.frame}
         entries = self._page.entry['places']
@@ -253,7 +253,7 @@ class _Shown:
         return None if entry is None else _Texts(entry, self._page.packed)
 
     def numbers(self, channels: _Channels) -> Iterator[_Message]:
-        """Yield each number with the value that holds from then on."""
+        """Yield the values of each number, at the times from which they hold."""
         known: Set[str] = set()
         for entry in self._page.entry['numbers']:
             topic = f'{OWN}/{_name(entry["device"])}/{_name(entry["label"])}'
@@ -275,7 +275,7 @@ _QUANTITIES = {'speed': 'velocity', 'force': 'force'}
 
 
 class _Texts:
-    """A number in words at each moment, as the page writes it."""
+    """The texts of a number over time, as on the page."""
 
     def __init__(self, entry: Dict[str, Any], packed: Packed) -> None:
         self._entry = entry
@@ -283,7 +283,7 @@ class _Texts:
         self._rows = None if 'format' in entry else packed.column(entry['text'])
 
     def at(self, time_s: float) -> str:
-        """Return the text."""
+        """Return the text at a time."""
         row = int(np.searchsorted(self._times_s, time_s, side='right')) - 1
         if self._rows is not None:
             return f'{self._entry["label"]} –' if row < 0 else str(
@@ -296,7 +296,7 @@ class _Texts:
 
 
 def number_rows(entry: Dict[str, Any], packed: Packed) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (n,) and the plain numbers (n,) of a number of a page."""
+    """Return times [s] (n,) and unformatted values (n,) of a number of a page."""
     times_s = packed.column(entry['times'])
     if 'vectors' in entry:
         return times_s, np.asarray(np.linalg.norm(packed.column(entry['vectors'], 3), axis=1))
@@ -304,13 +304,13 @@ def number_rows(entry: Dict[str, Any], packed: Packed) -> Tuple[np.ndarray, np.n
 
 
 def _placed(places: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return points (m, 3) or (1, 3) in places (m, 7), seen from outside."""
+    """Return points in the outer frame, given the points (m, 3) or (1, 3) in places (m, 7)."""
     inner = Placements(points, np.array([(0.0, 0.0, 0.0, 1.0)]))
     return Placements(places[:, :3], places[:, 3:]).then(inner).positions
 
 
 def _sent_frames(recording: Recording) -> Set[str]:
-    """Return the frames whose place the recording has itself; some messages of each sender."""
+    """Return the frames whose places were recorded, from a sample of each sender's messages."""
     index, found = recording.index, set()
     for number, connection in enumerate(index.connections):
         if connection.type not in TF_TYPES:
@@ -321,7 +321,7 @@ def _sent_frames(recording: Recording) -> Set[str]:
             try:
                 found |= {it.child for it in transforms_in(recording.message(position))}
             except BagDamaged:
-                continue  # the recording notes it
+                continue  # the recording reports the damage
     return found
 
 

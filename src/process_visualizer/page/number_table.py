@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The numbers of a recording as a table: one clock, a column for each curve and joint."""
+"""The numbers of a recording as a table: a common time base, a column per curve and joint."""
 from __future__ import annotations
 
 import csv
@@ -17,11 +17,11 @@ from process_visualizer.robot.recorded_velocity import velocity_rows
 from process_visualizer.runs.recorded.robot_series import robot_series
 
 TIME_COLUMNS = ('time [s]', 'stamp [s]')
-"""Since the recording began, and since 1970."""
+"""Columns of the time since the begin of the recording, and since the epoch."""
 
 
 class NumberTable(NamedTuple):
-    """Numbers at evenly spaced times; NaN where there is none.
+    """Numbers at evenly spaced times; NaN where a number is missing.
 
     ``columns`` has the name and unit of each column of ``values`` (n, k).
     """
@@ -33,9 +33,9 @@ class NumberTable(NamedTuple):
 
 def number_table(cell: Cell, recording: Recording, run: str, span: PageSpan,
                  rate_hz: float) -> NumberTable:
-    """Return what the launcher and the robots show at each moment of a part of a recording.
+    """Return the numbers that the launcher and the robots show in a part of a recording.
 
-    A speed is that of the arrow. Of everything else, the value holds until the next message.
+    Speeds are those of the velocity arrows. All other values hold until the next message.
     """
     series = [*found_series(recording, curve_sources(cell.devices), cell.devices),
               *robot_series(recording, cell.devices)]
@@ -52,7 +52,7 @@ def number_table(cell: Cell, recording: Recording, run: str, span: PageSpan,
 
 
 def _at(samples: Samples, times_s: np.ndarray) -> np.ndarray:
-    """Return the plain number (n,) that is shown at each of the times."""
+    """Return the unformatted number shown at each of the times (n,)."""
     if samples.source.quantity is Quantity.SPEED:
         known_s, vectors = velocity_rows(samples.times_s, samples.values)
         if not len(known_s):
@@ -65,9 +65,9 @@ def _at(samples: Samples, times_s: np.ndarray) -> np.ndarray:
 
 
 def joined(tables: Sequence[NumberTable]) -> NumberTable:
-    """Return the rows of several tables under the columns of all of them; NaN where one has none.
+    """Return the rows of several tables as one table with all their columns.
 
-    The name of the run is not kept.
+    Numbers missing from a table are NaN. The names of the runs are not kept.
     """
     columns = list(dict.fromkeys(name for table in tables for name in table.columns))
     parts = []
@@ -84,7 +84,7 @@ def run_column(tables: Iterable[NumberTable]) -> List[str]:
 
 
 def write_csv(file: TextIO, tables: Sequence[NumberTable]) -> None:
-    """Write tables as one, as comma-separated values; no number is an empty field."""
+    """Write the joined tables as comma-separated values; a missing number is an empty field."""
     whole = joined(tables)
     writer = csv.writer(file, lineterminator='\n')
     writer.writerow(['run', *whole.columns])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The numbers at each moment of a recording, in the words that RViz has beside its arrows."""
+"""The numbers of a recording over time, with the texts that RViz shows beside its arrows."""
 from __future__ import annotations
 
 import math
@@ -34,14 +34,14 @@ _MOMENT_S = MOMENT_NS / 1e9
 
 
 class SourceSamples(NamedTuple):
-    """Samples of a source; ``is_whole``: its type knows whole numbers only."""
+    """Samples of a source; ``is_whole``: its type has whole numbers only."""
 
     samples: Samples
     is_whole: bool
 
 
 def is_whole(recording: Recording, series: Series) -> bool:
-    """Return whether the first message of a source has a whole number."""
+    """Return whether the number in the first message of a source has an integer type."""
     for number, locator in series.locators.parts[0].items():
         for position in recording.index.positions(number)[:1].tolist():
             try:
@@ -55,7 +55,7 @@ def is_whole(recording: Recording, series: Series) -> bool:
 
 def number_entry(device: Device, found: SourceSamples, packed: Packed, span: PageSpan
                  ) -> Dict[str, Any]:
-    """Return a source's numbers as the page has them."""
+    """Return a source's numbers as an entry of the page."""
     source = found.samples.source
     entry: Dict[str, Any] = {
         'device': source.device, 'label': source.channel_label, 'unit': source.unit,
@@ -76,10 +76,10 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
 
 
 def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (n,) and the values (n,) that hold from then on, as PositionValues has it.
+    """Return times [s] (n,) and the values (n,) that hold from these times, as in PositionValues.
 
-    What comes first a moment after the beginning is there from the beginning. Of an array with
-    joints, a joint is the last number that was read.
+    A first value shortly after the begin holds from the begin. The value of a joint in an array is
+    the last number that was read.
     """
     times_s = samples.times_s.copy()
     with np.errstate(over='ignore', invalid='ignore'):
@@ -103,7 +103,7 @@ def _speed(device: Device, samples: Samples, packed: Packed, span: PageSpan) -> 
 
 def _texts(device: Device, source: CurveSource, found: SourceSamples,
            values: np.ndarray) -> Tuple[List[str], np.ndarray]:
-    """The texts of all values, each once, and which of them (n,) belongs to which value."""
+    """Return the distinct texts of all values, and the index (n,) of each value's text."""
     written = _writer(device, source, found.is_whole)
     unique, number = np.unique(values, return_inverse=True)
     texts = [written(value) for value in unique.tolist()]
@@ -128,7 +128,7 @@ def _writer(device: Device, source: CurveSource, whole: bool) -> Callable[[float
 
 
 def variable_of(device: Device, source: CurveSource) -> 'Variable | None':
-    """Return what the configuration says of a number; None of a plain topic or a robot's."""
+    """Return the configured variable of a number; None for a plain topic or a robot's number."""
     return next((it for it in device.variables if it.topic == source.topic
                  and it.field == source.field
                  and (it.label or it.topic.strip('/')) == source.label), None)
@@ -136,7 +136,7 @@ def variable_of(device: Device, source: CurveSource) -> 'Variable | None':
 
 def _colors(device: Device, source: CurveSource, values: np.ndarray,
             packed: Packed) -> Dict[str, Any]:
-    """Return the colors of a variable whose color shows its value, and each value's color."""
+    """Return the distinct colors of a variable colored by its value, and each value's color."""
     variable = variable_of(device, source)
     if variable is None or variable.limits is None and variable.color_scale is None:
         return {}
@@ -149,7 +149,7 @@ def _colors(device: Device, source: CurveSource, values: np.ndarray,
 
 
 def variable_colors(variable: Variable) -> VariableColors:
-    """Return the colors of a variable by its value."""
+    """Return the rule that colors a variable by its value."""
     scale, limits = variable.color_scale, variable.limits
     plain = VariableColors(opaque(variable.color), None if scale is None else (
         scale.begin, scale.end, opaque(scale.end_color)))
@@ -161,7 +161,7 @@ def variable_colors(variable: Variable) -> VariableColors:
 
 
 def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color:
-    """Return the color of an arrow, DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
+    """Return the color of the arrow DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
     quantity = name[len(device.name) + 1:]
     if quantity in ('velocity', 'force'):
         red, green, blue, _ = configured_arrow(device, quantity).color
@@ -178,7 +178,7 @@ def arrow_entries(
     packed: Packed,
     span: PageSpan,
 ) -> List[Dict[str, Any]]:
-    """Return the arrows of a recording; a velocity's lies between two rows, others hold."""
+    """Return the arrows of a recording; velocities are interpolated, other arrows hold."""
     found = []
     for arrow in arrows:
         device = _device_of(cell, arrow)
@@ -202,7 +202,7 @@ def ghost_arrow_entries(
     packed: Packed,
     span: PageSpan,
 ) -> List[Dict[str, Any]]:
-    """Return the arrows of the reference, which are over the time of the recording already."""
+    """Return the arrows of the reference run, which already have the times of the recording."""
     found = []
     for arrow in arrows:
         device, entry = _device_of(cell, arrow), _entry(arrow, places, packed, span)

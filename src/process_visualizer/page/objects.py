@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unmodeled objects as a page draws them: boxes with their words, and a line to the robot."""
+"""Unmodeled objects on a page: labeled boxes, each with a line to the robot."""
 from __future__ import annotations
 
 import math
@@ -17,11 +17,11 @@ from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import OBJECTS
 
 HOLD_S = 0.8
-"""An object is shown for so long after its message, as in RViz (object_messages.cpp)."""
+"""Time for which an object is shown after its message, as in RViz (object_messages.cpp)."""
 OBJECTS_HZ = 10.0
-"""A recorded run has the objects at most this often."""
+"""Maximum rate of the objects of a recorded run."""
 MAX_OBJECTS = 50
-"""Of one sensor; the nearest ones are kept."""
+"""Maximum number of objects per sensor; the nearest ones are kept."""
 _COLORS = {DetectedObject.STOP: (1.0, 0.15, 0.1), DetectedObject.WARN: (1.0, 0.85, 0.0)}
 _CLEAR_COLOR = 0.85, 0.9, 0.95
 _FAR_M = 1e3
@@ -32,14 +32,14 @@ color, whether it is seen now, and ``line`` between object and robot [m], if the
 
 
 class ShownObjects:
-    """Keeps what each sensor has seen last; times [s] must not decrease."""
+    """Keeps the last objects of each sensor; times [s] must not decrease."""
 
     def __init__(self) -> None:
         """Begin without objects."""
         self._seen: Dict[str, Tuple[float, List[Entry]]] = {}
 
     def take(self, sensor: str, message: DetectedObjects, place: Placement, time_s: float) -> None:
-        """Take the objects of a sensor, in a frame that is at ``place``."""
+        """Take the objects of a sensor; ``place`` is the pose of their frame."""
         nearest = sorted(message.objects, key=lambda it: it.distance if it.link else math.inf)
         entries = (_entry(sensor, it, place) for it in nearest[:MAX_OBJECTS])
         self._seen[sensor] = time_s, [it for it in entries if it is not None]
@@ -51,7 +51,7 @@ class ShownObjects:
 
 
 def _entry(sensor: str, it: DetectedObject, place: Placement) -> Optional[Entry]:
-    """Return an object as the page has it; None if it is nowhere, or has no size."""
+    """Return an object as an entry of the page; None if its pose or size is invalid."""
     center, turn = it.pose.position, it.pose.orientation
     own = Placement((center.x, center.y, center.z), (turn.x, turn.y, turn.z, turn.w))
     size = it.size.x, it.size.y, it.size.z
@@ -71,7 +71,7 @@ def _entry(sensor: str, it: DetectedObject, place: Placement) -> Optional[Entry]
 
 
 def _text(it: DetectedObject) -> str:
-    """Return the words that stand at the object in RViz."""
+    """Return the label of the object, as in RViz."""
     size = ' x '.join(f'{100.0 * edge:.0f}' for edge in (it.size.x, it.size.y, it.size.z))
     distance = f'\n{it.distance:.2f} m to {it.link}' if it.link else ''
     return f'object {it.number}: {size} cm{distance}'
@@ -83,9 +83,9 @@ def _rounded(numbers: Sequence[float]) -> List[float]:
 
 def object_track(devices: Sequence[Device], recording: Recording, places: FramePlaces,
                  packed: Packed, span: PageSpan) -> Dict[str, Any]:
-    """Return the recorded objects: rows that each hold from its time until the next one.
+    """Return the recorded objects as rows, each of which holds until the next one.
 
-    They are in the recording if the topic ``SENSOR/objects`` was recorded.
+    A recording has objects if the topic ``SENSOR/objects`` was recorded.
     """
     sensors = {it.name: SentMessages(recording, f'/{it.name}/{OBJECTS}', DetectedObjects)
                for it in devices if it.type is DeviceType.DEPTH_SENSOR}
@@ -101,7 +101,7 @@ def object_track(devices: Sequence[Device], recording: Recording, places: FrameP
                 continue
             rows[name], message = row, sent.message(row)
             place = None if message is None else places.find(message.header.frame_id.strip('/'))
-            if isinstance(place, Placement):  # object_finder gives them in the global frame
+            if isinstance(place, Placement):  # object_finder publishes in the global frame
                 shown.take(name, message, place, float(sent.times_s[row]))
         entries = shown.at(time_s)
         if entries != (found[-1] if found else []):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Columns of numbers as one compressed text, which web/src/packed.js takes apart."""
+"""Columns of numbers as one compressed text, which web/src/packed.js decodes."""
 from __future__ import annotations
 
 import gzip
@@ -9,19 +9,19 @@ from typing import Dict, List, Union
 import numpy as np
 
 Reference = Dict[str, Union[str, int, float, List[float]]]
-"""Where a column is, of what type, and how its numbers are to be read."""
+"""Position, type and encoding of a column."""
 
 _ALIGNMENT = 8
 _NS_PER_S = 1e9
 _STEPS = {'u2': 65_535, 'u4': 4_294_967_295}
 _LARGE = 6.0
-"""What extends further [m] has 32 bits, so that 16 are exact to 0.05 mm."""
+"""Extent [m] above which a column gets 32 bits; up to it, 16 bits are exact to 0.05 mm."""
 _SHORT_NS = 2**31 - 1
-"""Steps between two times up to this need four bytes."""
+"""Longest step between two times that fits into four bytes [ns]."""
 
 
 class Packed:
-    """Takes columns; the references to them go into the page's JSON."""
+    """Collects columns; the page's JSON refers to them."""
 
     def __init__(self) -> None:
         """Begin without columns."""
@@ -29,7 +29,7 @@ class Packed:
         self._known: Dict[bytes, Reference] = {}
 
     def plain(self, values: np.ndarray) -> Reference:
-        """Add numbers as they are, row by row; what is there already is not added again."""
+        """Add numbers unchanged, row by row; equal columns are stored once."""
         data = np.ascontiguousarray(values)
         name = data.dtype.newbyteorder('<').str.lstrip('<|=')
         return self._added(data.astype(data.dtype.newbyteorder('<')).tobytes(), name, data.size)
@@ -41,7 +41,7 @@ class Packed:
         return self.plain(short if np.array_equal(short, values, equal_nan=True) else values)
 
     def times(self, times_s: np.ndarray) -> Reference:
-        """Add rising times [s], to the nanosecond: so a step to a message shows that message."""
+        """Add increasing times [s], exact to 1 ns, so that stepping to a message shows it."""
         ns = np.rint(np.asarray(times_s, float) * _NS_PER_S).astype(np.int64)
         begin = int(ns[0]) if len(ns) else 0
         steps = np.diff(ns, prepend=begin)
@@ -50,7 +50,7 @@ class Packed:
                 'begin': begin}
 
     def scaled(self, values: np.ndarray) -> Reference:
-        """Add rows of numbers (n, k) as parts of the way from a column's least to its greatest."""
+        """Add rows of numbers (n, k), each as a fraction of its column's range."""
         known = np.nan_to_num(values, nan=0.0)
         low = known.min(axis=0) if len(known) else np.zeros(values.shape[1])
         size = known.max(axis=0) - low if len(known) else np.zeros(values.shape[1])
@@ -60,7 +60,7 @@ class Packed:
         return {**found, 'as': 'scaled', 'low': low.tolist(), 'size': size.tolist()}
 
     def column(self, reference: Reference, width: int = 1) -> np.ndarray:
-        """Return a column, (n,) or (n, width), as web/src/packed.js reads it."""
+        """Return a column, (n,) or (n, width), as web/src/packed.js decodes it."""
         begin, kind = int(reference['at']), np.dtype(f'<{reference["of"]}')  # type: ignore[arg-type]
         end = begin + int(reference['n']) * kind.itemsize  # type: ignore[arg-type]
         values = np.frombuffer(self._data[begin:end], kind)
@@ -72,7 +72,7 @@ class Packed:
         return values if width == 1 else values.reshape(-1, width)
 
     def text(self) -> str:
-        """Return all of it: base64 of gzip."""
+        """Return all columns as base64 of gzip."""
         return b64encode(gzip.compress(self._data, 7, mtime=0)).decode('ascii')
 
     def _added(self, data: bytes, name: str, count: int) -> Reference:

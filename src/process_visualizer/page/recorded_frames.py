@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frames that the recording itself places: fixed ones, and those that move by /tf."""
+"""Frames whose poses are recorded: fixed frames, and those moved by /tf."""
 from __future__ import annotations
 
 from typing import Collection, Dict, Iterator, List, NamedTuple, Set, Tuple
@@ -18,7 +18,7 @@ from process_visualizer.robot.placements import Placements
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TYPES
 
 _LOOKED_AT = 200
-"""Messages of each sender in which its frames are looked for."""
+"""Number of messages of each sender that are searched for frames."""
 
 
 class _Sent(NamedTuple):
@@ -29,9 +29,9 @@ class _Sent(NamedTuple):
 
 
 def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Collection[str]) -> None:
-    """Add the recording's fixed frames, and what of the moving ones leads to the wanted ones.
+    """Add the recording's fixed frames, and the moving frames that lead to the wanted ones.
 
-    What is known already stays. Moving frames are read in full, so only wanted ones are.
+    Known frames are kept. Moving frames are read completely, so only the needed ones are read.
     """
     fixed = _fixed(recording)
     sent = _moving(recording)
@@ -46,7 +46,7 @@ def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Colle
             frame = sent[frame].parent if frame in sent else fixed[frame][0]
     inner = {frame: (sent[frame].parent, place)
              for frame, place in _read(recording, {it: sent[it] for it in needed}).items()}
-    for _ in range(len(fixed) + len(inner)):  # a chain is as long as there are frames at most
+    for _ in range(len(fixed) + len(inner)):  # a chain is no longer than the number of frames
         before = places.count
         for frame, (parent, place) in fixed.items():
             outer = places.find(parent)
@@ -68,7 +68,7 @@ def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
         try:
             data = recording.message(position)
         except BagDamaged:
-            continue  # the recording notes it
+            continue  # the recording reports the damage
         for it in transforms_in(data):
             x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
             if np.isfinite((x, y, z, *turn)).all():
@@ -77,7 +77,7 @@ def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
 
 
 def _moving(recording: Recording) -> Dict[str, _Sent]:
-    """Return the frames on /tf, by some messages of each sender."""
+    """Return the frames on /tf, found in a sample of each sender's messages."""
     index = recording.index
     found: Dict[str, _Sent] = {}
     for number, connection in enumerate(index.connections):
@@ -96,12 +96,12 @@ def _pairs(recording: Recording, positions: np.ndarray) -> Iterator[Tuple[str, s
         try:
             data = recording.message(int(positions[row]))
         except BagDamaged:
-            continue  # the recording notes it
+            continue  # the recording reports the damage
         yield from ((it.parent, it.child) for it in transforms_in(data))
 
 
 def _read(recording: Recording, sent: Dict[str, _Sent]) -> Dict[str, Moving]:
-    """Return where frames are in their parents from when each message came, as in RViz."""
+    """Return the poses of frames in their parents, each from its time of receipt, as in RViz."""
     series: List[Series] = []
     for frame, it in sent.items():
         source = CurveSource('', frame, '', (0.0, 0.0, 0.0), Quantity.NUMBER, '')

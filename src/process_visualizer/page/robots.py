@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Poses of models' links: by the recorded joints, in the run and in its reference."""
+"""Poses of models' links from the recorded joints, in a run and in its reference run."""
 from __future__ import annotations
 
 import math
@@ -15,7 +15,7 @@ from process_visualizer.robot.placements import Placements, constant, interpolat
 from process_visualizer.robot.rotations import matrix_from_quaternion, quaternion_from_ypr
 from process_visualizer.runs.comparison.ghost import GhostTrack
 
-# Poses of frames in the cell's, over the time of a recording.
+# Poses of frames in the cell's frame, over the time of a recording.
 
 _TURN_STEPS = 32_767
 
@@ -27,15 +27,15 @@ class PageSpan(NamedTuple):
     end_s: float
 
     def rows(self, times_s: np.ndarray) -> slice:
-        """Return the rows of rising times that are in it, with one more on either side."""
+        """Return the rows of increasing times in the span, with one more on either side."""
         first, behind = np.searchsorted(times_s, (self.begin_s, np.nextafter(self.end_s, np.inf)))
         return slice(max(int(first) - 1, 0), int(behind) + 1)
 
 
 class Moving(NamedTuple):
-    """A place at ``times_s`` (n,), rising; it stays there until the next of them.
+    """A moving place at increasing ``times_s`` (n,); each pose holds until the next one.
 
-    One ``is_between`` is on the straight line between two of them.
+    If ``is_between``, poses are interpolated linearly instead.
     """
 
     times_s: np.ndarray
@@ -47,30 +47,30 @@ Place = Union[Placement, Moving]
 
 
 class FramePlaces:
-    """Frames by name; those that something refers to come into the page."""
+    """Frames by name; only those that are referred to are written to the page."""
 
     def __init__(self, packed: Packed, span: PageSpan) -> None:
-        """Take where columns go, and the part of the recording that is shown."""
+        """Take the destination of columns, and the shown part of the recording."""
         self._packed, self._span = packed, span
         self._frames: Dict[str, Place] = {}
         self._numbers: Dict[str, int] = {}
         self.entries: List[Dict[str, Any]] = []
 
     def add(self, frame: str, place: Place) -> None:
-        """Add a frame; what was said first of it holds."""
+        """Add a frame; if it is known already, its first place is kept."""
         self._frames.setdefault(frame, place)
 
     @property
     def count(self) -> int:
-        """Return how many frames are known."""
+        """Return the number of known frames."""
         return len(self._frames)
 
     def find(self, frame: str) -> Optional[Place]:
-        """Return where a frame is; None if that is not known."""
+        """Return the place of a frame; None if it is unknown."""
         return self._frames.get(frame)
 
     def number(self, frame: str) -> Optional[int]:
-        """Return the number of a frame in ``entries``; None if it is not known where it is."""
+        """Return the number of a frame in ``entries``; None if its place is unknown."""
         place = self._frames.get(frame)
         if place is None:
             return None
@@ -80,7 +80,7 @@ class FramePlaces:
         return self._numbers[frame]
 
     def entry(self, place: Place) -> Dict[str, Any]:
-        """Return a place as the page has it."""
+        """Return a place as an entry of the page."""
         if isinstance(place, Placement):
             return {'at': [*place.position, *place.quaternion]}
         rows = self._span.rows(place.times_s)
@@ -93,14 +93,14 @@ class FramePlaces:
 
 
 def _whole(place: Moving) -> Tuple[np.ndarray, np.ndarray]:
-    """The columns with a row for each time, though they may all be the same."""
+    """Return positions and quaternions with a row for each time, even if all rows are equal."""
     count = len(place.times_s)
     return (np.broadcast_to(place.places.positions, (count, 3)),
             np.broadcast_to(place.places.quaternions, (count, 4)))
 
 
 def _continuous(turns: np.ndarray) -> np.ndarray:
-    """Unit quaternions, each with the sign that is nearest to the one before."""
+    """Return unit quaternions, each with the sign nearest to its predecessor."""
     units: np.ndarray = turns / np.maximum(np.linalg.norm(turns, axis=1, keepdims=True), 1e-12)
     flips = np.cumprod(np.where((units[1:] * units[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))
     units[1:] *= flips[:, np.newaxis]
@@ -108,16 +108,16 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
 
 
 _TICK_S = 1e-9
-"""Two rows of a page may be so near to each other."""
+"""Time [s] between the two rows of a page around a jump."""
 _MAX_STEP, _FINE_STEP = 0.02, 0.005
-"""Of a joint between two rows [rad or m]: a straight line is within 0.1 mm, or 0.01 mm, then."""
+"""Maximum step of a joint between rows [rad or m]: lines are then exact to 0.1 mm or 0.01 mm."""
 _MAX_BETWEEN = 200
 
 
 class RowsOfJoints(NamedTuple):
-    """Positions [rad or m] by joint (n,) at ``times_s`` (n,), which hold until the next of them.
+    """Positions [rad or m] by joint (n,) at ``times_s`` (n,); each row holds until the next one.
 
-    Those that are ``is_between`` change evenly from one to the next.
+    If ``is_between``, positions are interpolated linearly instead.
     """
 
     times_s: np.ndarray
@@ -126,15 +126,15 @@ class RowsOfJoints(NamedTuple):
 
 
 _MAX_ROWS = 60_000
-"""Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
+"""Maximum rows of a robot: 8 min at 125 Hz; of more, only every second, third, ... is kept."""
 
 
 def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpan) -> RowsOfJoints:
-    """Return the rows of joints, of which each has its last position, as the robot in RViz has it.
+    """Return rows with the last position of each joint, as the robot in RViz has it.
 
     Args:
-        joints: when a joint's messages came [s] (n,), rising, and its positions (n,).
-        span: the part of the recording that counts.
+        joints: the increasing times of receipt [s] (n,) and the positions (n,) of each joint.
+        span: the relevant part of the recording.
     """
     known = {name: (times_s[rows], values[rows]) for name, (times_s, values) in joints.items()
              for rows in [span.rows(times_s)] if len(times_s)}
@@ -147,12 +147,12 @@ def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpa
 
 
 def rows_held(known_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
-    """Return which of rising times holds at others (m,): the last one, before all the first."""
+    """Return the row that holds at each time (m,): the last one so far, or else the first."""
     return np.maximum(np.searchsorted(known_s, times_s, side='right') - 1, 0)
 
 
 def fine_rows(track: JointTrack, max_step: float = _MAX_STEP) -> RowsOfJoints:
-    """Return the rows of a track, with more of them where a joint moves far from one to the next.
+    """Return the rows of a track, with more of them where a joint moves far between two rows.
 
     Rows without positions are left out.
     """
@@ -173,7 +173,7 @@ def fine_rows(track: JointTrack, max_step: float = _MAX_STEP) -> RowsOfJoints:
 
 
 def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict[str, Place]:
-    """Return where the links of a model are, and the frames that are fixed to it.
+    """Return the places of a model's links, and of the frames that are fixed to the model.
 
     A joint without positions is at 0.
     """
@@ -192,7 +192,7 @@ def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict
 
 
 def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
-    """Return where the child of a joint is."""
+    """Return the place of a joint's child."""
     if joint.kind not in MOVABLE:
         return carried(parent, joint.origin)
     if joint.name in rows.positions:
@@ -203,7 +203,7 @@ def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:
-    """Return where something is at other times (n,); outside its own times it stands still."""
+    """Return a place at other times (n,); outside its own times it stands still."""
     positions, turns = _whole(place)
     if not place.is_between:
         held = rows_held(place.times_s, times_s)
@@ -215,7 +215,7 @@ def resampled(place: Moving, times_s: np.ndarray) -> Placements:
 
 
 def moved_along(parent: Place, inner: Moving) -> Moving:
-    """Return where something is that moves in a frame, which may move too."""
+    """Return the place of something that moves in a frame, which may also move."""
     if isinstance(parent, Placement):
         return inner._replace(places=constant(parent).then(inner.places))
     times_s = np.union1d(parent.times_s, inner.times_s)
@@ -224,7 +224,7 @@ def moved_along(parent: Place, inner: Moving) -> Moving:
 
 
 def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
-    """Return a base and a robot's joints at the same times, whichever of them moves."""
+    """Return a base and a robot's joints at common times, whichever of them moves."""
     if isinstance(base, Placement):
         return base, rows
     if not len(rows.times_s):
@@ -234,7 +234,7 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
         held = rows_held(rows.times_s, times_s)
         return base._replace(times_s=times_s, places=resampled(base, times_s)), RowsOfJoints(
             times_s, {name: values[held] for name, values in rows.positions.items()})
-    if not base.is_between:  # it does not glide to where it is next
+    if not base.is_between:  # the base jumps to its next place
         times_s = np.union1d(times_s, base.times_s - _TICK_S)
     times_s = times_s[(times_s >= rows.times_s[0]) & (times_s <= rows.times_s[-1])]
     return Moving(times_s, resampled(base, times_s), True), RowsOfJoints(times_s, {
@@ -243,14 +243,14 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
 
 
 def carried(parent: Place, inner: Placement) -> Place:
-    """Return where something fixed to a frame is."""
+    """Return the place of something fixed to a frame."""
     if isinstance(parent, Placement):
         return parent.then(inner)
     return parent._replace(places=parent.places.then(constant(inner)))
 
 
 def base_place(device: Device) -> Placement:
-    """Return where the root of a device's model is in the cell."""
+    """Return the place of a device's model root in the cell."""
     if device.base is None:
         return Placement()
     x, y, z, w = (float(it) for it in quaternion_from_ypr(device.base.pose.ypr))
@@ -258,12 +258,12 @@ def base_place(device: Device) -> Placement:
 
 
 def joints_without_data(kinematics: Kinematics, known: Collection[str]) -> List[str]:
-    """Return the joints of a model that are not among those of which something was recorded."""
+    """Return the joints of a model for which nothing was recorded."""
     return [name for name in kinematics.joint_names if name not in known]
 
 
 def shown_spans(track: JointTrack) -> List[Tuple[float, float]]:
-    """Return from when to when [s] a track has positions."""
+    """Return begin and end [s] of each part of a track with positions."""
     known = np.concatenate(([False], np.isfinite(track.positions).all(axis=1), [False]))
     edges = np.flatnonzero(np.diff(known.astype(np.int8))).reshape(-1, 2)
     return [(float(track.times_s[begin]), float(track.times_s[end - 1])) for begin, end in edges]
@@ -271,9 +271,10 @@ def shown_spans(track: JointTrack) -> List[Tuple[float, float]]:
 
 def deviation_entry(track: GhostTrack, kinematics: Kinematics, base: Placement, packed: Packed,
                     span: PageSpan) -> Optional[Dict[str, Any]]:
-    """Return the distance of a tool from its place in the reference, as the page has it.
+    """Return the deviation of a tool from the reference run, as an entry of the page.
 
-    Rows are the tool's place in the reference and the way from there [m], in the cell's frame.
+    Rows are the tool's position in the reference run and the vector from there to its position in
+    the run [m], in the cell's frame.
     """
     if not track.tool:
         return None
@@ -304,9 +305,9 @@ def _tool(kinematics: Kinematics, tool: str, base: Placement, both: RowsOfJoints
 
 
 def upwards(base: Placement) -> List[float]:
-    """Return in which direction from its tool a robot's numbers stand: along the foot's z axis.
+    """Return the direction from a robot's tool to its numbers: the z axis of its base.
 
-    So those of a hanging robot do not meet those of a standing one.
+    So the numbers of a hanging robot do not overlap those of a standing one.
     """
     found: List[float] = matrix_from_quaternion(base.quaternion)[:, 2].tolist()
     return found

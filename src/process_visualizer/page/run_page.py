@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run as the data of a page: all that the browser draws, computed by the product's functions."""
+"""A run as data of a page: all that the browser draws, computed by the program's functions."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -67,12 +67,12 @@ from process_visualizer.runs.recorded.run_reader import as_received
 from process_visualizer.runs.run import Run
 
 MAX_ROWS = 12
-"""Departures of a run in its table."""
+"""Maximum number of departures in the table of a run."""
 
 
 def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
               span: PageSpan) -> Dict[str, Any]:
-    """Return the texts of a run, as the page has them; times are those of the recording."""
+    """Return the texts of a run for the page; times are those of the recording."""
     words: Dict[str, Any] = {'name': run.name, 'begin': span.begin_s, 'end': span.end_s,
                              'state': 'plain', 'verdict': 'not compared with good runs',
                              'nearest': '', 'notes': list(notes), 'departures': [],
@@ -98,7 +98,7 @@ def _departure(comparison: Comparison, row: int) -> Dict[str, Any]:
 
 
 def _moments(run: Run, span: PageSpan) -> List[Dict[str, Any]]:
-    """Events of the process and marks."""
+    """Return the events of the process and the marks in a span."""
     return [{'label': it.name, 'at': at_s} for it in run.events
             for at_s in [run.begin_s + it.time_s] if span.begin_s <= at_s <= span.end_s]
 
@@ -107,7 +107,7 @@ _NORMAL_STEPS = 127
 
 
 class Judged(NamedTuple):
-    """A run, what came of it, and the good runs that it was compared with."""
+    """A run, its comparison, and the good runs that it was compared with."""
 
     run: Run
     comparison: Optional[Comparison] = None
@@ -115,7 +115,7 @@ class Judged(NamedTuple):
 
     @property
     def badness(self) -> Tuple[bool, float]:
-        """Return what the worst run has most of; runs that could not be judged come first."""
+        """Return a key to sort runs: greatest for a failed comparison, then for the worst run."""
         it = self.comparison
         return (False, -1.0) if it is None else (bool(it.why_not), it.badness)
 
@@ -124,7 +124,7 @@ class PageCell:
     """The models of a cell, which all runs of a page share."""
 
     def __init__(self, cell: Cell, packed: Packed) -> None:
-        """Load models and meshes; what cannot be loaded is named in ``notes``."""
+        """Load models and meshes; ``notes`` names those that cannot be loaded."""
         self.cell, self._packed = cell, packed
         self.notes: List[str] = []
         self.models: Dict[str, RobotDescription] = {}
@@ -140,7 +140,7 @@ class PageCell:
         self.meshes, self.parts = self._meshes()
 
     def _meshes(self) -> Tuple[List[Dict[str, Any]], List[Dict[str, Any]]]:
-        """The meshes, those that are the same once, and which link of which device has which."""
+        """Return the meshes, equal ones once, and the mesh of each link of each device."""
         reader, found = LinkMeshes(), []
         for name, model in self.models.items():
             found += [(name, it) for it in reader.of(link_visuals(model.text))]
@@ -169,7 +169,7 @@ class PageCell:
 
 def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: PageSpan,
               packed: Packed, with_clouds: bool = False) -> Dict[str, Any]:
-    """Return the data of a run; ``span`` is what of its recording is shown."""
+    """Return the data of a run; ``span`` is the shown part of its recording."""
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
@@ -225,7 +225,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
 
 
 def _base(places: FramePlaces, arm: GhostArm) -> Place:
-    """Return where a robot stands: as configured, otherwise as the recording has it."""
+    """Return the place of a robot's base: as configured, otherwise as recorded."""
     found = places.find(arm.root)
     return base_place(arm.device) if arm.device.base is not None or found is None else found
 
@@ -242,14 +242,14 @@ def _add_arm(places: FramePlaces, arm: GhostArm, rows: RowsOfJoints, base: Place
 
 
 class _Read(NamedTuple):
-    """What a recording has: numbers, and by robot and joint the times [s] and positions (n,)."""
+    """Contents of a recording: numbers, and by robot and joint the times [s] and positions (n,)."""
 
     numbers: List[SourceSamples]
     joints: Dict[str, Dict[str, Tuple[np.ndarray, np.ndarray]]]
 
 
 def _read(shared: PageCell, recording: Recording) -> _Read:
-    """Read it at once; messages count from when they came, as for what RViz shows."""
+    """Read all series in one pass; messages count from their time of receipt, as in RViz."""
     cell = shared.cell
     series = colored(found_series(recording, curve_sources(cell.devices), cell.devices))
     of_joints = [(arm.device, joint, it) for name, arm in shared.arms.items()
@@ -268,7 +268,7 @@ def _read(shared: PageCell, recording: Recording) -> _Read:
 
 def _ghost(shared: PageCell, judged: Judged, places: FramePlaces, packed: Packed,
            span: PageSpan) -> Optional[Dict[str, Any]]:
-    """The reference in step with the run."""
+    """Return the reference run, aligned with the run; None without a verdict."""
     comparison, good = judged.comparison, judged.good
     if comparison is None or good is None or comparison.why_not:
         return None

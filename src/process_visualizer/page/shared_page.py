@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs, or parts of them, that are to leave the machine, and the page of them."""
+"""Runs, or parts of runs, chosen for sharing, and their page."""
 from __future__ import annotations
 
 import os
@@ -21,14 +21,14 @@ from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 from process_visualizer.runs.run import Run
 
 MAX_S = 900.0
-"""Of what one page shows: a browser has all of it in memory."""
+"""Maximum duration that one page shows [s]; a browser keeps all of it in memory."""
 
 
 class ChosenSpans(NamedTuple):
-    """Runs with the part of each recording that is meant, and the good runs if there are any.
+    """Runs with the chosen part of each recording, and the good runs, if there are any.
 
-    ``cell`` is the one that was given; None: that of each recording. ``known`` are runs that have
-    been compared already.
+    ``cell`` is the given cell; None: each recording's own. ``known`` are runs that have already
+    been compared.
     """
 
     cell: Optional[Cell]
@@ -39,11 +39,11 @@ class ChosenSpans(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """The length of all spans."""
+        """The total duration of all spans."""
         return sum(it.end_s - it.begin_s for it in self.spans)
 
     def judged(self, run: Run) -> Judged:
-        """Return a run with what comes of holding it against the good runs, if there are any."""
+        """Return a run with its comparison with the good runs, if there are any."""
         for it in self.known:
             if it.run is run:
                 return it
@@ -53,10 +53,10 @@ class ChosenSpans(NamedTuple):
 
 
 def page_of(chosen: ChosenSpans, with_clouds: bool = False, worst_first: bool = True) -> str:
-    """Return the page of all the runs that were chosen, in their order or the worst first.
+    """Return the page of all chosen runs, in their order or the worst first.
 
     Raises:
-        ValueError: there is more than one page can show.
+        ValueError: the runs are too long for one page.
     """
     if chosen.duration_s > MAX_S:
         raise ValueError(f'{clock(chosen.duration_s)} are more than one page can show; name a '
@@ -69,16 +69,16 @@ def page_of(chosen: ChosenSpans, with_clouds: bool = False, worst_first: bool = 
 def shared_page(given: Optional[Cell], judged: Sequence[Judged], spans: Sequence[PageSpan],
                 good: Optional[GoodRuns], notes: Sequence[str] = (),
                 with_clouds: bool = False, worst_first: bool = True) -> str:
-    """Return the page of some runs; those for which there is no room are listed.
+    """Return the page of some runs; those that do not fit are only listed.
 
     Args:
         given: the cell; without one, the configuration of the first recording is used.
         judged: the runs.
-        spans: the part of each of them that is shown.
-        good: the good runs that they were compared with.
-        notes: what else is to be said at the top.
+        spans: the shown part of each run.
+        good: the good runs that the runs were compared with.
+        notes: further notes for the top of the page.
         with_clouds: whether the clouds of depth sensors are shown.
-        worst_first: whether they are sorted.
+        worst_first: whether the runs are sorted.
     """
     packed = Packed()
     order = list(range(len(judged)))
