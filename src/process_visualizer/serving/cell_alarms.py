@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong in a running cell, by what its nodes and its recorder say; no ROS."""
+"""Alarms of a running cell, from the reports of its nodes and its recorder; no ROS."""
 from __future__ import annotations
 
 import math
@@ -27,7 +27,7 @@ from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
 from process_visualizer.launching.cell_watch import ENDED, SILENT
 
 MAX_SHOWN = 50
-"""Alarms, and of the events the newest ones, of a page."""
+"""Maximum number of alarms, events and marks on a page; of events and marks, the newest."""
 _DIGITS = re.compile(r'[\d.]+')
 
 
@@ -42,7 +42,7 @@ class SeenTopic(NamedTuple):
 
 
 class SeenRecorder(NamedTuple):
-    """The recorder's state; ``name`` is that of the file."""
+    """The recorder's state; ``name`` is the name of the file."""
 
     is_recording: bool
     name: str
@@ -53,7 +53,7 @@ class SeenRecorder(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Return what it does."""
+        """Return the state as text."""
         if not self.is_recording:
             return 'not recording'
         minutes, seconds = divmod(int(self.duration_s), 60)
@@ -63,7 +63,7 @@ class SeenRecorder(NamedTuple):
 
 
 class CellAlarms:
-    """Gathers what is wrong; ``warnings`` may be filled by any thread, the rest is one thread's."""
+    """Collects alarms; any thread may fill ``warnings``, only one thread may use the rest."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
         """Take the devices of the cell."""
@@ -75,10 +75,10 @@ class CellAlarms:
         self._board = AlarmBoard()
         self._objects = {it.name: ObjectWatch(it.objects.warn_m, it.objects.stop_m)
                          for it in devices if it.objects is not None}
-        self._objects_s: Dict[str, float] = {}  # of the last message
+        self._objects_s: Dict[str, float] = {}  # of each sensor's last message
         self._begun_s: Optional[float] = None
         self.departed: Sequence[Tuple[str, str, str, float]] = ()
-        """What is out of the band of good runs: see departure_conditions."""
+        """Departures from the band of good runs; see departure_conditions."""
         self.lost: FrozenSet[Tuple[str, str]] = frozenset()
         """The channels (device, label) that cannot be judged now."""
 
@@ -103,12 +103,12 @@ class CellAlarms:
 
     def look(self, wall_s: float, clock_s: float, said: Sequence[str] = (),
              is_live: bool = True) -> None:
-        """Find what is wrong now.
+        """Update the alarms.
 
         Args:
-            wall_s: the time since the epoch.
-            clock_s: the time of the clock of warnings.
-            said: the lines with which scene_watch marks devices, ``DEVICE: what; what it means``.
+            wall_s: time since the epoch.
+            clock_s: time of the clock that times the warnings.
+            said: the lines with which scene_watch marks devices, ``DEVICE: what; consequence``.
             is_live: False while a recording is played, which may be paused.
         """
         conditions = [*self._conditions(wall_s, clock_s),
@@ -152,7 +152,7 @@ class CellAlarms:
         self._board = self._board.noted(text, wall_s)
 
     def entries(self, marks: Sequence[LiveMark], epoch_s: float) -> Dict[str, Any]:
-        """Return alarms, events and marks for JSON; marks have times from ``epoch_s`` on [s]."""
+        """Return alarms, events and marks for JSON; times of marks count from ``epoch_s`` [s]."""
         recorder = self._recorder
         return {
             'alarms': [_alarm(it) for it in self._board.alarms[:MAX_SHOWN]],
@@ -165,7 +165,7 @@ class CellAlarms:
 
 
 def _watch_conditions(said: Sequence[str]) -> List[Condition]:
-    """What scene_watch marks in the scene; of nodes that hang it also tells on /diagnostics."""
+    """Return what scene_watch marks in the scene, except hanging nodes: /diagnostics has those."""
     found = []
     for line in said:
         device, separator, what = line.partition(': ')

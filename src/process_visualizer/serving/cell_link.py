@@ -46,7 +46,7 @@ from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
 from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, file_name
 
 CELL_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
-"""They run with every cell, and only with a cell."""
+"""Nodes that run with every cell, and only with a cell."""
 _LOOK_S, _MASTER_S = 0.2, 2.0
 _SEVERITIES = {DiagnosticStatus.WARN: Severity.WARNING, DiagnosticStatus.ERROR: Severity.ERROR}
 _OTHER_CLOCK_S = 0.5
@@ -54,10 +54,10 @@ _BUFFER_BYTES, _CLOUD_BUFFER_BYTES = 1 << 20, 1 << 24
 
 
 class PageClock:
-    """The time of a page [s since the epoch]: it never jumps, whatever happens to the clock."""
+    """The time of a page [s since the epoch], which never jumps, even if the system clock does."""
 
     def __init__(self) -> None:
-        """Begin with the present."""
+        """Begin at the current time."""
         self._shift_s = time.time() - time.monotonic()
 
     def now_s(self) -> float:
@@ -66,12 +66,12 @@ class PageClock:
 
     @staticmethod
     def steady_s() -> float:
-        """Return the time of the clock with which markers and warnings come."""
+        """Return the time of the clock that times markers and warnings."""
         return time.monotonic()
 
 
 class CellLink:
-    """Passes on what the nodes of a cell say, from its begin to its end."""
+    """Passes messages from the nodes of a cell to a LiveCell, until it is closed."""
 
     def __init__(self, live: LiveCell, devices: Sequence[Device], clock: PageClock) -> None:
         """Subscribe; needs a rospy node.
@@ -112,13 +112,13 @@ class CellLink:
                                                   buff_size=_BUFFER_BYTES, tcp_nodelay=True))
 
     def close(self) -> None:
-        """End; the cell goes on."""
+        """Stop; the cell keeps running."""
         self._ended.set()
         for thread in self._threads:
             thread.join(PATIENT_TIMEOUT_S)
         self._memory.close()
 
-    # What comes, each topic in a thread of its own
+    # Callbacks, each topic in its own thread
 
     def _on_transforms(self, is_static: bool, message: Any) -> None:
         if message._connection_header['type'] in TF_TYPES:
@@ -158,7 +158,7 @@ class CellLink:
     def _on_comparison(self, message: String) -> None:
         self._live.take_verdict(message.data, time.monotonic())
 
-    # What is asked for
+    # Requests to the recorder and the master
 
     def _read_curves(self) -> None:
         while not self._ended.wait(_LOOK_S):
@@ -172,13 +172,13 @@ class CellLink:
                         self._shift_s = shift_s if abs(shift_s) > _OTHER_CLOCK_S else 0.0
                     self._curves.add(part)
             except ServiceUnreachable:
-                self._ended.wait(_MASTER_S)  # it is not there in playback
+                self._ended.wait(_MASTER_S)  # there is no recorder in playback
                 continue
             window = self._curves.window(WINDOW_S)
             self._live.take_curves(window._replace(epoch_s=window.epoch_s + (self._shift_s or 0)))
 
     def _follow_clouds(self) -> None:
-        """Subscribe to clouds, which are large, only as long as somebody looks at them."""
+        """Subscribe to clouds, which are large, only while a viewer wants them."""
         if not self._sensors or self._live.wants_clouds == bool(self._clouds):
             return
         for it in self._clouds:
@@ -205,14 +205,14 @@ class CellLink:
             return 'The cell does not run'
         try:
             self._master.lookupNode(rospy.get_name())
-        except rosgraph.MasterException:  # it is another one than at the beginning
+        except rosgraph.MasterException:  # the master was restarted
             self._register_again()
         except OSError:
             return 'The ROS master does not answer'
         return ''
 
     def _register_again(self) -> None:
-        """Make the node known to a master that was started after it."""
+        """Register the node with a master that was started after it."""
         own = rospy.get_node_uri()
         try:
             with ServerProxy(rosgraph.get_master_uri(),
@@ -223,4 +223,4 @@ class CellLink:
                                                             it.type, own)
                     node.publisherUpdate('/master', it.resolved_name, answer[2])
         except CONNECTION_ERRORS as error:
-            rospy.logdebug('not registered: %s', error)  # at the next look
+            rospy.logdebug('not registered: %s', error)  # tried again at the next check

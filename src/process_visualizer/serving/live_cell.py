@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell as its page shows it: takes what the cell says, and fills the feed; no ROS."""
+"""The state of a running cell for its page: takes its messages, and fills the feed; no ROS."""
 from __future__ import annotations
 
 import json
@@ -33,19 +33,19 @@ from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.serving.cell_alarms import CellAlarms, SeenRecorder
 
 PERIOD_S = 0.04
-"""Of frames."""
-_OBJECTS_EVERY, _LANES_EVERY, _STATE_EVERY, _CLOUDS_EVERY = 3, 5, 12, 12  # frames
+"""Period of frames."""
+_OBJECTS_EVERY, _LANES_EVERY, _STATE_EVERY, _CLOUDS_EVERY = 3, 5, 12, 12  # in frames
 _WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
 _OVERLAP_S = 1.0
-"""Of columns that are sent again: late values come into them, and messages may be left out."""
+"""Duration of columns sent again: late values change them, and messages may be skipped."""
 _VERDICT_S = 3.0
-"""A verdict that is older is not shown: the launcher that gave it compares no longer."""
+"""Maximum age of a shown verdict; with an older one, the launcher no longer compares."""
 _MAX_VERDICT = 20_000
 _PLAYER_S = 2.0
 
 
 class SeenPlayer(NamedTuple):
-    """What the player plays: file, position [s], and whether it is paused."""
+    """The player's state: file, position [s], and whether it is paused."""
 
     name: str
     position_s: float
@@ -53,7 +53,7 @@ class SeenPlayer(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Return it in words."""
+        """Return the state as text."""
         return (f'{self.name} is {"paused" if self.is_paused else "played"} '
                 f'at {clock(self.position_s)}')
 
@@ -64,10 +64,10 @@ class _Since(NamedTuple):
 
 
 class LiveCell:
-    """Any thread may call it."""
+    """The live state of a cell; any thread may call its methods."""
 
     def __init__(self, cell: Cell, shared: PageCell, server: str) -> None:
-        """Take the cell, its models, and what tells this server from others."""
+        """Take the cell, its models, and an identifier of this server."""
         self._lock = threading.Lock()
         self._has_sensors = any(it.type is DeviceType.DEPTH_SENSOR for it in cell.devices)
         self._server = server
@@ -91,7 +91,7 @@ class LiveCell:
         self._layout, self._count = 0, 0
         self._has_new_lanes = self._has_new_cloud = False
         self.wants_clouds = False
-        """Whether anybody looks at clouds."""
+        """Whether any viewer wants clouds."""
         self.alarms = CellAlarms(cell.devices)
         self.feed = LiveFeed()
 
@@ -132,12 +132,12 @@ class LiveCell:
             self.alarms.take_recorder(recorder)
 
     def take_player(self, player: SeenPlayer, clock_s: float) -> None:
-        """Take what the player plays."""
+        """Take the player's state."""
         with self._lock:
             self._player = player, clock_s
 
     def take_verdict(self, text: str, clock_s: float) -> None:
-        """Take what the launcher says of the run that goes on: see `verdict_entry`."""
+        """Take the launcher's verdict on the current run; see `verdict_entry`."""
         found = verdict_entry(text)
         with self._lock:
             self._verdict = found, clock_s
@@ -145,7 +145,7 @@ class LiveCell:
             self.alarms.departed = [tuple(it) for it in found.get('departed', ())]
 
     def take_problem(self, text: str, wall_s: float) -> None:
-        """Take why the cell cannot be seen; '': it can."""
+        """Take the reason why the cell cannot be seen; '': it can be seen."""
         with self._lock:
             before = '' if self._problem is None else self._problem.text
             if text != before:
@@ -153,7 +153,7 @@ class LiveCell:
                 self.alarms.note(text or 'The cell answers again', wall_s)
 
     def tick(self, wall_s: float, clock_s: float, viewers: int = 0) -> None:
-        """Put what there is to see now into the feed; ``wall_s`` rises, ``viewers`` look."""
+        """Put the current state into the feed; ``wall_s`` must increase, ``viewers`` is a count."""
         self._put_clouds(wall_s)
         with self._lock:
             data = self._scene.frame(wall_s, clock_s)
@@ -198,7 +198,7 @@ class LiveCell:
                 separators=(',', ':'), allow_nan=False))
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return where a frame is in the cell now; None if that is not known."""
+        """Return the current place of a frame in the cell; None if it is unknown."""
         with self._lock:
             return self._scene.place(frame)
 
@@ -219,12 +219,12 @@ class LiveCell:
                     'text': problem.text, 'since': problem.since_s}}
 
     def _played(self, clock_s: float) -> Optional[SeenPlayer]:
-        """Return what is played now; None if the cell is live."""
+        """Return the state of the player; None if the cell is live."""
         player, said_s = self._player
         return player if clock_s - said_s < _PLAYER_S else None
 
     def recent(self, after_s: float, before_s: float) -> bytes:
-        """Return all columns, and frames between two times: see `LiveFeed.recent`."""
+        """Return all columns, and the frames between two times; see `LiveFeed.recent`."""
         with self._lock:
             columns = self._lanes.columns(600.0)
             return len(columns).to_bytes(4, 'little') + columns + self.feed.recent(
@@ -236,11 +236,11 @@ def _channels(departed: Iterable[Tuple[str, str, str, float]]) -> FrozenSet[Tupl
 
 
 def verdict_entry(text: str) -> Dict[str, Any]:
-    """Return what the launcher says of the running cell beside good runs; {} if that is nothing.
+    """Return the launcher's verdict on the running cell; {} if there is none.
 
-    ``text`` is JSON: text, state (good, poor, plain), reference, departed: device, label, how far
-    out, since when [s since the epoch], and lost, if there are any: device and label of the
-    channels that cannot be judged now.
+    ``text`` is JSON: text, state (good, poor, plain), reference, departed (device, label, amount,
+    begin [s since the epoch]), and optionally lost (device and label of the channels that cannot be
+    judged now).
     """
     try:
         found = parsed_json(text) if len(text) <= _MAX_VERDICT else None

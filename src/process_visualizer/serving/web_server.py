@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The web server of a live page: hands out the page and what the feed has, and takes nothing.
+"""The web server of a live page: serves the page and the feed, and accepts no commands.
 
-Everything runs in the thread of its loop. A connection may ask for a few things, all of them with
-GET, and a viewer says only how many messages have come.
+Everything runs in the thread of its loop. Clients can only send a few kinds of GET requests, and a
+viewer only the number of messages that it has received.
 """
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _MAX_CONNECTIONS = 64
 _MAX_HEADER_BYTES, _MAX_BODY_BYTES, _MAX_ANSWER_BYTES = 8 << 10, 1 << 10, 32
 _IDLE_S = 20.0
 _SEND_BUFFER_BYTES = 32 << 10
-"""Of the kernel, for each viewer: what is in it, the viewer sees late."""
+"""Size of the kernel's buffer for each viewer; the viewer sees its contents late."""
 _LOOK_S = 1.0
 _RECENT_PER_S, _PINGS_PER_S = 8, 2
 _HEADERS = {
@@ -41,7 +41,7 @@ _HEADERS = {
 
 
 class ServedFile(NamedTuple):
-    """A file of the page: compressed once."""
+    """A file of the page, compressed once."""
 
     kind: str
     packed: bytes
@@ -54,7 +54,7 @@ def served_file(kind: str, content: Union[str, bytes]) -> ServedFile:
 
 
 class Served(NamedTuple):
-    """What all connections share. ``recent`` returns what is kept between two times."""
+    """Data shared by all connections. ``recent`` returns the kept data between two times."""
 
     files: Dict[str, ServedFile]
     feed: LiveFeed
@@ -66,7 +66,7 @@ class Served(NamedTuple):
 
 
 class _Budget:
-    """How often something may be asked for by all together: some times in each second."""
+    """A limit on the number of requests in each second."""
 
     def __init__(self, most: int) -> None:
         self._most, self._second, self._count = most, 0, 0
@@ -79,12 +79,12 @@ class _Budget:
 
 
 class LiveServer:
-    """Listens, until it is closed."""
+    """Listens until it is closed."""
 
     def __init__(self, files: Dict[str, ServedFile], feed: LiveFeed, admission: Admission,
                  recent: Callable[[float, float], bytes],
                  on_viewer: Callable[[str], None] = lambda _text: None) -> None:
-        """Take what there is to see; see `Served`. ``on_viewer`` is told who comes and goes."""
+        """Take the data to serve, see `Served`; call ``on_viewer`` when a viewer comes or goes."""
         self._served = Served(files, feed, admission, recent, set(),
                               _Budget(_RECENT_PER_S), on_viewer)
         shared = {'served': self._served}
@@ -97,19 +97,19 @@ class LiveServer:
 
     @property
     def viewers(self) -> Tuple[str, ...]:
-        """Return the addresses of those who look."""
+        """Return the addresses of the viewers."""
         return tuple(sorted(it.address for it in self._served.viewers))
 
     @property
     def has_clouds(self) -> bool:
-        """Return whether anybody wants to see clouds."""
+        """Return whether any viewer wants clouds."""
         return any(it.pace is not None and it.pace.has_clouds for it in self._served.viewers)
 
     def listen(self, address: str, port: int, context: Optional[ssl.SSLContext]) -> int:
         """Begin to listen; return the port.
 
         Raises:
-            OSError: that is not possible there.
+            OSError: the address or the port cannot be used.
         """
         sockets = bind_sockets(port, address)
         self._server = _LimitedServer(
@@ -120,7 +120,7 @@ class LiveServer:
         return int(sockets[0].getsockname()[1])
 
     def send(self) -> None:
-        """Send what is new to those who may have it now."""
+        """Send new messages to the viewers that are ready for them."""
         for viewer in list(self._served.viewers):
             viewer.send()
 
@@ -140,11 +140,11 @@ class LiveServer:
 
 
 def _no_log(_handler: RequestHandler) -> None:
-    """Write no line for a request: its path has the token."""
+    """Log no requests, because their paths contain the token."""
 
 
 class _LimitedServer(HTTPServer):
-    """A server with a limited number of connections, each of which has to go on."""
+    """A server with a limited number of connections, which drops stalled ones."""
 
     _open = 0
 
@@ -162,7 +162,7 @@ class _LimitedServer(HTTPServer):
 
 
 class _Handler(RequestHandler):
-    """Checks a request before anything else, and answers in plain words."""
+    """Checks each request first, and refuses it with a plain text."""
 
     served: Served
     is_socket = False
@@ -190,7 +190,7 @@ class _Handler(RequestHandler):
         self.finish(refusal.text)
 
     def log_exception(self, _kind: Any, error: Any, trace: Any) -> None:
-        """Write where an error of the program was; nothing of the request, which has the token."""
+        """Log the place of a program error, but not the request, which contains the token."""
         if error is not None and not isinstance(error, HTTPError):
             logging.getLogger('tornado.application').error(
                 'a request could not be answered', exc_info=(type(error), error, trace))
@@ -201,12 +201,12 @@ class _Handler(RequestHandler):
 
     @property
     def asked(self) -> str:
-        """What is asked for, behind the token."""
+        """The requested path after the token."""
         return self.served.admission.asked(self.request.path) or ''
 
 
 def _has_room(viewers: 'Set[_Viewer]') -> bool:
-    """Return whether one more may watch; those who do not answer make room."""
+    """Return whether another viewer may watch; drop those that do not answer if need be."""
     if len(viewers) >= MAX_VIEWERS:
         now_s = time.monotonic()
         for viewer in list(viewers):
@@ -220,7 +220,7 @@ def _full() -> str:
 
 
 class _Asked(_Handler):
-    """The files of the page, and what is kept of the past."""
+    """Serves the files of the page, and the kept data."""
 
     def get(self) -> None:
         if self.asked == 'why':
@@ -262,7 +262,7 @@ def _number(text: Optional[str]) -> Optional[float]:
 
 
 class _Viewer(_Handler, WebSocketHandler):
-    """A connection over which the cell is shown."""
+    """A WebSocket that shows the cell to a viewer."""
 
     is_socket = True
     pace: Optional[ViewerPace] = None
@@ -274,11 +274,11 @@ class _Viewer(_Handler, WebSocketHandler):
 
     @property
     def address(self) -> str:
-        """Where the viewer is."""
+        """The IP address of the viewer."""
         return str(self.request.remote_ip)
 
     def check_origin(self, origin: str) -> bool:
-        """Leave this to `prepare`."""
+        """Accept any origin, which `prepare` has checked already."""
         return True
 
     def open(self, *_arguments: str, **_values: str) -> None:
@@ -293,7 +293,7 @@ class _Viewer(_Handler, WebSocketHandler):
         self.send()
 
     def send(self) -> None:
-        """Send what is new, one message after the other."""
+        """Send new messages, one after the other."""
         if self._is_sending or self.pace is None:
             return
         message = self.pace.next(time.monotonic())
@@ -315,7 +315,7 @@ class _Viewer(_Handler, WebSocketHandler):
             self.send()
 
     def on_message(self, message: Union[str, bytes]) -> None:
-        """Take how many messages have come there; nothing else can be said."""
+        """Take the number of received messages, the only valid message of a viewer."""
         count = int(message) if isinstance(message, str) and message.isdecimal() else -1
         if self.pace is None or not self.pace.answered(count, time.monotonic()):
             self.close(1008)
@@ -323,7 +323,7 @@ class _Viewer(_Handler, WebSocketHandler):
         self.send()
 
     def on_ping(self, data: bytes) -> None:
-        """Answer no flood; browsers send none at all."""
+        """Drop a viewer that sends too many pings; browsers send none."""
         if not self._pings.take():
             self.drop()
 
@@ -334,7 +334,7 @@ class _Viewer(_Handler, WebSocketHandler):
             self.served.on_viewer(f'{self.address} watches no longer')
 
     def drop(self) -> None:
-        """End the connection at once: the viewer does not read."""
+        """End the connection at once, because the viewer does not read."""
         connection: Any = self.ws_connection
         self.on_close()
         if connection is not None:
