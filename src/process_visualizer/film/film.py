@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Films and pictures of runs: their page, drawn moment by moment."""
+"""Films and pictures of runs: their page, drawn frame by frame."""
 from __future__ import annotations
 
 import csv
@@ -25,22 +25,22 @@ from process_visualizer.whole_file import whole_file, write_text
 VIEWS = ('cell', 'tools', 'front', 'side', 'top')
 _FILM = 'film'
 _MOVE_S = 1.5
-"""The camera moves from one view to the next in so much of a film."""
+"""Duration in a film of a camera move from one view to the next."""
 _MAX_FRAMES = 60_000
 _ENCODERS: Dict[str, Tuple[str, ...]] = {
     '.mp4': ('-filter_complex', 'tile={0}x1', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf',
              '18', '-movflags', '+faststart', '-f', 'mp4'),
     '.gif': ('-filter_complex', 'tile={0}x1,split[one][other];[one]palettegen[colors];'
              '[other][colors]paletteuse', '-f', 'gif')}
-"""Arguments of ffmpeg; {0}: so many pictures stand beside each other."""
+"""Arguments of ffmpeg; {0}: number of pictures beside each other."""
 ENDINGS = tuple(_ENCODERS)
-"""Of the names of films."""
+"""Endings of the files of films."""
 
 
 class ViewAt(NamedTuple):
     """One of VIEWS, to which the camera moves at a time of the recording, or at a mark.
 
-    ``at``: such as 0:07.4, or the label of a mark or event; empty: from the begin on.
+    ``at``: a time such as 0:07.4, or the label of a mark or event; empty: from the begin.
     """
 
     view: str
@@ -50,8 +50,8 @@ class ViewAt(NamedTuple):
 class Style(NamedTuple):
     """The look of a film: width and height [pixels], views, labels of the curves below.
 
-    Without ``curves`` there are as many as fit, those that differed first. ``is_beside``: at the
-    left of each run is the good one, at the same moment of the process.
+    Without ``curves``, as many as fit are shown, those with departures first. ``is_beside``: the
+    good run is shown to the left of each run, at the same moment of the process.
     """
 
     size: Tuple[int, int] = (1280, 720)
@@ -70,14 +70,14 @@ class Frame(NamedTuple):
 
 
 OnFrame = Callable[[int, int], None]
-"""Is called with the number of frames that are done, and of all; may raise to end the film."""
+"""Called with the number of finished frames, and of all frames; may raise to end the film."""
 
 
 def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame]:
-    """Return the moments of a film: of each run round(duration · rate / speed) frames.
+    """Return the frames of a film: round(duration · rate / speed) for each run.
 
     Raises:
-        ValueError: there are too many.
+        ValueError: there are too many frames.
     """
     counts = [max(round((it.end_s - it.begin_s) * rate_hz / speed), 1) for it in chosen.spans]
     if sum(counts) > _MAX_FRAMES:
@@ -89,16 +89,16 @@ def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame
 
 
 _Shots = Sequence[Tuple[Frame, ...]]
-"""Of each frame of a film, those that stand beside each other; that of the run is the last."""
+"""For each frame of a film, the frames beside each other; the run's own frame is the last."""
 
 
 def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpans, _Shots]:
-    """Return runs and their good ones, and each frame with that of the good run before it.
+    """Return runs and their good runs, and each frame preceded by the frame of the good run.
 
-    It is at the same moment of the process.
+    Both frames are at the same moment of the process.
 
     Raises:
-        ValueError: a run has no good one.
+        ValueError: a run has no good run.
     """
     judged = [chosen.judged(it) for it in chosen.runs]
     runs, spans = list(chosen.runs), list(chosen.spans)
@@ -121,7 +121,7 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
             np.array([frame.time_s - run.begin_s]))[0])
         time_s = min(max(round(time_s, 6), spans[number].begin_s), spans[number].end_s)
         shots.append((Frame(number, time_s), frame))  # rounded as in the table
-    for number in range(len(judged), len(runs)):  # only what stands beside something is shown
+    for number in range(len(judged), len(runs)):  # only parts beside a run are shown
         times_s = [beside.time_s for beside, _ in shots if beside.run == number]
         spans[number] = PageSpan(min(times_s), max(times_s))
     return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
@@ -130,7 +130,7 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
 class CameraMove(NamedTuple):
     """The camera of a frame: a share of the way from one view to another.
 
-    A view is that of the cell at a time [s] of the run, because tools move.
+    A view includes a time [s] of the run, because it depends on the places of moving tools.
     """
 
     begin: Tuple[str, float]
@@ -139,7 +139,7 @@ class CameraMove(NamedTuple):
 
 
 def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
-    """Return the times [s] of a run's recording from which views hold, in their order.
+    """Return the views of a run and the times [s] of the recording from which they hold, sorted.
 
     Raises:
         ValueError: the run has no such mark.
@@ -163,22 +163,22 @@ def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
 
 def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: '_Shots',
                  move_s: float) -> List[Tuple[CameraMove, ...]]:
-    """Return the camera of each frame; it begins and ends a move slowly.
+    """Return the camera of each frame; moves begin and end slowly.
 
-    Frames beside each other move together, at the times of the run.
+    The cameras of frames beside each other move together, at the times of the run.
 
     Args:
         chosen: the runs.
-        views: where the camera is, from when on; the first one also before.
+        views: views of the camera and their begins; the first view also holds before its begin.
         shots: the frames.
-        move_s: length of a move, in the time of the recording.
+        move_s: duration of a move, in the time of the recording.
 
     Raises:
         ValueError: a run has no such mark.
     """
     times = {number: view_times(chosen.runs[number], views)
              for number in dict.fromkeys(shot[-1].run for shot in shots)}
-    first: Dict[Tuple[int, int], Tuple[Frame, ...]] = {}  # shots at which views of runs begin
+    first: Dict[Tuple[int, int], Tuple[Frame, ...]] = {}  # first shots of views of runs
     moves = []
     for shot in shots:
         run, time_s = shot[-1]
@@ -202,15 +202,15 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
                speed: float = 1.0, on_frame: OnFrame = lambda _done, _all: None) -> int:
     """Write the film, and beside it a table with the numbers of each frame; return their count.
 
-    Nothing partial is left where it fails, or ``on_frame`` raises.
+    No partial file is left if this fails or ``on_frame`` raises.
 
     Args:
         path: ends in one of ENDINGS.
         chosen: the runs.
         style: the look.
-        rate_hz: frames in a second of the film.
+        rate_hz: frames per second of the film.
         speed: seconds of the recording per second of the film.
-        on_frame: is called after each frame.
+        on_frame: called after each frame.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
@@ -258,7 +258,7 @@ def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) ->
 def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
           table: TextIO, on_frame: OnFrame, move_s: float = _MOVE_S) -> None:
     """Write the pictures of each frame, and its row of the table."""
-    # Other commands begin 50 ms earlier without it.
+    # Imported late: other commands start 50 ms faster.
     from process_visualizer.film.headless_browser import BrowserError, HeadlessBrowser
     rows: List[Dict[str, str]] = []
     moves = camera_moves(chosen, style.views, shots, move_s)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Chromium without a window that draws a page, driven by the DevTools protocol."""
+"""A headless Chromium that draws a page, controlled by the DevTools protocol."""
 from __future__ import annotations
 
 import base64
@@ -20,23 +20,23 @@ import websocket
 _NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 _LISTENS = re.compile(r'DevTools listening on (ws://\S+)')
 _LIMIT_S = 120.0
-"""For one answer; a large page on a busy computer takes its time."""
+"""Time limit for an answer; a large page on a busy computer is slow."""
 
 
 class BrowserError(Exception):
-    """There is no browser, or it does not do what is asked."""
+    """The browser is missing or fails."""
 
 
 class HeadlessBrowser:
-    """A page in a browser of its own, which ends with it; a context manager."""
+    """A page in its own browser, which it ends; a context manager."""
 
     def __init__(self, page: Path, size: Tuple[int, int], fragment: str = '') -> None:
-        """Open a file, and wait until its script says that it is ready.
+        """Open a file, and wait until its script reports that it is ready.
 
         Args:
             page: the file.
             size: width and height [pixels].
-            fragment: of the address, behind the #.
+            fragment: fragment of the address, after the #.
 
         Raises:
             BrowserError: there is no browser, or it does not show the page.
@@ -56,7 +56,7 @@ class HeadlessBrowser:
             self._stack = stack.pop_all()
 
     def open(self, page: Path, fragment: str = '') -> None:
-        """Show a page, instead of another one; wait until it can be used.
+        """Show another page, and wait until it is ready.
 
         Raises:
             BrowserError: the browser does not show it.
@@ -78,7 +78,7 @@ class HeadlessBrowser:
         """Return the value of an expression in the page; a promise is awaited.
 
         Raises:
-            BrowserError: it fails, or the browser has ended.
+            BrowserError: the expression fails, or the browser has ended.
         """
         found = self._call('Runtime.evaluate', expression=expression, awaitPromise=True,
                            returnByValue=True)
@@ -88,7 +88,7 @@ class HeadlessBrowser:
         return found['result'].get('value')
 
     def picture(self) -> bytes:
-        """Return what the page shows, as PNG.
+        """Return a picture of the page as PNG.
 
         Raises:
             BrowserError: the browser has ended.
@@ -111,7 +111,7 @@ class HeadlessBrowser:
         return answer['result']
 
     def _receive(self, is_wanted: Callable[[Dict[str, Any]], bool]) -> Dict[str, Any]:
-        """Return the first message that is wanted; those before it count no more."""
+        """Return the first wanted message; discard those before it."""
         try:
             while True:
                 message: Dict[str, Any] = json.loads(self._socket.recv() or '{"ended": true}')
@@ -139,7 +139,7 @@ def _started(stack: ExitStack) -> Any:
          *(['--no-sandbox'] if os.geteuid() == 0 else []), 'about:blank'],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         text=True, errors='replace', start_new_session=True,
-        env={**os.environ, 'TMPDIR': profile})  # it is killed, and would leave files there
+        env={**os.environ, 'TMPDIR': profile})  # the killed browser would leave files
     stack.callback(_end, process)
     assert process.stderr is not None
     timer = threading.Timer(_LIMIT_S, process.kill)
@@ -160,14 +160,14 @@ def _started(stack: ExitStack) -> Any:
 
 
 def _read_all(stream: IO[str]) -> None:
-    """Read what nobody wants, so that the browser does not wait for a reader."""
+    """Read and discard the output, so that the browser does not block on a full pipe."""
     with suppress(ValueError):  # closed meanwhile
         for _ in stream:
             pass
 
 
 def _end(process: 'subprocess.Popen[str]') -> None:
-    """End the browser with the processes that it has started."""
+    """Kill the browser and the processes that it has started."""
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
