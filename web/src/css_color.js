@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 /**
- * A colour as CSS writes it.
+ * Returns a color in CSS notation.
  * @param {number[]} color  red green blue from 0 to 1
  */
 export function cssColor(color) {

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The connection to the cell: it says what comes, since when nothing comes, and comes back.
+// The connection to the cell: passes on messages, reports silence, and reconnects.
 
 const SILENT_MS = 2500;
 const SHORTEST_MS = 500;
 const LONGEST_MS = 8000;
 const LOOK_MS = 500;
 
-/** Receives; all it ever sends is how many messages have come. */
+/** Receives messages; the only thing it sends is the number of received messages. */
 export class Link {
   /**
    * @param {string} address
    * @param {(message: string|ArrayBuffer) => void} onMessage
-   * @param {() => void} onChange  of `lostAt`
+   * @param {() => void} onChange  called when `lostAt` or `refusal` changes
    */
   constructor(address, onMessage, onChange) {
     this.address = address;
     this.onMessage = onMessage;
     this.onChange = onChange;
-    /** When the last message came, as a time of day [ms]; null while all is well. */
+    /** Time of the last message [ms since the epoch]; null while connected. */
     this.lostAt = /** @type {number|null} */ (null);
-    /** Why the cell refuses; empty: it does not, or does not answer. */
+    /** Reason why the cell refuses; empty if it does not refuse, or does not answer. */
     this.refusal = '';
     this.wait = SHORTEST_MS;
     this.lastAt = Date.now();
@@ -67,7 +67,7 @@ export class Link {
     this.socket = socket;
   }
 
-  /** @param {number} ms  until it is tried again */
+  /** @param {number} ms  until the next attempt */
   again(ms) {
     clearTimeout(this.later);
     this.later = setTimeout(() => {
@@ -78,7 +78,7 @@ export class Link {
     }, ms);
   }
 
-  /** Connects to another address; what has come stays.  @param {string} address */
+  /** Connects to another address; received data is kept.  @param {string} address */
   move(address) {
     this.address = address;
     this.drop();
@@ -97,16 +97,16 @@ export class Link {
     this.onChange();
   }
 
-  /** A connection without messages, or that does not come about, is dead: another one is tried. */
+  /** Replaces a connection that receives no messages or cannot be established. */
   look() {
-    if (this.lostAt !== null) this.onChange();  // the time goes on
+    if (this.lostAt !== null) this.onChange();  // to update the shown duration
     if (performance.now() - this.silentSince < SILENT_MS || this.socket === null) return;
     this.drop();
     this.lose();
     this.again(0);
   }
 
-  /** Browsers do not tell why a connection is refused. */
+  /** Asks why a connection was refused, which browsers do not report. */
   async ask() {
     try {
       const answer = await fetch('why', {cache: 'no-store'});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page of a running cell: what comes is added to what is there, and drawn as a run is.
+// The page of a running cell: received data is added to the known data, and drawn like a run.
 
 import {Link} from './link.js';
 import {
@@ -12,19 +12,19 @@ import {Transport} from './transport.js';
 
 const SHOWN_S = 60;
 const NEAR_S = 0.06;
-const LONGEST_CLOUD_S = 5;  // on slow links they are seldom
-const AROUND_PX = 215;  // above the scene and below it, besides the curves
+const LONGEST_CLOUD_S = 5;  // clouds are rare on slow links
+const AROUND_PX = 215;  // height above and below the scene, without the curves
 const TRIM_MS = 10_000;
 const RETRY_MS = 2000;
 
-/** A position that follows the present until it is moved, and does so again at the end. */
+/** A position that follows the present until it is moved, and again when it reaches the end. */
 class LiveTransport extends Transport {
   constructor() {
     super(0, 0);
     this.isLive = true;
   }
 
-  /** @param {number} begin  @param {number} end  of what is known */
+  /** @param {number} begin  @param {number} end  of the known data */
   extend(begin, end) {
     this.begin = begin;
     this.end = end;
@@ -98,7 +98,7 @@ const EMPTY = {name: '', begin: 0, end: 0, numbers: [], lanes: [], alarms: [], m
   departures: [], places: [], parts: [], arrows: [], tools: {}, ghost: null, clouds: [],
   objects: {times: [], rows: []}};
 
-/** The reference beside the running cell: it is there wherever its places are known.
+/** The ghost of the reference run in the running cell, shown where its places are known.
  *  @param {any[]} parts */
 function ghostOf(parts) {
   const devices = [...new Set(parts.map((it) => it.device))];
@@ -106,14 +106,14 @@ function ghostOf(parts) {
     robots: devices.map((device) => ({device, shown: [[-Infinity, Infinity]]}))};
 }
 
-/** Opens the page: the models first, then what moves. */
+/** Opens the page: the models first, then the moving parts. */
 export async function openLivePage() {
   const model = await modelOfCell();
   const columns = new Columns(await unpacked(model.columns));
   return new LivePage({...model, columns: undefined, runs: [{...EMPTY}]}, columns);
 }
 
-/** The models, as soon as the cell gives them. */
+/** Fetches the models; retries until the cell provides them. */
 async function modelOfCell() {
   const box = /** @type {HTMLElement} */ (document.getElementById('link'));
   for (;;) {
@@ -147,7 +147,7 @@ class LivePage extends Page {
     setInterval(() => this.trim(), TRIM_MS);
   }
 
-  /** Of the connection: clouds are sent to those who want them. */
+  /** The address of the connection; clouds are sent only on request. */
   address() {
     const url = new URL(this.showsClouds ? 'live?clouds=1' : 'live', location.href);
     url.protocol = url.protocol.replace('http', 'ws');
@@ -202,7 +202,7 @@ class LivePage extends Page {
     return this.live.isLive ? timeOfDay(time) : `−${ago.toFixed(1)} s  ${timeOfDay(time)}`;
   }
 
-  keepAddress() {}  // a moment of a running cell has none
+  keepAddress() {}  // a moment of a running cell has no address
 
   /** @param {number} direction */
   step(direction) {
@@ -227,7 +227,7 @@ class LivePage extends Page {
 
   /** @param {any} layout */
   arrange(layout) {
-    if (this.data.server !== layout.server) {  // another cell, or a server that was started again
+    if (this.data.server !== layout.server) {  // another cell, or a restarted server
       location.reload();
       return;
     }
@@ -268,7 +268,7 @@ class LivePage extends Page {
   }
 
   /**
-   * Gets what the cell remembers between two moments.
+   * Fetches the data that the cell has kept between two moments.
    * @param {number} after  @param {number} before  @param {number} tries
    */
   async fill(after, before, tries = 5) {
@@ -283,7 +283,7 @@ class LivePage extends Page {
       for (const it of found.filter(isLanes)) this.curves.take(it);
       this.showLanes();
       this.request();
-    } catch {  // the link is cut, or too many ask at once
+    } catch {  // the link is lost, or there are too many requests
       if (tries > 0) setTimeout(() => this.fill(after, before, tries - 1), RETRY_MS);
     }
     this.isFilling = false;
@@ -317,7 +317,7 @@ class LivePage extends Page {
     this.follow();
   }
 
-  /** The timeline ends at the present, unless it is looked at elsewhere. */
+  /** Ends the timeline at the present, unless the viewer looks back. */
   follow() {
     const {timeline, transport, curves} = this;
     const step = this.cellState.lanes[0]?.step ?? 1;
@@ -391,7 +391,7 @@ class LivePage extends Page {
     return row;
   }
 
-  /** Says whether what is shown is the present. */
+  /** Shows whether the page shows the present. */
   showLink() {
     const {link, live} = this;
     if (link === undefined) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a running cell has sent, as rows over time: see page/live_scene.py and page/live_lanes.py.
+// The data of a running cell, as rows over time: see page/live_scene.py and page/live_lanes.py.
 
 import {rowAt} from './tracks.js';
 
@@ -12,7 +12,7 @@ const KEPT_COLUMNS_S = 600;
 
 /** @typedef {{times: number[], [column: string]: any[]}} Rows  all columns grow together */
 
-/** How many numbers each row of a column has. */
+/** The number of values in each row of a column. */
 const WIDTHS = {positions: 3, turns: 4, vectors: 3, feet: 3, colors: 3, texts: 1};
 
 /** @returns {Rows} */
@@ -22,7 +22,7 @@ const arrowRows = () => ({times: [], vectors: [], feet: [], colors: []});
 /** @returns {Rows} */
 const textRows = () => ({times: [], texts: [], colors: []});
 
-/** The rows of all places, arrows and texts that there have been. */
+/** The rows of all places, arrows and texts so far. */
 export class LiveTracks {
   constructor() {
     /** @type {Map<string, Rows>} */
@@ -33,7 +33,7 @@ export class LiveTracks {
     this.end = NaN;
   }
 
-  /** @param {any} layout  that the frames to come have */
+  /** @param {any} layout  of the following frames */
   arrange(layout) {
     this.layout = layout;
     this.targets = {
@@ -57,7 +57,7 @@ export class LiveTracks {
   /**
    * Adds the rows of a frame.
    * @param {DataView} view
-   * @returns {number|null} its time; null if it has another layout
+   * @returns {number|null} its time; null if it has another layout or is not newer
    */
   take(view) {
     if (this.layout === null || view.getUint16(2, true) !== this.layout.number) return null;
@@ -83,7 +83,7 @@ export class LiveTracks {
       const count = view.getUint8(at);
       const text = decoder.decode(new Uint8Array(view.buffer, view.byteOffset + at + 1, count));
       const before = rows.texts.at(-1);
-      rows.texts.push(text === before ? before : text);  // one text for many rows
+      rows.texts.push(text === before ? before : text);  // rows with equal texts share one
       at += 1 + count;
     }
     if (Number.isNaN(this.begin)) this.begin = time;
@@ -91,7 +91,7 @@ export class LiveTracks {
     return time;
   }
 
-  /** Adds the rows of earlier frames where none are.  @param {DataView[]} frames */
+  /** Adds the rows of earlier frames where rows are missing.  @param {DataView[]} frames */
   insert(frames) {
     const found = new LiveTracks();
     found.arrange(this.layout);
@@ -109,7 +109,7 @@ export class LiveTracks {
     this.begin = Math.min(this.begin, found.begin);
   }
 
-  /** Forgets what is older than what is kept. */
+  /** Drops rows older than KEPT_S. */
   trim() {
     const oldest = this.end - KEPT_S;
     if (!(this.begin < oldest)) return;
@@ -142,7 +142,7 @@ export function textKey(it) {
   return `text ${it.device} ${it.quantity} ${it.label}`;
 }
 
-/** What stands at a moment: words of the cell's nodes. */
+/** A number or a note over time, with the texts of the cell's nodes. */
 export class LiveNumber {
   /** @param {any} entry  @param {Rows} rows */
   constructor(entry, rows) {
@@ -184,9 +184,9 @@ export class LiveColumns {
   }
 
   /**
-   * Takes columns, which replace those that are there.
+   * Takes columns, which replace existing ones.
    * @param {DataView} view
-   * @returns {boolean} whether columns before them are missing
+   * @returns {boolean} whether earlier columns are missing
    */
   take(view) {
     const [count, set] = [view.getUint8(1), view.getUint16(2, true)];
@@ -199,7 +199,7 @@ export class LiveColumns {
     let at = 20;
     for (const lane of this.lanes) {
       for (const column of [lane.low, lane.high]) {
-        column.length = first - this.first;  // later ones come again
+        column.length = first - this.first;  // later columns are sent again
         for (let i = 0; i < n; ++i, at += 4) column.push(view.getFloat32(at, true));
       }
     }
@@ -221,7 +221,7 @@ export class LiveColumns {
 const CLOUD_HEAD_BYTES = 40;
 const KEPT_CLOUDS = 150;
 
-/** The clouds that have come, each with its time. */
+/** The received clouds, each with its time. */
 export class LiveClouds {
   constructor() {
     /** @type {number[]} */
@@ -249,7 +249,7 @@ export class LiveClouds {
   }
 }
 
-/** The unmodeled objects that have come: a row holds until the next one. */
+/** The received unmodeled objects; each row holds until the next one. */
 export class LiveObjects {
   constructor() {
     /** @type {number[]} */
@@ -264,7 +264,7 @@ export class LiveObjects {
     this.rows.push(objects);
   }
 
-  /** Forgets what was over by then.  @param {number} begin */
+  /** Drops rows that ended before a time.  @param {number} begin */
   trim(begin) {
     const count = rowAt(this.times, begin);
     if (count <= 0) return;
@@ -273,7 +273,7 @@ export class LiveObjects {
   }
 }
 
-/** @param {ArrayBuffer} buffer  @returns {DataView[]} the messages in it, each behind its length */
+/** @param {ArrayBuffer} buffer  @returns {DataView[]} the messages in it, each after its length */
 export function messagesIn(buffer) {
   const found = [];
   const whole = new DataView(buffer);

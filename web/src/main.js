@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Begins the page: of runs, whose data is in the document, or of a running cell.
+// Starts the page: of runs, with their data in the document, or of a running cell.
 
 import {openLivePage} from './live_page.js';
 import {Columns, unpacked} from './packed.js';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The numbers at a moment. What holds has its text from Python; a velocity lies between two rows.
+// The numbers at a moment. Held values have texts from Python; velocities are interpolated.
 
 import {between, rowAt} from './tracks.js';
 

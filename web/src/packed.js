@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Takes apart what process_visualizer/page/packed.py has put together.
+// Decodes the columns that process_visualizer/page/packed.py has encoded.
 
 /**
- * Where a column is, of what type, and how its numbers are to be read.
+ * Position, type and encoding of a column.
  * @typedef {{at: number, of: string, n: number, as?: 'times'|'scaled', begin?: number,
  *   low?: number[], size?: number[]}} Reference
  */
@@ -16,7 +16,7 @@ const TYPES = {
 };
 
 /**
- * Turns base64 of gzip into bytes.
+ * Decodes base64 of gzip into bytes.
  * @param {string} text
  * @returns {Promise<ArrayBuffer>}
  */
@@ -36,7 +36,7 @@ export class Columns {
   }
 
   /**
-   * The numbers of a column; times are in s.
+   * Returns the numbers of a column; times are in s.
    * @param {Reference} reference
    * @returns {Numbers}
    */

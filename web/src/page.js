@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page of a run: its data, and draw(time). The words are in the document already.
+// The page of a run: its data, and draw(time). The texts are already in the document.
 
 import {cssColor} from './css_color.js';
 import {NumberTrack} from './numbers.js';
@@ -8,7 +8,7 @@ import {Timeline} from './timeline.js';
 import {between, isWithin} from './tracks.js';
 import {RATES, Transport, clock, timeInAddress} from './transport.js';
 
-const LONGEST_FRAME_S = 5;  // slow computers keep time; one that was asleep goes on where it was
+const LONGEST_FRAME_S = 5;  // slow computers keep time; after sleep, playback resumes where it was
 const VIEWS = [['cell', 'Cell'], ['tools', 'Tools'], ['front', 'Front'], ['side', 'Side'],
   ['top', 'Top']];
 const KEYS = [
@@ -35,7 +35,7 @@ export function button(text, label, act) {
   return found;
 }
 
-/** Whether each picture is asked for by what makes a film of them (`filmFrame`). */
+/** Returns whether the page is for a film, which requests each picture (`filmFrame`). */
 function isFilm() {
   return location.hash === '#film';
 }
@@ -58,7 +58,7 @@ export class Page {
     /** @type {CellScene|null} */
     this.scene = null;
     this.isDue = false;
-    this.before = NaN;  // ms: the frame before, while it plays
+    this.before = NaN;  // time of the previous frame while playing [ms]
     /** @type {NumberTrack[]} */
     this.numbers = [];
     this.makeScene();
@@ -79,12 +79,12 @@ export class Page {
     return new NumberTrack(entry, this.columns);
   }
 
-  /** @param {number} time  as it is read */
+  /** Returns the displayed position.  @param {number} time */
   timeText(time) {
     return `${clock(time)} / ${clock(this.run.end)}`;
   }
 
-  /** The run that holds the moment in the address. */
+  /** Returns the run that contains the moment in the address. */
   runInAddress() {
     const time = timeInAddress(location.hash);
     return Math.max(this.data.runs.findIndex((/** @type {any} */ it) => time !== null
@@ -174,7 +174,7 @@ export class Page {
     document.body.append(this.help);
   }
 
-  /** The rows of the tables in the document lead to their moments and runs. */
+  /** Links the rows of the tables in the document to their moments and runs. */
   makeLinks() {
     for (const it of document.querySelectorAll('[data-time]')) {
       const link = /** @type {HTMLElement} */ (it);
@@ -218,7 +218,7 @@ export class Page {
     this.request();
   }
 
-  /** The moments of a step: the rows of what moves, or of a number. */
+  /** Returns the moments for single steps: the rows of a moving place, or else of a number. */
   stepTimes() {
     const moving = this.run.places.filter((/** @type {any} */ it) => it.times);
     const found = moving.length > 0 ? this.columns.of(moving[0].times)
@@ -265,7 +265,7 @@ export class Page {
     });
   }
 
-  /** Asks for a picture. */
+  /** Requests a redraw. */
   request() {
     if (this.isDue) return;
     this.isDue = true;
@@ -283,7 +283,7 @@ export class Page {
     if (transport.isPlaying) this.request();
   }
 
-  /** Draws the moment at a time of the recording.  @param {number} time */
+  /** Draws the page at a time of the recording.  @param {number} time */
   draw(time) {
     this.scene?.draw(time, this.numbers);
     this.timeline.draw(this.transport);
@@ -318,7 +318,7 @@ export class Page {
     timelineBox.setAttribute('aria-valuetext', clock(time));
   }
 
-  /** The address leads to this moment. */
+  /** Writes this moment into the address. */
   keepAddress() {
     history.replaceState(null, '', `#t=${this.transport.time.toFixed(2)}`);
   }
@@ -343,7 +343,7 @@ export class Page {
     addEventListener('beforeprint', () => this.draw(this.transport.time));
   }
 
-  /** Not for each step of a drag: browsers count how often an address changes. */
+  /** Delays this, not for each step of a drag: browsers limit the rate of changes. */
   keepAddressSoon() {
     clearTimeout(this.later);
     this.later = setTimeout(() => this.keepAddress(), 200);
@@ -396,8 +396,8 @@ export class Page {
   }
 
   /**
-   * Prepares for a film: only the cell, a caption and some curves are there.
-   * @param {{curves: string[], dark: boolean}} style  curves: none are all that fit
+   * Prepares for a film: only the cell, a caption and some curves are shown.
+   * @param {{curves: string[], dark: boolean}} style  curves: if empty, as many as fit
    */
   film({curves, dark}) {
     const {dataset} = document.documentElement;
@@ -409,7 +409,7 @@ export class Page {
   }
 
   /**
-   * Draws a frame of a film, and returns its numbers in words, by device and label.
+   * Draws a frame of a film, and returns its numbers as texts, by device and label.
    * @param {number} number  of the run  @param {number} time
    * @param {[[string, number], [string, number], number]} camera  two views, and the share between
    */
@@ -456,7 +456,7 @@ export class Page {
 }
 
 /**
- * The moment at which a run is opened: of a poor one, where the first departure can be seen.
+ * Returns the first shown moment of a run; if it is poor, one where its first departure is visible.
  * @param {any} run
  */
 function opening(run) {

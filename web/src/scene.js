@@ -12,21 +12,21 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {cssColor} from './css_color.js';
 import {between, held, isWithin, placeAt, rowAt} from './tracks.js';
 
-ColorManagement.enabled = false;  // colours are those of the files, as in RViz
+ColorManagement.enabled = false;  // keep the colors of the files, as in RViz
 
-const SHAFT = 0.77;  // of an arrow's length, as RViz has it
+const SHAFT = 0.77;  // share of an arrow's length, as in RViz
 const LONGEST_CLOUD_S = 1;
 const OBJECT_LINE_M = 0.008;  // as in RViz
 const OBJECT_LABEL_M = 0.1;
-const LABEL_ABOVE_M = 0.22;  // past a wrist
-const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
+const LABEL_ABOVE_M = 0.22;  // clear of the wrist
+const MOST_PIXELS = 1.6e6;  // more is too slow without a graphics card
 const X_AXIS = new Vector3(1, 0, 0);
 const AT_TOOL = ['speed', 'force', 'joints', 'deviation'];
 
 /**
- * A canvas to draw on in three dimensions; null where the browser cannot. Without a graphics card
- * smooth edges cost too much.
- * @param {boolean} isFilm  each picture has the time that it takes
+ * Returns a canvas for drawing in three dimensions; null if the browser cannot. Without a graphics
+ * card, edges are not smoothed, which would cost too much.
+ * @param {boolean} isFilm  whether each picture may take any time
  * @returns {{canvas: HTMLCanvasElement, context: WebGL2RenderingContext}|null}
  */
 export function graphics(isFilm) {
@@ -43,7 +43,7 @@ function drawable(antialias) {
   return context === null ? null : {canvas, context};
 }
 
-/** Whether there is no graphics card.  @param {WebGL2RenderingContext} context */
+/** Returns whether there is no graphics card.  @param {WebGL2RenderingContext} context */
 function isSlow(context) {
   const names = context.getExtension('WEBGL_debug_renderer_info');
   return Boolean(names && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(
@@ -55,9 +55,9 @@ function isSlow(context) {
 /** Draws one run of a page. */
 export class CellScene {
   /**
-   * @param {HTMLElement} box  in which it is drawn
-   * @param {() => void} onView  is called when the camera moves
-   * @param {boolean} isFilm  each picture has the time that it takes
+   * @param {HTMLElement} box  in which the scene is drawn
+   * @param {() => void} onView  called when the camera moves
+   * @param {boolean} isFilm  whether each picture may take any time
    * @param {{canvas: HTMLCanvasElement, context: WebGL2RenderingContext}} graphics
    */
   constructor(box, onView, isFilm, {canvas, context}) {
@@ -172,7 +172,7 @@ export class CellScene {
       longest: entry.longest ?? LONGEST_CLOUD_S};
   }
 
-  /** Shows the last cloud, unless it is long ago.  @param {any} cloud  @param {number} time */
+  /** Shows the last cloud, unless it is too old.  @param {any} cloud  @param {number} time */
   setCloud(cloud, time) {
     const row = rowAt(cloud.times, time);
     cloud.points.visible = row >= 0 && time - cloud.times[row] < cloud.longest;
@@ -221,7 +221,7 @@ export class CellScene {
   }
 
   /**
-   * Draws what is there at a moment.
+   * Draws the scene at a moment.
    * @param {number} time
    * @param {import('./numbers.js').NumberTrack[]} numbers
    */
@@ -263,7 +263,7 @@ export class CellScene {
     this.world.add(this.floor);
   }
 
-  /** The box around what moves, or around everything.  @param {boolean} onlyMoving */
+  /** Returns the box around all moving parts, or around all parts.  @param {boolean} onlyMoving */
   bounds(onlyMoving) {
     const box = new Box3();
     for (const part of this.parts) {
@@ -287,7 +287,7 @@ export class CellScene {
   }
 
   /**
-   * Looks at the cell from between two views: around what is looked at, not through it.
+   * Looks at the cell from between two views; the way leads around the cell, not through it.
    * @param {[string, number]} begin  name and time of the view
    * @param {[string, number]} end
    * @param {number} share  of the way between them
@@ -305,7 +305,7 @@ export class CellScene {
   }
 
   /**
-   * What a view looks at, and from where.
+   * Returns the target of a view, and the position of its camera.
    * @param {string} name
    * @param {number} time
    */
@@ -315,7 +315,7 @@ export class CellScene {
     if (box.isEmpty()) box = this.bounds(false);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, 0), new Vector3(1, 1, 1));
     const direction = new Vector3(...{
-      // as RViz begins
+      // the first view in RViz
       cell: [-0.6, 0.7, 0.39], front: [-1, 0, 0.12], side: [0, -1, 0.12],
       top: [-0.001, 0, 1], tools: [-0.6, 0.7, 0.39]}[name]).normalize();
     let radius = 0.5 * box.getSize(new Vector3()).length();
@@ -333,7 +333,7 @@ export class CellScene {
     return {center, eye: center.clone().addScaledVector(direction, distance)};
   }
 
-  /** Takes the size of the box. */
+  /** Adapts to the size of the box. */
   resize() {
     const {clientWidth: width, clientHeight: height} = this.box;
     if (width === 0 || height === 0) return;
@@ -455,7 +455,7 @@ function shapesOf(it) {
 }
 
 /**
- * What a node says at a place of its own.
+ * Adds the text of a node that has its own place.
  * @param {Map<string, {at: Vector3, lines: Line[]}>} blocks  @param {any} number  @param {any} place
  * @param {number} time
  */
@@ -503,7 +503,7 @@ const ONE = new Vector3(1, 1, 1);
 /** @param {any} mesh  @param {any} place  @param {number} time */
 function setPlace(mesh, place, time) {
   const {at, turn} = placed(place, time);
-  mesh.visible = !Number.isNaN(at.x);  // a live cell may not know
+  mesh.visible = !Number.isNaN(at.x);  // unknown places of a live cell
   mesh.matrix.compose(at, turn, ONE);
   mesh.matrixWorldNeedsUpdate = true;
 }
@@ -523,7 +523,7 @@ function setArrow(arrow, time, isShown) {
   arrow.tip.copy(at).add(vector);
 }
 
-/** Of a live arrow both may change.  @param {any} arrow  @param {number} time */
+/** Updates foot and color of a live arrow.  @param {any} arrow  @param {number} time */
 function setFootAndColor(arrow, time) {
   const row = 3 * Math.max(rowAt(arrow.times, time), 0);
   const [x, y, z] = arrow.feet.slice(row, row + 3);

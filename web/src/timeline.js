@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves over time with the band of good runs, marks, alarms, departures, and the moving line.
+// Curves over time with the band of good runs, marks, alarms, departures, and the position.
 
 import {cssColor} from './css_color.js';
 import {clock} from './transport.js';
@@ -9,7 +9,7 @@ const LANE = 46;
 const FOOT = 20;
 const LEFT = 150;
 
-/** Draws the timeline of a run; a click or drag there seeks. */
+/** Draws the timeline of a run; a click or drag seeks. */
 export class Timeline {
   /** @param {HTMLElement} box  @param {(time: number) => void} onSeek */
   constructor(box, onSeek) {
@@ -40,7 +40,7 @@ export class Timeline {
   }
 
   /**
-   * Keeps some curves: those with these labels, in this order, or those that differed first.
+   * Keeps the curves with these labels, in this order; without labels, departed ones come first.
    * @param {string[]} labels  @param {number} height  in pixels, for all of them
    */
   keep(labels, height) {
@@ -101,14 +101,14 @@ export class Timeline {
       this.canvas.addEventListener(name, () => { isDown = false; });
     }
     this.canvas.addEventListener('wheel', (event) => {
-      if (!event.ctrlKey) return;  // or the page could not be scrolled over it
+      if (!event.ctrlKey) return;  // a plain wheel scrolls the page
       event.preventDefault();
       const x = event.clientX - this.canvas.getBoundingClientRect().left;
       this.zoom(event.deltaY < 0 ? 1 : -1, this.timeAt(x));
     }, {passive: false});
   }
 
-  /** @param {number} steps  in, below 0 out  @param {number} around */
+  /** @param {number} steps  above 0: in; below 0: out  @param {number} around */
   zoom(steps, around) {
     const factor = 0.7 ** steps;
     const whole = this.to - this.from;
@@ -155,7 +155,7 @@ export class Timeline {
     return getComputedStyle(this.box).getPropertyValue(name);
   }
 
-  /** Paints what does not move. */
+  /** Paints everything that does not move. */
   paint() {
     this.isStale = false;
     const context = /** @type {CanvasRenderingContext2D} */ (this.picture.getContext('2d'));
@@ -219,8 +219,8 @@ export class Timeline {
     this.paintNames(context, lane, top, y);
   }
 
-  /** The band of good runs and its edges. */
-  /** @param {any} context @param {any} lane @param {number} first @param {number} last
+  /** Paints the band of good runs.
+   *  @param {any} context @param {any} lane @param {number} first @param {number} last
    *  @param {any} x @param {any} y */
   paintBand(context, lane, first, last, x, y) {
     context.fillStyle = this.color('--band');
@@ -313,7 +313,7 @@ function strokeCurve(context, lane, first, last, x, y, isDrawn, color, width) {
   for (let i = first; i < last; ++i) {
     const low = lane.low[i];
     if (Number.isNaN(low)) {
-      if (i - before > 0.5 / lane.step) isOpen = false;  // seldom ones are joined
+      if (i - before > 0.5 / lane.step) isOpen = false;  // rare values are joined
       continue;
     }
     before = i;

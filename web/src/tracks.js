@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is shown at a moment: the newest row, as in RViz, or what lies between two of them.
+// Values at a moment: those of the newest row, as in RViz, or interpolated between two rows.
 
 const TURN_STEPS = 32767;
 
 /**
- * The last row at or before a time; -1 before the first.
+ * Returns the last row at or before a time; -1 before the first.
  * @param {ArrayLike<number>} times  rising
  * @param {number} time
  */
@@ -20,12 +20,12 @@ export function rowAt(times, time) {
 }
 
 /**
- * Writes what rows of numbers are at a time, on a straight line between two rows.
+ * Writes the numbers at a time, interpolated linearly between two rows.
  * @param {ArrayLike<number>} times
- * @param {ArrayLike<number>} rows  with as many numbers each as `found`
+ * @param {ArrayLike<number>} rows  each with as many numbers as `found`
  * @param {number} time
  * @param {number[]} found
- * @returns {boolean} false outside of the rows, and where there is nothing (NaN)
+ * @returns {boolean} false outside the rows, and where a number is missing (NaN)
  */
 export function between(times, rows, time, found) {
   const row = rowAt(times, time);
@@ -43,12 +43,12 @@ export function between(times, rows, time, found) {
 }
 
 /**
- * Writes what rows of numbers are at a time: those of the last row.
+ * Writes the numbers of the last row at or before a time.
  * @param {ArrayLike<number>} times
- * @param {ArrayLike<number>} rows  with as many numbers each as `found`
+ * @param {ArrayLike<number>} rows  each with as many numbers as `found`
  * @param {number} time
  * @param {number[]} found
- * @returns {boolean} false before the first row, and where there is nothing (NaN)
+ * @returns {boolean} false before the first row, and where a number is missing (NaN)
  */
 export function held(times, rows, time, found) {
   const row = rowAt(times, time);
@@ -58,13 +58,13 @@ export function held(times, rows, time, found) {
 }
 
 /**
- * A place: fixed, or one that moves; it stays until the next row, or lies between two of them.
+ * A place, fixed or moving: each row holds until the next one, or rows are interpolated.
  * @typedef {{at: number[]}|{times: ArrayLike<number>, positions: ArrayLike<number>,
  *   turns: ArrayLike<number>, between?: boolean}} Place
  */
 
 /**
- * Writes where a place is at a time: position and quaternion x y z w.
+ * Writes the pose of a place at a time: position and quaternion x y z w.
  * @param {any} place
  * @param {number} time
  * @param {number[]} found  seven numbers
@@ -96,8 +96,8 @@ export function placeAt(place, time, found) {
 }
 
 /**
- * Whether a time is in one of some stretches.
- * @param {number[][]} spans  from, to
+ * Returns whether a time is in one of the spans.
+ * @param {number[][]} spans  begin and end of each
  * @param {number} time
  */
 export function isWithin(spans, time) {

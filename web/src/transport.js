@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which moment is shown: playing, in either direction, at any rate, in a loop.
+// The shown moment: playback in either direction, at several rates, in a loop.
 
 export const RATES = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
 
@@ -44,7 +44,7 @@ export class Transport {
     this.onChange();
   }
 
-  /** Plays in a direction, or pauses if it does already; at its end it begins again. */
+  /** Plays in a direction, or pauses if already doing so; restarts at the end of the recording. */
   toggle(direction = 1) {
     if (this.isPlaying && this.direction === direction) {
       this.isPlaying = false;
@@ -62,7 +62,7 @@ export class Transport {
     this.onChange();
   }
 
-  /** @param {number} steps  faster, below 0 slower */
+  /** @param {number} steps  above 0: faster; below 0: slower */
   changeRate(steps) {
     const now = RATES.indexOf(this.rate);
     this.rate = RATES[Math.min(Math.max(now + steps, 0), RATES.length - 1)];
@@ -90,7 +90,7 @@ export class Transport {
 }
 
 /**
- * A time as minutes and seconds, such as 0:06.42, as the launcher writes it.
+ * Returns a time as minutes and seconds, such as 0:06.42, as in the launcher.
  * @param {number} time
  */
 export function clock(time) {
@@ -101,7 +101,7 @@ export function clock(time) {
 }
 
 /**
- * The time in an address, such as #t=8.2 or #t=0:08.2; null: there is none.
+ * Returns the time in an address, such as #t=8.2 or #t=0:08.2; null if there is none.
  * @param {string} hash
  */
 export function timeInAddress(hash) {
