@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A choice (cell, devices, mode) becomes a plan: launch files, RViz file, models (pure)."""
+"""Turns a choice (cell, devices, mode) into a plan: launch files, RViz file, models (pure)."""

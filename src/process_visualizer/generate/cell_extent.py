@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The space that a cell takes: what the first picture of it has to show."""
+"""The extent of a cell, which the first view of it must show."""
 from __future__ import annotations
 
 import itertools
@@ -40,7 +40,7 @@ class CellFrames:
         return {self._frame, *self._fixed, *self._owners}
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return where a frame is in the global frame; None where nothing that is known says so."""
+        """Return the place of a frame in the global frame; None if it is unknown."""
         found, passed = Placement(), set()
         while frame != self._frame:
             step = self._step(frame)
@@ -51,7 +51,7 @@ class CellFrames:
         return found
 
     def _step(self, frame: str) -> Optional[Tuple[str, Placement]]:
-        """A frame that carries this one, and where this one is in it."""
+        """Return a frame that carries this one, and the place of this one in it."""
         owner = self._owners.get(frame)
         if owner is None or frame in self._fixed:
             return self._fixed.get(frame)
@@ -67,23 +67,23 @@ def _placement(pose: Pose) -> Placement:
 
 
 _UNKNOWN_M = 0.5
-"""How far something without a readable model is taken to extend around its base."""
+"""Assumed extent of a device without a readable model around its base."""
 _ARROW_M = 0.15
 """Room for a variable's arrow and number."""
 _SIGHT_M = 1.5
-"""How far a depth sensor is taken to see, if it is all that a cell has."""
+"""Assumed range of a depth sensor in a cell that has nothing else."""
 _SIGHT_SLOPE = 0.5
 _CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def cell_extent(cell: Cell, devices: Tuple[Device, ...],
                 descriptions: Mapping[str, RobotDescription]) -> Dict[str, np.ndarray]:
-    """Points (n, 3) in the global frame [m] around what is to be seen of each device, by its name.
+    """Return points (n, 3) in the global frame [m] around the visible part of each device, by name.
 
-    Robots with their reach, machines, regions of interest, and the places of variables. A depth
-    sensor itself counts only in a cell of depth sensors: it looks at the others from far away.
-    What is only scenery (a model, but no data) counts but for what rises above the others, such as
-    a mast.
+    These are robots with their reach, machines, regions of interest, and the places of variables. A
+    depth sensor itself counts only in a cell of depth sensors, because it looks at other devices
+    from far away. Scenery (a model without data) counts only up to the height of the other devices;
+    a mast, for example, is cut off.
     """
     extents = _Extents(cell, devices, descriptions)
     found = {device.name: extents.of_device(device) for device in devices}
@@ -99,7 +99,7 @@ class _Extents:
         self._frames = CellFrames(cell, devices, descriptions)
 
     def of_device(self, device: Device) -> np.ndarray:
-        """Return what belongs to the device's data."""
+        """Return the points around the device's data."""
         parts = [self._around(variable.frame, _ARROW_M * _CUBE) for variable in device.variables]
         if device.roi is not None:
             corners = np.array(device.roi.center) + 0.5 * _CUBE * np.array(device.roi.size)
@@ -109,11 +109,11 @@ class _Extents:
         return np.concatenate([np.empty((0, 3)), *parts])
 
     def scenery(self, device: Device) -> np.ndarray:
-        """The model of a device that has nothing but that."""
+        """Return the model of a device that has nothing else."""
         return self._machine(device) if _is_scenery(device) else np.empty((0, 3))
 
     def sight(self, device: Device) -> np.ndarray:
-        """A depth sensor and the space before it."""
+        """Return a depth sensor and the space in front of it."""
         if device.base is None or device.type is not DeviceType.DEPTH_SENSOR:
             return np.empty((0, 3))
         depth, side = _SIGHT_M, _SIGHT_SLOPE * _SIGHT_M
@@ -146,7 +146,7 @@ def _is_scenery(device: Device) -> bool:
 
 def _with_scenery(found: Dict[str, np.ndarray],
                   scenery: Dict[str, np.ndarray]) -> Dict[str, np.ndarray]:
-    """Add the scenery, without what rises above all the rest."""
+    """Add the scenery, cut off above all the rest."""
     rest = np.concatenate([np.empty((0, 3)), *found.values()])
     top = rest.max(axis=0) if len(rest) else np.full(3, np.inf)
     top[:2] = np.inf

@@ -21,9 +21,9 @@ class RvizStart(Enum):
 
 @dataclass(frozen=True)
 class Viewers:
-    """Permitted viewers for ``cell view``: other computers, too, if ``is_remote``.
+    """Permitted viewers for ``cell view``: also on other computers if ``is_remote``.
 
-    The relay listens on the first free one of the ``ports`` (FIRST-LAST); empty: the usual ones.
+    The relay listens on the first free one of the ``ports`` (FIRST-LAST); empty: the default ports.
     """
 
     is_remote: bool = False
@@ -34,13 +34,12 @@ class Viewers:
 class Choice:
     """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only).
 
-    ``further_bags`` are the other files of a split recording, ``left_out`` the topics of it that
-    are not played.
-    ``viewers`` says who may watch the cell.
-    ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
+    ``further_bags`` are the other files of a split recording, ``left_out`` its topics that are not
+    played. ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
+    ``viewers`` are the permitted viewers of the cell.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
-    operator has saved (see ``SavedViews``). The recorder records into the ``bag_folder``, if it is
-    given, besides those that it may use anyhow.
+    operator has saved (see ``SavedViews``). If given, ``bag_folder`` is a folder into which the
+    recorder may record, in addition to those always allowed.
     """
 
     cell: Cell
@@ -57,7 +56,7 @@ class Choice:
     bag_folder: str = ''
 
     def with_device(self, device: Device) -> Choice:
-        """The same choice with another version of a device."""
+        """Return the choice with another version of a device."""
         def others(devices: Tuple[Device, ...]) -> Tuple[Device, ...]:
             return tuple(device if it.name == device.name else it for it in devices)
 
@@ -65,19 +64,19 @@ class Choice:
                        devices=others(self.devices))
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
-        """The device's own nodes that run in this mode."""
+        """Return the device's own nodes that run in this mode."""
         return tuple(node for node in device.nodes if node.mode in (None, self.mode))
 
     def launch_files(self, device: Device) -> Tuple[LaunchFile, ...]:
-        """The device's launch files that are included in this mode."""
+        """Return the device's launch files that are included in this mode."""
         return tuple(file for file in device.launch_files if file.mode in (None, self.mode))
 
 
 def choose_devices(cell: Cell, names: Optional[Iterable[str]] = None) -> Tuple[Device, ...]:
-    """The named devices in the order of the configuration; all of them without names.
+    """Return the named devices in the order of the configuration; None: all devices.
 
     Raises:
-        ValueError: a name is unknown or none is given.
+        ValueError: a name is unknown, or the list of names is empty.
     """
     if names is None:
         return cell.devices

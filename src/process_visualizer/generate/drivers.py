@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looks into the launch files of the devices before anything is started.
+"""Inspects the launch files of the devices before anything is started.
 
-A launch file that cannot be loaded, or that needs a package which is not installed (a driver, as
-a rule), is a warning for its device: the rest of the cell still starts.
+A launch file that cannot be loaded, or that needs a package which is not installed (usually a
+driver), is a warning for its device: the rest of the cell still starts.
 """
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class LaunchContent(NamedTuple):
 
 @dataclass
 class LaunchFiles:
-    """The paths of the usable launch files, the warnings, and who starts each node.
+    """The paths and contents of the usable launch files, and the warnings.
 
-    ``contents`` has what is in each of the usable files.
+    ``nodes`` describes what starts each node.
     """
 
     paths: Dict[LaunchFile, str] = field(default_factory=dict)
@@ -60,7 +60,7 @@ def inspect_launch_files(choice: Choice) -> LaunchFiles:
 
 
 class _UnusableError(Exception):
-    """A launch file cannot be included; says why."""
+    """A launch file cannot be included; the message says why."""
 
 
 def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> None:
@@ -92,24 +92,24 @@ def _find(launch_file: LaunchFile) -> str:
 
 
 def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
-    """Return what is in the file when it is included, with its arguments, in another one."""
+    """Return the content of the file when another file includes it with its arguments."""
     root = LaunchTag('launch')
     root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
     loader = XmlLoader(resolve_anon=False)
-    loader.ignore_unset_args = False  # roslaunch sets it from outside; without it, it crashes
+    loader.ignore_unset_args = False  # roslaunch sets this; the loader crashes without
     try:
         loader.load_string(write_document(root), config, verbose=False)
     except rospkg.ResourceNotFound as error:
         raise _UnusableError(package_advice(_package_name(error))) from None
-    except Exception as error:  # a launch file evaluates expressions, which can raise anything
+    except Exception as error:  # expressions in a launch file can raise anything
         raise _UnusableError(_reason(error)) from None
     return LaunchContent(list(config.nodes), [file for file in config.roslaunch_files
                                               if os.path.isfile(file)])
 
 
 def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, str]) -> None:
-    """roslaunch starts nothing at all when two nodes have one name."""
+    """Note the owner of each name; roslaunch starts nothing if two nodes have the same name."""
     names = [node.namespace + node.name for node in nodes]
     for name in names:
         if name in owners:
@@ -118,18 +118,18 @@ def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, st
 
 
 def _package_name(error: rospkg.ResourceNotFound) -> str:
-    """The missing package; in an <arg>, roslaunch hides it at the end of a first sentence."""
+    """Return the missing package; for an <arg>, it is at the end of the message's first line."""
     return str(error.args[0]).splitlines()[0].split(': ')[-1]
 
 
 def _reason(error: Exception) -> str:
-    """The error on one line; of a chain of included files, only the one that is wrong."""
+    """Return the error on one line; of a chain of included files, only the faulty one."""
     text = ' '.join((str(error) or repr(error)).split())
     return shortened(_INCLUDED.sub('', text), _MAX_REASON)
 
 
 def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
-    """Return what is not installed of the nodes that run on this computer, each thing once."""
+    """Return what is not installed for the nodes on this computer, each item once."""
     packages = rospkg.RosPack()
     messages: Dict[str, None] = {}
     for node in nodes:
@@ -145,44 +145,44 @@ def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
 
 
 def _nodelet_package(node: LaunchedNode) -> str:
-    """The package of the nodelet that a nodelet loader loads, by its name ``package/Class``."""
+    """Return the package of the nodelet that a nodelet loader loads, from ``package/Class``."""
     words = (node.args or '').split()
     if node.package != 'nodelet' or len(words) < 2 or words[0] not in ('load', 'standalone'):
         return ''
     return words[1].split('/')[0] if '/' in words[1] else ''
 
 
-# The processes in which a device's nodelets run, so that ours can run there, too.
+# The managers of a device's nodelets, so that our nodelets can run there, too.
 #
-# A nodelet gets the messages of others in its manager without a copy: a Kinect's clouds are 10 MB
-# each, thirty times a second, and a socket for them costs half a core.
+# Nodelets in one manager exchange messages without copying them: a Kinect's clouds are 10 MB each,
+# thirty times a second, and sending them over a socket costs half a core.
 
 _ANONYMOUS = re.compile(r'\$\(anon |_\d+_\d{9,}$')
-"""A name that is another one at every start."""
+"""A name that is different at every start."""
 _NodeletCommand = Tuple[str, str, List[str]]  # namespace and name of the node, words
 
 
 class Manager(NamedTuple):
-    """A nodelet manager; ``is_shared``: it may end and come back while the device's nodes run."""
+    """A nodelet manager; ``is_shared``: it may be restarted while the device's nodes run."""
 
     name: str
     is_shared: bool = False
 
     @property
     def loading(self) -> str:
-        """The words behind the type of a nodelet to be loaded.
+        """The arguments after the type of a nodelet to be loaded.
 
-        Without a bond the loader would not notice that a shared manager has been started anew.
+        Without a bond, the loader would not notice that a shared manager was restarted.
         """
         return self.name if self.is_shared else f'{self.name} --no-bond'
 
 
 def nodelet_managers(choice: Choice, contents: Mapping[LaunchFile, LaunchContent]
                      ) -> Dict[str, Manager]:
-    """The nodelet manager of each device that uses exactly one on this computer.
+    """Return the nodelet manager of each device that uses exactly one on this computer.
 
-    It may start it, or load nodelets into that of another device. Of several there is no telling
-    which one has the clouds.
+    The device may start the manager, or load nodelets into that of another device. With several
+    managers, it is unknown which one has the clouds.
     """
     found = {device.name: _manager(list(_commands(choice, device, contents)))
              for device in choice.devices}
@@ -193,7 +193,7 @@ def nodelet_managers(choice: Choice, contents: Mapping[LaunchFile, LaunchContent
 
 
 def shared_manager(names: Iterable[str], managers: Mapping[str, Manager]) -> Optional[Manager]:
-    """The one manager that all the named devices use; None if there is none."""
+    """Return the one manager that all named devices use; None if there is none."""
     used = {managers[name].name if name in managers else '' for name in names}
     return Manager(used.pop(), is_shared=True) if len(used) == 1 and '' not in used else None
 
@@ -225,7 +225,7 @@ def _loaded_into(command: _NodeletCommand) -> str:
 
 def _commands(choice: Choice, device: Device, contents: Mapping[LaunchFile, LaunchContent]
               ) -> Iterable[_NodeletCommand]:
-    """Return what the device starts of the package nodelet where its other nodes run."""
+    """Yield the nodelet commands that the device runs on the computer of its other nodes."""
     for node in choice.nodes(device):
         is_there = node.attributes.get('machine', device.machine) == device.machine
         if is_there and node.package == 'nodelet':

@@ -29,7 +29,7 @@ class _Use(NamedTuple):
 
 def frame_problems(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Frames that a device places although they are links of a model, which places them too."""
+    """Return the frames that a device places although they are links, which a model places."""
     owners = {link: name for name, description in descriptions.items()
               for link in description.parents}
     return [Problem(place.location, place.element,
@@ -40,10 +40,9 @@ def frame_problems(devices: Iterable[Device],
 
 def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
                    published: Iterable[str]) -> List[Problem]:
-    """Frames that nothing of what is known has; only a driver can bring them in tf.
+    """Return the used frames that are unknown; only a driver could publish them in tf.
 
-    ``published`` are further frames that are known. There is no telling before every model can be
-    read.
+    ``published`` are further known frames. Nothing is reported until every model can be read.
     """
     if any(device.model is not None and device.name not in descriptions for device in cell.devices):
         return []
@@ -55,7 +54,7 @@ def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
 
 def joint_warnings(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Robots whose models have joints, but no topic that moves them."""
+    """Return the robots whose models have joints, but no topic that moves them."""
     return [Problem(device.location, 'device',
                     f'no topic of "{device.name}" has the type "joint_states", so its model does '
                     'not move; write <topic name="…" type="joint_states" /> for what its driver '
@@ -80,12 +79,12 @@ def _known_frames(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> S
     bare = {tool_frame(device, None).frame for device in cell.devices  # a robot without a model
             if device.type is DeviceType.ROBOT and device.model is None and device.tool is None}
     in_tf = {topic.frame for device in cell.devices for topic in device.topics
-             if topic.frame is not None}  # the driver brings it on that topic
+             if topic.frame is not None}  # the driver publishes it with that topic
     return {cell.frame, *links, *bare, *in_tf, *(frame.child for frame in placed)}
 
 
 def _uses(device: Device) -> Iterator[_Use]:
-    """The frames that elements of a device name, but for those they place."""
+    """Yield the frames that a device's elements refer to, except those that they place."""
     if device.tool is not None:
         yield _Use(device.tool.frame, device.tool.location, 'tool')
     if device.force is not None:
@@ -117,7 +116,7 @@ def _display_uses(display: Display) -> Iterator[_Use]:
 
 
 def _joints(descriptions: Iterable[RobotDescription]) -> Dict[str, str]:
-    """The link that each joint moves."""
+    """Return the link that each joint moves."""
     found: Dict[str, str] = {}
     for description in descriptions:
         for joint in ElementTree.fromstring(description.text).findall('joint'):
@@ -144,7 +143,7 @@ def _meant(frame: str, known: Set[str]) -> 'str | None':
 
 
 def static_frames(words: Iterable[Tuple[str, str, str]]) -> Set[str]:
-    """The frames that static_transform_publishers bring: of package, type and arguments."""
+    """Return the frames of static_transform_publishers, given package, type and arguments."""
     found: Set[str] = set()
     for package, kind, arguments in words:
         if package in ('tf', 'tf2_ros') and kind == 'static_transform_publisher':

@@ -48,18 +48,18 @@ from process_visualizer.robot.description import (
     resource_problems,
 )
 
-# The parts of a plan: launch files of their own for what is started and stopped together.
+# The parts of a plan: each is started and stopped as a unit, by its own launch file.
 
 _ANONYMOUS = re.compile(r'_\d+_\d{9,}$')
-"""The end of what roslaunch makes of ``$(anon name)``: process id and random number."""
+"""The ending that roslaunch gives to ``$(anon name)``: process id and random number."""
 
 
 def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found: LaunchFiles,
               displays: str) -> None:
-    """Add the launch files of the parts to the plan's files, and what they are to its parts.
+    """Add the parts to a plan, and their launch files to its files.
 
-    ``roots`` are their elements by the names of the parts, ``found`` what was found out about the
-    devices' launch files, ``displays`` what RViz shows, as a text to compare.
+    ``roots`` are the root elements by the names of the parts, ``found`` the inspected launch files
+    of the devices, ``displays`` the displays of RViz as a text to compare.
     """
     devices = {device.name: device for device in choice.devices}
     for name, root in roots.items():
@@ -78,12 +78,12 @@ def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found:
 
 
 def part_file(name: str) -> str:
-    """The name of a part's launch file among the generated files."""
+    """Return the name of a part's launch file among the generated files."""
     return f'parts/{name.replace("/", "_")}.launch'
 
 
 def _nodes(root: LaunchTag, contents: Sequence[LaunchContent]) -> Dict[str, str]:
-    """The nodes on this computer: those of the elements, and those of included launch files."""
+    """Return the nodes on this computer, of the elements and of included launch files."""
     names = _own_nodes(root, '/')
     for node in (node for content in contents for node in content.nodes):
         if not node.machine_name and not _ANONYMOUS.search(node.name):
@@ -107,7 +107,7 @@ def _own_nodes(tag: LaunchTag, namespace: str) -> Dict[str, str]:
 
 
 def _without_comments(root: LaunchTag) -> str:
-    """The file as roslaunch sees it; a comment says where a device stands in the configuration."""
+    """Return the file without comments, which only locate the devices in the configuration."""
     return ElementTree.canonicalize(write_document(root), strip_text=True)
 
 
@@ -124,10 +124,10 @@ def _digest(texts: Iterable[str]) -> str:
 
 
 def generate(choice: Choice) -> Plan:
-    """The launch file, the RViz file, the expanded models, and what the recorder stores.
+    """Return the plan: launch file, RViz file, expanded models, and the recorder's configuration.
 
     Raises:
-        ConfigurationError: a model is missing or broken, or a file cannot be read any more.
+        ConfigurationError: a model is missing or broken, or a file can no longer be read.
     """
     return _Generation(choice).plan()
 
@@ -142,7 +142,7 @@ def generate_parts(choice: Choice) -> Plan:
 
 
 class _Generation:
-    """The input of a choice's generated files.
+    """The inputs for the generated files of a choice.
 
     Raises:
         ConfigurationError: a model is missing or broken.
@@ -160,7 +160,7 @@ class _Generation:
         self.view = _view(choice, self._descriptions)
 
     def plan(self) -> Plan:
-        """Return the plan of all files but those of parts."""
+        """Return the plan of all files except those of parts."""
         choice = self._choice
         files = {LAUNCH_FILE: self.builder.text(), RVIZ_FILE: self.view.text()}
         if has_recorder(choice):
@@ -174,7 +174,7 @@ class _Generation:
 
 
 def default_rviz_file() -> str:
-    """The path of the default part of the RViz configuration."""
+    """Return the path of the default part of the RViz configuration."""
     folder = rospkg.RosPack().get_path('process_visualizer')
     return os.path.join(folder, 'rviz_config', 'default.rviz')
 

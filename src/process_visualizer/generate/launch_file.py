@@ -58,8 +58,8 @@ _TRUTH = {'1': 'true', '0': 'false'}
 class LaunchFileBuilder:
     """Builds the launch file; ``included`` maps a launch file to its path.
 
-    A launch file that is missing there is left out, with a comment. ``managers`` are the nodelet
-    managers of devices, as far as they are known.
+    A launch file without a path is left out, with a comment. ``managers`` are the known nodelet
+    managers of the devices.
     """
 
     def __init__(self, choice: Choice, descriptions: Mapping[str, RobotDescription],
@@ -72,7 +72,7 @@ class LaunchFileBuilder:
         self._folder = '$(dirname)'
 
     def text(self) -> str:
-        """The content of the one file for all."""
+        """Return the content of the single launch file for all parts."""
         self._folder = '$(dirname)'
         root = self._root()
         self._frames(root)
@@ -83,7 +83,7 @@ class LaunchFileBuilder:
         return write_document(root)
 
     def parts(self) -> Dict[str, LaunchTag]:
-        """Return a file for each part, in a folder below that of the other files."""
+        """Return a launch file for each part, for a folder below that of the other files."""
         self._folder = '$(dirname)/..'
         parts = {FRAMES_PART: self._part(self._frames)}
         for device in self._choice.devices:
@@ -95,7 +95,7 @@ class LaunchFileBuilder:
         return parts
 
     def _rviz_with_models(self, root: LaunchTag) -> None:
-        """RViz reads a model once, when it starts: it must not start before the devices' parts."""
+        """Add RViz, and the models before it: RViz reads a model only once, when it starts."""
         if self._choice.rviz is not RvizStart.NONE:
             for device in self._choice.devices:
                 if device.name in self._descriptions:
@@ -103,7 +103,7 @@ class LaunchFileBuilder:
         self._rviz(root)
 
     def _part(self, add: Callable[[LaunchTag], None]) -> LaunchTag:
-        """An element with what ``add`` adds, or without any children if that adds none."""
+        """Return a root element filled by ``add``, without children if ``add`` adds no elements."""
         root = self._root()
         begin = len(root.children)
         add(root)
@@ -168,7 +168,7 @@ class LaunchFileBuilder:
         for finder in object_finder_nodes(self._choice, device, self._descriptions,
                                           self._managers.get(device.name)):
             self._processor(group, finder, machine)
-        for parameter in device.parameters:  # after what is generated: what a user sets counts
+        for parameter in device.parameters:  # after the generated ones: the user's values win
             self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):
             self._node(group, node, device)
@@ -194,9 +194,9 @@ class LaunchFileBuilder:
                 'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
     def _machine(self, device: Device) -> Dict[str, str]:
-        """The attribute for the nodes of a device that run elsewhere.
+        """Return the machine attribute of a device whose nodes run on another computer.
 
-        What is played or replayed is shown by this computer alone: the other one may be off.
+        In playback and replay, all nodes run on this computer, because the other one may be off.
         """
         is_live = self._choice.mode is Mode.REALTIME and not self._choice.is_replay
         return {'machine': device.machine} if device.machine and is_live else {}
@@ -262,7 +262,7 @@ class LaunchFileBuilder:
 
     @staticmethod
     def _rate(root: LaunchTag) -> None:
-        """Set the rate at which things happen; the last player may have left its own."""
+        """Reset the playback rate; the last player may have left another one."""
         root.add('param', {'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
 
     def _rviz(self, root: LaunchTag) -> None:
@@ -279,27 +279,27 @@ class LaunchFileBuilder:
 
 
 def _in_words(attributes: Mapping[str, str]) -> Dict[str, str]:
-    """The attributes with true and false for 1 and 0, which roslaunch takes in values only."""
+    """Return attributes with true and false for 1 and 0, which roslaunch accepts in values only."""
     return {name: _TRUTH.get(value, value) if name in _BOOLEAN else value
             for name, value in attributes.items()}
 
 
 def urdf_file(device: Device) -> str:
-    """The name of the generated URDF file of a device."""
+    """Return the name of the generated URDF file of a device."""
     return f'{os.path.basename(device.name)}.urdf'
 
 
 def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
-    """Return whether robots of another run can be drawn beside those of this one.
+    """Return whether the robots of a reference run can be drawn beside those of the current run.
 
-    In both modes, so that RViz and the frames keep running when the mode is changed.
+    This applies to both modes, so that RViz and the frames keep running when the mode changes.
     """
     return not choice.is_replay and any(
         it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
 
 
 def has_sensor_fit(choice: Choice) -> bool:
-    """Return whether there is a depth sensor whose pose could be found."""
+    """Return whether there is a depth sensor whose pose can be fitted."""
     return not choice.is_replay and any(
         it.type is DeviceType.DEPTH_SENSOR and it.base is not None for it in choice.devices)
 
@@ -310,11 +310,11 @@ def has_recorder(choice: Choice) -> bool:
 
 
 def recorded_topics(devices: Sequence[Device]) -> 'list[str]':
-    """The topics of the devices that a recording holds, each once."""
+    """Return the topics of the devices that are recorded, each once."""
     return list(dict.fromkeys(topic.name for device in devices for topic in device.topics
                               if topic.record))
 
 
 def played_topics(choice: Choice) -> 'list[str]':
-    """The topics that are played in playback mode."""
+    """Return the topics that are played in playback mode."""
     return [topic for topic in recorded_topics(choice.devices) if topic not in choice.left_out]

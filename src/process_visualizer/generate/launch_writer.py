@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes roslaunch XML that people can read: attributes in the order given, YAML in blocks."""
+"""Writes readable roslaunch XML: attributes in the given order, YAML in blocks."""
 from __future__ import annotations
 
 import re
@@ -18,19 +18,19 @@ class _Dumper(yaml.SafeDumper):
     """Quotes texts such as ``deg(90)``, which rosparam would read as an angle."""
 
     def text(self, text: str) -> yaml.ScalarNode:
-        """A text as a node; in other quotes YAML would fold Unicode's line separators."""
+        """Return a text as a node; other quotes would fold Unicode's line separators."""
         style = '"' if re.search('[\x85\u2028\u2029]', text) else None
         return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 
 
-_resolvers: Any = _Dumper  # PyYAML's have no types
+_resolvers: Any = _Dumper  # PyYAML does not declare their types
 _resolvers.add_implicit_resolver('!angle', re.compile(r'(deg|rad)\('), list('dr'))
 _Dumper.add_representer(str, _Dumper.text)
 
 
 @dataclass
 class LaunchTag:
-    """An element: ``text``, or ``children`` (elements, and comments as text) in their order."""
+    """An element with ``text``, or with ``children``: elements, and comments as text, in order."""
 
     name: str
     attributes: Mapping[str, str] = field(default_factory=dict)
@@ -38,13 +38,13 @@ class LaunchTag:
     children: List[Union['LaunchTag', str]] = field(default_factory=list)
 
     def add(self, name: str, attributes: Mapping[str, str], text: str = '') -> 'LaunchTag':
-        """Add an element below this one; returns it."""
+        """Add an element below this one, and return it."""
         tag = LaunchTag(name, attributes, textwrap.dedent(text).strip())
         self.children.append(tag)
         return tag
 
     def comment(self, text: str) -> None:
-        """Add a comment; hyphens in a row, which XML forbids there, are set apart."""
+        """Add a comment; consecutive hyphens, which XML forbids there, are separated."""
         self.children.append(re.sub('-(?=-)', '- ', text))
 
     def include(self, path: str, arguments: Iterable[Tuple[str, str]]) -> None:
@@ -60,12 +60,12 @@ class LaunchTag:
 
 
 def write_document(root: LaunchTag) -> str:
-    """The XML text of the element and all below it."""
+    """Return the XML text of an element and all elements below it."""
     return '<?xml version="1.0"?>\n' + '\n'.join(_lines(root, 0)) + '\n'
 
 
 def _yaml(values: Mapping[str, Any]) -> str:
-    """YAML with one block for each name; short lists and mappings stay on their line."""
+    """Return YAML with one block per name; short lists and mappings stay on one line."""
     return ''.join(
         yaml.dump({name: value}, Dumper=_Dumper, sort_keys=False, width=_WIDTH, allow_unicode=True,
                   default_flow_style=None if isinstance(value, (list, dict)) else False)

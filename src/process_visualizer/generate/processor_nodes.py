@@ -59,8 +59,8 @@ from process_visualizer.ros_names import (
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
 PUBLISH_FREQUENCY_HZ = 100.0
-"""Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
-shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
+"""Upper bound for robot_state_publisher: every second state of a 125 Hz driver, more than a screen
+shows. It asks the master for tf_prefix at each state, which costs a tenth of a core at 125 Hz."""
 _EACH_STATE_HZ = 1000.0
 
 
@@ -68,7 +68,7 @@ _EACH_STATE_HZ = 1000.0
 class ProcessorNode:
     """A node in the device's namespace; ``parameters`` are private to it.
 
-    One that ``is_new`` finds no other ones, such as it has set itself in another run.
+    If ``is_new``, all its other parameters are cleared, such as those that it set in another run.
     """
 
     package: str
@@ -83,7 +83,7 @@ class ProcessorNode:
 
 def processor_nodes(device: Device, description: Optional[RobotDescription],
                     manager: Optional[Manager] = None) -> List[ProcessorNode]:
-    """Robot or depth processor, state publisher and variables of a device.
+    """Return robot or depth processor, state publisher and variable processor of a device.
 
     ``manager`` is the nodelet manager in which the device's own nodelets run, if it is known.
     """
@@ -104,11 +104,12 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
 
 
 def _state_publisher(device: Device) -> ProcessorNode:
-    """It sends each state of joint_proc: by a lower limit it would leave out the last of two.
+    """Return a publisher of each state of joint_proc; a lower rate could drop the last state.
 
-    joint_proc thins them already, and its last one may be stamped a few milliseconds after the one
-    before: a robot at rest, or paused, would stay where it was a message ago. What is not newer at
-    all is left out: after a jump in a recording it would stand between two poses.
+    joint_proc already thins the states, and its last state may be stamped a few milliseconds after
+    the previous one: without it, a robot at rest or paused would stay one message behind. States
+    that are not newer are left out: after a jump in a recording, the robot would stand between two
+    poses.
     """
     frequency_hz = _EACH_STATE_HZ if device.type is DeviceType.ROBOT else PUBLISH_FREQUENCY_HZ
     return ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
@@ -116,7 +117,7 @@ def _state_publisher(device: Device) -> ProcessorNode:
 
 
 def fixed_frames(cell: Cell, devices: Sequence[Device]) -> List[Frame]:
-    """The base, tool and force frames of the devices, for the node cell_frames."""
+    """Return the base, tool and force frames of the devices, for the node cell_frames."""
     frames = []
     for device in devices:
         if device.base is not None:
@@ -136,7 +137,7 @@ def _frame(parent: str, child: str, pose: Pose) -> Frame:
 
 
 def robot_parameters(device: Device, description: Optional[RobotDescription]) -> RobotParameters:
-    """The parameters of a robot processor."""
+    """Return the parameters of a robot processor."""
     tool = tool_frame(device, description).frame
     topics: Dict[str, Any] = {function.value: _topic(device.topic_for(function))
                               for function in ROBOT_FUNCTIONS}
@@ -185,7 +186,7 @@ def _depth_nodes(device: Device, manager: Optional[Manager]) -> List[ProcessorNo
 
 def fusion_node(device: Device, fusion: Fusion, sensors: Sequence[Device], frame: str,
                 manager: Optional[Manager]) -> ProcessorNode:
-    """The node that joins the clouds of sensors, in the manager that all of them use, if any."""
+    """Return the node that joins the clouds of sensors, in their common manager, if any."""
     parameters = {'topics': [sensor.cloud_topic for sensor in sensors], 'frame': frame,
                   'voxel': fusion.voxel_m, 'timeout': fusion.timeout_s}
     return ProcessorNode(
@@ -195,7 +196,7 @@ def fusion_node(device: Device, fusion: Fusion, sensors: Sequence[Device], frame
 
 def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
                manager: Optional[Manager]) -> ProcessorNode:
-    """The crop, in the manager of the device's nodelets if that is known."""
+    """Return the crop, in the manager of the device's nodelets if it is known."""
     nodelet = 'RegisteredCrop' if device.has_images else 'RoiFilter'
     return ProcessorNode(
         'nodelet', 'nodelet', ROI_FILTER,
@@ -206,13 +207,13 @@ def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
 
 
 def nodelet_arguments(name: str, manager: Optional[Manager]) -> str:
-    """Return the start of one of our nodelets: in a manager, or as a process of its own."""
+    """Return the arguments that start one of our nodelets: in a manager, or as its own process."""
     nodelet = f'{PACKAGE}/{name}'
     return f'load {nodelet} {manager.loading}' if manager else f'standalone {nodelet}'
 
 
 def _crop_inputs(device: Device) -> Dict[str, str]:
-    """Images if there are any: one pass over them costs a fraction of making the whole cloud."""
+    """Return images if there are any: a pass over them costs a fraction of making the cloud."""
     names = dict(zip(IMAGE_FUNCTIONS, ('~depth', '~color', '~camera_info'))) \
         if device.has_images else {TopicFunction.POINTCLOUD: '~input'}
     topics = {name: device.topic_for(function) for function, name in names.items()}
@@ -241,14 +242,14 @@ _OUTPUTS = {'~objects': OBJECTS, '~markers': OBJECTS_MARKERS, '~unknown': UNKNOW
 def object_finder_nodes(choice: Choice, device: Device,
                         descriptions: Mapping[str, RobotDescription],
                         manager: Optional[Manager] = None) -> List[ProcessorNode]:
-    """The object finder of a device that has one.
+    """Return the object finder of a device that has one.
 
-    It takes the models of all devices that are started out of the clouds. ``manager`` is the
+    The finder removes the models of all started devices from the clouds. ``manager`` is the
     nodelet manager in which the device's own nodelets run, if it is known.
     """
     if device.objects is None:
         return []
-    # By default the cloud is what the device shows, before it is stamped anew.
+    # By default, the cloud is the one that the device shows, before it is restamped.
     cloud = device.objects.topic or device.cloud_topic or f'/{device.name}/roi_points'
     outputs = {name: f'/{device.name}/{topic}' for name, topic in _OUTPUTS.items()}
     return [ProcessorNode(
@@ -281,9 +282,9 @@ def _box(box: RegionOfInterest) -> Dict[str, Any]:
 
 WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
 _UP_M = 0.7
-"""Of the words above a device's base, past its foot."""
+"""Height of a text above a device's base, clear of its foot."""
 _APART_M = 0.14
-"""From device to device, as several may have their base at one place."""
+"""Spacing of the texts of devices that have their base at the same place."""
 _MEANINGS = {
     ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
@@ -291,7 +292,7 @@ _MEANINGS = {
 
 
 def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
-    """The parameters of the node scene_watch; a node that never starts is no harm to it."""
+    """Return the parameters of the node scene_watch, which tolerates nodes that never start."""
     drawn = [device for device in devices if _is_drawn(device)]
     bases = [_base_in_view(device, drawn) for device in drawn]
     places = [None if base is None else base.pose.xyz for base in bases]
@@ -301,7 +302,7 @@ def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
 
 
 def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame]:
-    """Return where a device's words stand; a depth sensor is far from what the camera looks at."""
+    """Return the base with a device's text; that of a depth sensor is often outside the view."""
     if device.type is DeviceType.DEPTH_SENSOR:
         others = [other.base for other in drawn
                   if other.base is not None and other.type is not DeviceType.DEPTH_SENSOR]
@@ -322,7 +323,7 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
 
 
 def _meanings(device: Device) -> Dict[str, str]:
-    """Return what it means for a device that a node has ended."""
+    """Return the consequence for a device if a node has ended, by node."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
     fusion = {} if device.fusion is None else {FUSION: 'the points are old'}
@@ -336,7 +337,7 @@ def _is_drawn(device: Device) -> bool:
 
 
 def _topics(displays: Sequence[DisplayConfig]) -> List[str]:
-    """The topics that displays show, those in groups too."""
+    """Return the topics that displays show, including displays in groups."""
     topics: List[str] = []
     for display in displays:
         display_type = DISPLAY_TYPES[display['Class'].split('/')[1]]

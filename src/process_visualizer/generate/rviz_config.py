@@ -34,13 +34,13 @@ _GRID = 'rviz/Grid'
 
 
 class RVizConfig:
-    """The default part of the view, from a file, and a group of displays for each device."""
+    """A view in RViz: a default part from a file, and a group of displays for each device."""
 
     def __init__(self, default_file: str, fixed_frame: str) -> None:
         """Read the default part.
 
         Raises:
-            OSError: it cannot be read.
+            OSError: the file cannot be read.
             ValueError: it is not a file of RViz.
         """
         self._config = read_view(default_file)
@@ -54,8 +54,8 @@ class RVizConfig:
     def add_devices(self, devices: Sequence[Device]) -> None:
         """Add a group with the displays of each device that has any.
 
-        A device that brings a grid of its own (a floor at another height) replaces the default.
-        Clouds that are joined are switched off: the joined one shows the same.
+        A device with its own grid (a floor at another height) replaces the default grid. Clouds
+        that are joined are switched off, because the joined cloud shows the same.
         """
         joined = {f'/{name}/points' for device in devices if device.fusion is not None
                   for name in device.fusion.sensors}
@@ -71,23 +71,23 @@ class RVizConfig:
                     'Enabled': True, 'Displays': displays})
 
     def add_ghost(self) -> None:
-        """Add the robots of another run."""
+        """Add the robots of the reference run."""
         self._displays.append(_GHOST_DISPLAY)
 
     def add_replay_band(self) -> None:
-        """Add what distinguishes the picture from that of the running cell."""
+        """Add the band that distinguishes a replay from the running cell."""
         self._displays.append(_REPLAY_DISPLAY)
 
     @property
     def current_view(self) -> Dict[str, Any]:
-        """The camera, in RViz's terms."""
+        """The camera, as RViz stores it."""
         view: Dict[str, Any] = self._manager.setdefault('Views', {}).setdefault('Current', {})
         return view
 
     def look_at(self, points: np.ndarray) -> None:
-        """Let camera and default grid show all points (n, 3) [m] of the global frame.
+        """Adapt camera and default grid to all points (n, 3) [m] in the global frame.
 
-        The camera keeps its angles. To be called when the window has its place.
+        The camera keeps its angles. Call `place` first.
         """
         window = self._config.get('Window Geometry', {})
         size = self._window or Rectangle(0, 0, window.get('Width', 1), window.get('Height', 1))
@@ -96,12 +96,12 @@ class RVizConfig:
         self._grid = grid_below(points)
 
     def displays_text(self) -> str:
-        """Return the displays and frames, without viewpoint and grid: to be compared."""
+        """Return displays and fixed frame, without camera and grid, as a text to compare."""
         shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
         return yaml.safe_dump(shown, sort_keys=True)
 
     def adopt(self, saved: Mapping[str, Any]) -> None:
-        """Take over what the operator has set in a saved view (``merged_view`` says what)."""
+        """Apply the operator's settings from a saved view (see ``merged_view``)."""
         self._saved = saved
 
     def place(self, window: Rectangle) -> None:
@@ -109,7 +109,7 @@ class RVizConfig:
         self._window = window
 
     def text(self) -> str:
-        """The file's content."""
+        """Return the content of the file."""
         displays = [{**display, **self._grid} if display.get('Class') == _GRID else display
                     for display in self._displays]
         self._manager['Displays'] = [*displays, _WATCH_DISPLAY, _CALIBRATION_DISPLAY,
