@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What the simulated Kinects see of meshes: a library without ROS, which Python loads.
+# The pictures of meshes for the simulated Kinects: a library without ROS, which Python loads.
 add_library(sewing_cell_picture SHARED
   src/picture/c_interface.cpp
   src/picture/depth_errors.cpp

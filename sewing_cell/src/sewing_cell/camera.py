@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The Kinect's pictures of the simulated cell: color and registered depth, 640 x 480.
 
-What stands still is drawn once, with a few variants of noise; a frame copies it, and draws the
-covers and the robots into it.
+The static background is drawn once, in a few variants of noise; a frame copies one of them and
+draws the covers and the robots into the copy.
 """
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _HOLE_SHARE = 4e-4
 
 
 class DepthNoise:
-    """The errors of pictures of a shape, drawn once in a few variants: a frame gets one of them."""
+    """The errors of pictures of one shape, drawn once in a few variants; a frame gets one."""
 
     def __init__(self, shape: tuple[int, int], random: np.random.Generator,
                  variants: int = 1) -> None:
         self._noise_steps = [_noise(shape, random) for _ in range(variants)]
 
     def measured(self, depth_m: np.ndarray, variant: int = 0) -> np.ndarray:
-        """Depth in mm (uint16) as it is measured, 0 in shadows and holes.
+        """Return the measured depth in mm (uint16), 0 in shadows and holes.
 
-        ``depth_m`` is the true one, float32.
+        ``depth_m`` is the true depth, float32.
         """
         return picture_library.measure(depth_m, self._noise_steps[variant])
 
@@ -44,9 +44,9 @@ def _noise(shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
 
 
 class Lookahead:
-    """Row ``tick`` of ``function(times)``, a block at a time.
+    """Rows of ``function(times)`` by tick, computed a block at a time.
 
-    numpy needs nearly the same time for one row as for a block of them.  ``function`` takes
+    numpy needs nearly the same time for one row as for a block of rows.  ``function`` takes
     times (n,) in s and returns an array whose first dimension is n.
     """
 
@@ -58,7 +58,7 @@ class Lookahead:
         self._rows: list = []
 
     def __call__(self, tick: int) -> list:
-        """The row of ``tick`` as a list (a number where the function returns numbers)."""
+        """Return the row of ``tick`` as a list (a number if the function returns numbers)."""
         block, row = divmod(tick, self._size)
         if block != self._block:
             ticks = np.arange(block * self._size, (block + 1) * self._size)
@@ -70,16 +70,16 @@ class Lookahead:
 _VARIANTS = 4
 _COLOR_NOISE = 2.5
 _TEXEL_M = 0.002
-_LOWER_MARGIN_M = 0.012  # how much the lower cover is larger: its rim shows
+_LOWER_MARGIN_M = 0.012  # by which the lower cover is larger, so that its rim shows
 _SEAM_INSET = layout.NEEDLE[0] - layout.SEAM_START_XY[0]
 _SEAM_BEGIN = layout.NEEDLE[1] - layout.SEAM_START_XY[1]
 _STITCH_M = 0.012
 _THREAD = (236, 222, 190)
-_ABOVE_M = 0.01  # what is more than this above a cover hides it
+_ABOVE_M = 0.01  # anything higher than this above a cover hides it
 
 
 class CameraFrame(NamedTuple):
-    """Color (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is none."""
+    """Color (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is no depth."""
 
     color: np.ndarray
     depth: np.ndarray
@@ -105,9 +105,9 @@ class Cover:
         self.plane_depth = np.repeat(depth[:, None], pinhole.WIDTH, axis=1).astype(np.float32)
 
     def locate(self, x: float, y: float) -> tuple[slice, slice, np.ndarray, np.ndarray]:
-        """Image rows and columns of the cover at ``x``, ``y``, and the texels of these pixels.
+        """Return the image rows and columns of the cover at ``x``, ``y``, and their texels.
 
-        The texels' columns are outside the texture where a pixel is beside the cover.
+        The columns of texels are outside the texture for pixels beside the cover.
         """
         x_min, x_max, y_min, y_max = self.box
         # x falls along the rows, y falls along the columns
@@ -123,9 +123,9 @@ class Cover:
 
 
 class Camera:
-    """Pictures of a sewing cycle, ``rate_hz`` a second; the same seed gives the same pictures.
+    """Pictures of a sewing cycle, ``rate_hz`` per second; the same seed gives the same pictures.
 
-    ``place`` (3,) is where the camera is in ``world`` [m].
+    ``place`` (3,) is the position of the camera in ``world`` [m].
     """
 
     def __init__(self, cycle: SewingCycle, rate_hz: float = 30.0, seed: int = 0,
@@ -148,7 +148,7 @@ class Camera:
         self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
 
     def render(self, number: int) -> CameraFrame:
-        """Picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
+        """Return picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
         time_s, variant = number / self._rate_hz, number % _VARIANTS
         picture = Picture(self._still_depth.copy(), self._still_colors[variant].copy())
         for pair in self._cycle.covers(time_s):
@@ -175,7 +175,7 @@ class Camera:
         np.copyto(picture.depth[rows, columns], cover.plane_depth[rows, columns], where=on_cover)
 
     def _draw_seam(self, picture: Picture, pair: CoverPair, time_s: float) -> None:
-        """The thread on the sewn part of the upper cover, a stitch and a gap in turn."""
+        """Draw the thread on the sewn part of the upper cover: stitches with gaps between them."""
         along = np.arange(0.0, pair.sewn, _TEXEL_M)
         along = along[np.mod(along, _STITCH_M) < 0.75 * _STITCH_M]
         x = pair.x + pair.steering[0] + _SEAM_INSET - self._cycle.seam_offset(time_s, along)
@@ -209,7 +209,7 @@ def _with_noise(color: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 def _leather(box: tuple[float, float, float, float], tone: tuple[int, int, int],
              random: np.random.Generator) -> np.ndarray:
-    """Texels (x, y, 3) of a cover: grain, and the soft clouds that make leather look natural."""
+    """Texels (x, y, 3) of a cover: grain, and soft clouds that make the leather look natural."""
     shape = (
         int(np.ceil((box[1] - box[0]) / _TEXEL_M)) + 1,
         int(np.ceil((box[3] - box[2]) / _TEXEL_M)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages of the simulated Kinect and its driver's parameters, as the openni driver has them."""
+"""Messages of the simulated Kinect and its driver's parameters, as in the openni driver."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from sewing_cell import pinhole
 
 CAMERA = "camera"
-"""The namespace of a single Kinect, and what its frames begin with."""
+"""The namespace of a single Kinect, and the prefix of its frames."""
 _MAX_DATA_SKIP = 10
 
 

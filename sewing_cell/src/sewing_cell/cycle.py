@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated sewing cycle: what every driver of the cell measures, as functions of time.
+"""The simulated sewing cycle: the measurements of every driver of the cell, as functions of time.
 
-All are pure functions of the time in s since the start, of the seed and of the quality.  Times
+They are pure functions of the time in s since the start, of the seed and of the quality.  Times
 may be arrays ``(...)``; vectors then have the shape ``(..., n)``.
 """
 from __future__ import annotations
@@ -25,9 +25,9 @@ from sewing_cell.schedule import (
 from sewing_cell.steering import Steering
 
 if TYPE_CHECKING:
-    import numpy.typing as npt  # numpy has it since 1.20
+    import numpy.typing as npt  # in numpy since 1.20
 
-_SIZE = 65521  # prime: a stride never falls into a short loop
+_SIZE = 65521  # prime, so that the stride never enters a short loop
 _STRIDE = 9973
 _TICKS_PER_SECOND = 1000
 
@@ -70,7 +70,7 @@ class ToolState(NamedTuple):
 
 
 class CoverPair(NamedTuple):
-    """A pair of covers: the point under the grippers, and how far it is sewn.
+    """A pair of covers: the point under the grippers, and the sewn length.
 
     ``y`` and ``x`` are in ``world`` [m]; ``steering`` is the lateral shift (world x) of the
     upper and the lower cover; ``sewn`` the length of the seam in the cover.
@@ -83,7 +83,7 @@ class CoverPair(NamedTuple):
 
 
 class SewingCycle:
-    """Both robots guide pairs of leather covers through the sewing machine, again and again.
+    """Both robots repeatedly guide pairs of leather covers through the sewing machine.
 
     Raises ValueError for an unknown quality, a negative seed, or a period out of range.
     """
@@ -125,9 +125,9 @@ class SewingCycle:
     def wrench(self, arm: Arm, time_s: Times) -> np.ndarray:
         """Force [N] and torque [Nm] on the tool in the force frame, shape (..., 6).
 
-        The machine pulls the cover in sewing direction, with each stitch a little more; the
+        The machine pulls the cover in the sewing direction, a little more with each stitch; the
         cover weighs on the gripper and resists the steering.  The force acts at the gripper's
-        tip, which is where the torque comes from.
+        tip, which causes the torque.
         """
         force = self._force_world(arm, time_s)
         lever = -arm.side * _GRIP_TO_TOOL
@@ -148,7 +148,7 @@ class SewingCycle:
         return np.clip(np.rint(reading), 0, EDGE_MAXIMUM).astype(int)
 
     def edge_error(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """Return how far the cover's edge is right of its line at the needle [m]."""
+        """Return the distance of the cover's edge to the right of its line at the needle [m]."""
         return self._steering[arm.name].error(*self._split(time_s))
 
     def feed_rate(self, time_s: Times) -> np.ndarray:
@@ -159,7 +159,7 @@ class SewingCycle:
         return np.maximum(speed + np.where(speed > 0, noise, 0.0), 0.0)
 
     def covers(self, time_s: float) -> tuple[CoverPair, ...]:
-        """The pairs of covers that are in the cell: the one being sewn, and the next one."""
+        """The pairs of covers in the cell: the pair being sewn, and the next pair."""
         cycle, phase_s = self._split(time_s)
         corrections = [self._steering[arm.name].correction(cycle, phase_s) for arm in ARMS]
         steering = (-float(corrections[0].value), -float(corrections[1].value))

@@ -27,7 +27,7 @@ _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
 
 
 class ArrayTopic:
-    """A topic of std_msgs/Float32MultiArray; its message is used again and again."""
+    """A topic of std_msgs/Float32MultiArray; its message object is reused."""
 
     def __init__(self, node: NodeHandle, name: str) -> None:
         self._publisher = node.publisher(
@@ -123,8 +123,8 @@ KINECTS = (
 class KinectDriver:
     """Color and registered depth images with their camera infos, and the driver's parameters.
 
-    Images are drawn only when somebody listens.  The first comes when what stands still in them is
-    drawn; the other drivers, and the infos, do not wait for that.
+    Images are drawn only for subscribers.  The first one follows when the static background has
+    been drawn; the other drivers and the infos do not wait for that.
     """
 
     def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float, seed: int,
@@ -133,7 +133,7 @@ class KinectDriver:
         placed = None if intruder is None else INTRUDERS[intruder]
         pool = ThreadPoolExecutor(1, "draw")
         self.camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, placed)
-        """Draws the images; done when what stands still in them is drawn."""
+        """Draws the images; done when the static background has been drawn."""
         pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
         self._color = camera_messages.image("rgb8", 3, camera)
@@ -149,7 +149,7 @@ class KinectDriver:
         _latch(node, f"{driver}/parameter_descriptions", camera_messages.driver_description())
 
     def __call__(self, tick: int, late_s: float = 0.0) -> None:
-        """Publish frame number ``tick``: images and infos carry the time at which it was due."""
+        """Publish frame number ``tick``: images and infos are stamped with its due time."""
         stamp = self._node.now() - rospy.Duration.from_sec(late_s)
         self._info.header.stamp = stamp
         for publisher in self._info_publishers:
@@ -170,7 +170,7 @@ class KinectDriver:
 
 
 def publish_truth(node: NodeHandle, cycle: FaultyCycle) -> None:
-    """Say what is wrong with the cycle, for those who check what was found; no device lists it."""
+    """Publish the fault, to check detections against it; no device lists this topic."""
     text = json.dumps({"fault": asdict(cycle.fault), "period_s": cycle.schedule.period_s})
     _latch(node, "simulator/truth", String(text))
 
@@ -180,5 +180,5 @@ def _image_publisher(node: NodeHandle, name: str) -> rospy.Publisher:
 
 
 def _latch(node: NodeHandle, name: str, message: Config | ConfigDescription | String) -> None:
-    """Publish the one message of a topic, which late subscribers get too."""
+    """Publish the only message of a topic, which late subscribers also receive."""
     node.publisher(name, type(message), queue_size=1, latch=True).publish(message)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ways in which a cycle goes wrong, each at a moment of its own; beside them all is as before."""
+"""Faults of a cycle, each from its own moment on; everything else stays unchanged."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import EDGE_COUNTS_PER_M, EDGE_MAXIMUM, SewingCycle, Times, ToolState
 from sewing_cell.schedule import between, smooth_step
 
-#: The size of each fault, in its unit, where none is given.
+#: The default size of each fault, in its unit.
 SIZES: Dict[str, float] = {
     "edge_drift": 100.0,  # counts/s of an edge
-    "friction": 12.0,  # N more pull
-    "slip": 50.0,  # counts by which the edge jumps, while the gripper lets go of the cover
+    "friction": 12.0,  # N of additional pull
+    "slip": 50.0,  # counts by which the edge jumps as the gripper loses hold of the cover
     "sensor_offset": 40.0,  # counts of an edge
-    "late_feed": 0.6,  # s that the feed begins late
-    "dwell": 0.2,  # s that everything stands still
+    "late_feed": 0.6,  # s by which the feed starts late
+    "dwell": 0.2,  # s for which everything stands still
     "feed_wobble": 0.012,  # m/s of the feed
-    "calibration": 0.003,  # m by which a tool is beside its place
-    "force_noise": 12.0,  # times as much
+    "calibration": 0.003,  # m by which a tool is displaced
+    "force_noise": 12.0,  # factor of the noise
 }
 KINDS = tuple(SIZES)
 
 _WOBBLE_HZ, _SLIP_S, _FRICTION_S = 3.0, 0.15, 0.5
-_SLIP_SHARE = 0.4  # of the pull that is lost
+_SLIP_SHARE = 0.4  # share of the pull that is lost
 _FORCE_NOISE_N = 0.25
-_LATEST_SHARE = 0.7  # of the seam, so that what went wrong can be seen
+_LATEST_SHARE = 0.7  # of the seam, so that the effect is visible
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault: what, from which time in the cycle [s], how much, of which arm.
+    """A fault: its kind, its start in the cycle [s], its size, and its arm.
 
-    ``cycle`` is the number of the cycle, from 0; None: every one.
+    ``cycle`` is the number of the cycle, from 0; None: every cycle.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Fault:
         arm: Optional[str] = None,
         cycle: Optional[int] = None,
     ) -> Fault:
-        """Return the fault with what is given in place of its own."""
+        """Return the fault with the given values in place of its own."""
         return Fault(
             self.kind,
             self.start_s if start_s is None else start_s,
@@ -67,7 +67,7 @@ class Fault:
 
 
 def drawn_fault(kind: str, cycle: SewingCycle, seed: int) -> Fault:
-    """Return a fault whose moment, size and arm the seed decides.  Raises ValueError."""
+    """Return a fault with start, size and arm drawn from the seed.  Raises ValueError."""
     if kind not in KINDS:
         raise ValueError(f"fault is '{kind}'; give one of {', '.join(KINDS)}")
     random = np.random.default_rng([seed, 7, KINDS.index(kind)])
@@ -90,7 +90,7 @@ class FaultyCycle(SewingCycle):
         self.fault = fault
 
     def truth(self, arm: Arm, time_s: Times) -> ToolState:
-        """Return the truth without the fault, with a tool that is beside its place."""
+        """Return the truth without the fault, with a displaced tool."""
         state = super().truth(arm, time_s)
         if self._concerns("calibration", arm):
             beside = np.where(self._since(time_s) >= 0.0, self.fault.size, 0.0)[..., None]
@@ -98,7 +98,7 @@ class FaultyCycle(SewingCycle):
         return state
 
     def wrench(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """Return the wrench without the fault, with the fault's force."""
+        """Return the wrench, with the noise of the fault."""
         wrench = super().wrench(arm, time_s)
         if self._concerns("force_noise", arm):
             factor = np.where(self._since(time_s) >= 0.0, self.fault.size - 1.0, 0.0)
@@ -108,7 +108,7 @@ class FaultyCycle(SewingCycle):
         return wrench
 
     def edge_error(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """Return the error without the fault, with the cover's own path [m]."""
+        """Return the error without the fault, plus the cover's own motion [m]."""
         since = self._since(time_s)
         error = super().edge_error(arm, time_s)
         if self._concerns("edge_drift", arm):
@@ -118,7 +118,7 @@ class FaultyCycle(SewingCycle):
         return error
 
     def edge(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """Return the edge without the fault, with what the sensor adds."""
+        """Return the edge without the fault, plus the offset of the sensor."""
         reading = super().edge(arm, time_s)
         if self._concerns("sensor_offset", arm):
             shifted = reading + np.where(self._since(time_s) >= 0.0, self.fault.size, 0.0)
@@ -126,7 +126,7 @@ class FaultyCycle(SewingCycle):
         return reading
 
     def feed_rate(self, time_s: Times) -> np.ndarray:
-        """Return the rate without the fault, of a machine that begins late, or runs unevenly."""
+        """Return the feed rate, also of a machine that starts late or runs unevenly."""
         rate = super().feed_rate(time_s)
         since = self._since(time_s)
         if self.fault.kind == "late_feed":
@@ -138,7 +138,7 @@ class FaultyCycle(SewingCycle):
         return rate
 
     def _split(self, time_s: Times) -> Tuple[np.ndarray, np.ndarray]:
-        """Number of the cycle and the time in it [s], which stands still while all dwells."""
+        """Number of the cycle and the time in it [s], which stands still during a dwell."""
         cycle, phase_s = super()._split(time_s)
         if self.fault.kind == "dwell":
             phase_s = phase_s - np.clip(self._since(time_s), 0.0, self.fault.size)
@@ -157,7 +157,7 @@ class FaultyCycle(SewingCycle):
         return self.fault.kind == kind and self.fault.arm == arm.name
 
     def _since(self, time_s: Times) -> np.ndarray:
-        """Time since the fault's moment in the cycle [s]; long before it in other cycles."""
+        """Time since the fault's start in the cycle [s]; far below 0 in other cycles."""
         cycle, phase_s = super()._split(time_s)
         since = phase_s - self.fault.start_s
         if self.fault.cycle is None:
@@ -169,7 +169,7 @@ class FaultyCycle(SewingCycle):
         return between(since, 0.0, within_s, smooth_step).value
 
     def _feeds(self, time_s: Times) -> np.ndarray:
-        """1 while the machine feeds, less at its ramps."""
+        """1 while the machine feeds, less during its ramps."""
         _, phase_s = self._split(time_s)
         sew = self.schedule.sew
         return self._feed(phase_s).rate * (sew.end - sew.begin) * 0.87

@@ -105,7 +105,7 @@ def inverse(pose: np.ndarray, branch: Branch, near: Optional[np.ndarray] = None)
     theta_2 + theta_3 + theta_4 from the tool's axes, the rest is a planar two-link arm.
     Angles are in (-pi, pi], or within pi of those in ``near``.
 
-    Raises UnreachableError where the pose is out of reach or the wrist is stretched
+    Raises UnreachableError if the pose is out of reach or the wrist is stretched
     (theta_5 = 0: theta_4 and theta_6 are not determined).
     """
     pose = np.asarray(pose, dtype=float)
@@ -186,8 +186,8 @@ def _versine(angle: np.ndarray) -> np.ndarray:
 def rotation_vector(matrix: np.ndarray) -> np.ndarray:
     """Rotation vector (axis times angle in rad, angle at most pi) of one (3, 3) matrix.
 
-    Through the quaternion with the largest component first (Shepperd 1978), so that it holds
-    at half a turn too.
+    Computed from the largest component of the quaternion (Shepperd 1978), so that it is also
+    valid at half a turn.
     """
     matrix = np.asarray(matrix, dtype=float)
     x_x, y_y, z_z = np.diag(matrix)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Meshes, and pictures that the Kinects have of them."""
+"""Meshes, and the Kinects' pictures of them."""
 from __future__ import annotations
 
 from typing import Iterator, NamedTuple
@@ -11,13 +11,13 @@ from sewing_cell import picture_library, pinhole
 
 _BOX_FACES = np.array(
     [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-)  # corner number: 4 at upper x, 2 at upper y, 1 at upper z; anticlockwise from outside
+)  # corner number: 4 at upper x, 2 at upper y, 1 at upper z; counterclockwise from outside
 
 
 class Mesh(NamedTuple):
-    """Triangles, anticlockwise as seen from outside.
+    """Triangles, counterclockwise as seen from outside.
 
-    Corners (n, 3, 3) float32 [m], and a color (n, 3) uint8 of each.
+    Corners (n, 3, 3) float32 [m], and the color (n, 3) uint8 of each triangle.
     """
 
     corners: np.ndarray
@@ -25,7 +25,7 @@ class Mesh(NamedTuple):
 
     @classmethod
     def of(cls, corners: np.ndarray, color: np.ndarray | tuple[int, int, int]) -> Mesh:
-        """Triangles (n, 3, 3) [m] of one color (3,), 0 to 255."""
+        """Return triangles (n, 3, 3) [m] of one color (3,), 0 to 255."""
         colors = np.tile(np.array(color, dtype=np.uint8), (len(corners), 1))
         return cls(np.ascontiguousarray(corners, dtype=np.float32), colors)
 
@@ -38,20 +38,20 @@ class Picture(NamedTuple):
 
     @classmethod
     def empty(cls) -> Picture:
-        """A picture of nothing."""
+        """Return an empty picture."""
         shape = (pinhole.HEIGHT, pinhole.WIDTH)
         return cls(np.full(shape, np.inf, np.float32), np.zeros((*shape, 3), np.uint8))
 
     def draw(self, mesh: Mesh, camera_from_mesh: np.ndarray) -> None:
-        """Draw what is nearer than the picture, given the pose (4, 4) of a mesh in the camera.
+        """Draw a mesh where it is nearer than the picture, given its pose (4, 4) in the camera.
 
-        Faces that look away from the camera are not drawn.
+        Faces that point away from the camera are not drawn.
         """
         picture_library.draw(*mesh, camera_from_mesh, *self)
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Several meshes as one."""
+    """Return several meshes as one."""
     return Mesh(
         np.concatenate([mesh.corners for mesh in meshes]),
         np.concatenate([mesh.colors for mesh in meshes]),
@@ -59,7 +59,7 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 
 def box_mesh(lower: np.ndarray, upper: np.ndarray, color: tuple[int, int, int]) -> Mesh:
-    """A box between two opposite corners (3,) [m]."""
+    """Return a box between two opposite corners (3,) [m]."""
     corners = np.stack(np.meshgrid(*zip(lower, upper), indexing="ij"), axis=-1).reshape(8, 3)
     triangles = np.concatenate([_BOX_FACES[:, [0, 1, 2]], _BOX_FACES[:, [0, 2, 3]]])
     return Mesh.of(corners[triangles], color)
@@ -69,7 +69,7 @@ _SPACE = "{http://www.collada.org/2005/11/COLLADASchema}"
 
 
 def read_mesh(path: str) -> Mesh:
-    """A Collada file as scripts/make_meshes.py writes it: in m, without transforms of nodes."""
+    """Read a Collada file as scripts/make_meshes.py writes it: in m, without node transforms."""
     root = ElementTree.parse(path).getroot()
     colors = {
         str(effect.get("id")): _numbers(effect.find(f".//{_SPACE}diffuse/{_SPACE}color"))[:3] * 255
@@ -83,7 +83,7 @@ def read_mesh(path: str) -> Mesh:
 
 
 def _triangles(mesh: ElementTree.Element) -> Iterator[tuple[str, np.ndarray]]:
-    """The material and the corners (n, 3, 3) of each group of triangles."""
+    """Yield the material and the corners (n, 3, 3) of each group of triangles."""
     points = _numbers(mesh.find(f"{_SPACE}source/{_SPACE}float_array")).reshape(-1, 3)
     for group in mesh.iter(f"{_SPACE}triangles"):
         numbers = _numbers(group.find(f"{_SPACE}p")).astype(int)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calls the library in C++ that makes the Kinects' pictures (sewing_cell/src/picture).
+"""Calls the C++ library that draws the Kinects' pictures (sewing_cell/src/picture).
 
-It does not hold Python's lock while it works.
+The calls release Python's global interpreter lock.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class _Picture(ctypes.Structure):
 
 def draw(corners: np.ndarray, colors: np.ndarray, camera_from_mesh: np.ndarray,
          depth_m: np.ndarray, color: np.ndarray) -> None:
-    """Draw triangles into a picture (480, 640) where they are nearer.
+    """Draw triangles into a picture (480, 640) where they are nearer than its depth.
 
     ``corners`` (n, 3, 3) float32 [m] and ``colors`` (n, 3) uint8; ``camera_from_mesh`` (4, 4);
     ``depth_m`` float32 and ``color`` (480, 640, 3) uint8 are changed.
@@ -50,7 +50,7 @@ def draw(corners: np.ndarray, colors: np.ndarray, camera_from_mesh: np.ndarray,
 
 
 def measure(depth_m: np.ndarray, noise_steps: np.ndarray) -> np.ndarray:
-    """Return what a Kinect measures of true depths, mm (uint16), 0 in shadows and holes.
+    """Return a Kinect's measurement of true depths, in mm (uint16), 0 in shadows and holes.
 
     Depths and noise have the shape (rows, columns) and are float32; see depth_errors.hpp.
     """
@@ -61,7 +61,7 @@ def measure(depth_m: np.ndarray, noise_steps: np.ndarray) -> np.ndarray:
 
 
 def _address(array: np.ndarray, kind: type) -> int:
-    """Return where an array begins; the library reads it from one end to the other."""
+    """Return the address of an array, which the library reads as one contiguous block."""
     assert array.flags.c_contiguous and array.dtype == kind, (array.strides, array.dtype)
     return int(array.ctypes.data)
 

@@ -21,7 +21,7 @@ def _world_from_body() -> np.ndarray:
 
 
 def position(camera_link: np.ndarray) -> np.ndarray:
-    """Return where the color camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
+    """Return a Kinect's color camera position (3,) in ``world`` [m], from its ``camera_link``."""
     return camera_link + _world_from_body() @ layout.COLOR_CAMERA_OFFSET
 
 
@@ -38,7 +38,7 @@ def camera_from_world(camera: np.ndarray = POSITION) -> np.ndarray:
 
 
 def moved_by(shift: np.ndarray) -> np.ndarray:
-    """A pose (4, 4) that is moved by ``shift`` (3,) [m], and not turned."""
+    """Return the pose (4, 4) of a translation by ``shift`` (3,) [m], without rotation."""
     pose = np.eye(4)
     pose[:3, 3] = shift
     return pose
@@ -66,7 +66,7 @@ def plane_rows(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Depth and world x [m] at which each image row meets the plane z = ``height_m``, (480,).
 
-    The camera is turned about y only, so that an image row sees one x and has one depth.
+    The camera is turned about y only, so that each image row has a single x and depth.
     """
     down = rays()[:, 0, :]
     depth = (height_m - camera[2]) / down[:, 2]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Kinects' scene beside the covers: static objects, robots, and something unforeseen."""
+"""The Kinects' scene apart from the covers: static objects, robots, and an unmodeled object."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -15,12 +15,12 @@ from sewing_cell.mesh_picture import Mesh, Picture, box_mesh, joined, read_mesh
 
 # The static objects in the Kinect's view, in ``world``, and their picture from above.
 #
-# What the cell shows as a model is drawn as the same model, so that cloud and model agree.
+# Objects with a model in the cell are drawn with the same model, so that cloud and model agree.
 
 _TILE_M, _JOINT_M = 0.5, 0.008
 _FRAME, _SUPPLY, _FLOOR = (92, 96, 102), (120, 134, 150), (118, 116, 112)
 
-#: What no model shows, the floor and a supply table: two opposite corners [m], and a color.
+#: Objects without a model, the floor and a supply table: two opposite corners [m], and a color.
 BOXES = (
     ((-9, -9, layout.FLOOR_Z - 0.1), (9, 9, layout.FLOOR_Z), _FLOOR),
     ((-0.80, 0.62, 0.0), (-0.24, 1.50, 0.03), _SUPPLY),
@@ -28,7 +28,7 @@ BOXES = (
     ((-0.34, 0.66, -1.0), (-0.28, 0.72, 0.0), _FRAME),
 )
 
-#: The models of this package that stand still, and where.
+#: The static models of this package, and their positions.
 MESHES = (
     ("sewing_machine", layout.MACHINE_BASE),
     ("cell_stand", np.zeros(3)),
@@ -36,7 +36,7 @@ MESHES = (
 
 
 def still_picture(camera: np.ndarray = pinhole.POSITION) -> Picture:
-    """The picture of boxes and meshes from ``camera`` [m]."""
+    """Return the picture of boxes and meshes from ``camera`` [m]."""
     picture = Picture.empty()
     camera_from_world = pinhole.camera_from_world(camera)
     picture.draw(joined([box_mesh(*box) for box in BOXES]), camera_from_world)
@@ -50,7 +50,7 @@ def still_picture(camera: np.ndarray = pinhole.POSITION) -> Picture:
 
 
 def _tiles(points: np.ndarray) -> np.ndarray:
-    """Brightness of the floor's tiles: darker in the joints; 1 above the floor."""
+    """Return the brightness of the floor's tiles: darker in the gaps; 1 above the floor."""
     on_floor = points[..., 2] < layout.FLOOR_Z + 1e-4
     joint = (np.mod(points[..., :2], _TILE_M) < _JOINT_M).any(axis=-1)
     return np.where(on_floor & joint, 0.8, 1.0)
@@ -59,7 +59,7 @@ def _tiles(points: np.ndarray) -> np.ndarray:
 # The Kinect's picture of the robots: the meshes of their links, as the URDF has them.
 
 ROBOT_MESHES = (*(f"ur-link{number}" for number in range(8)), "ur-tool")
-"""Of the frames that ``link_frames`` returns, in their order."""
+"""Meshes of the frames that ``link_frames`` returns, in their order."""
 
 
 def link_poses(
@@ -67,7 +67,7 @@ def link_poses(
 ) -> np.ndarray:
     """Poses (..., 9, 4, 4) of an arm's links and tool in a camera, given its joints (..., 6) [rad].
 
-    ``camera`` (3,) is the camera's place in ``world`` [m].
+    ``camera`` (3,) is the camera's position in ``world`` [m].
     """
     base = np.eye(4)
     base[:3, :3] = arm.base_rotation
@@ -86,11 +86,11 @@ def _meshes() -> tuple[Mesh, ...]:
     return tuple(read_mesh(f"{folder}/meshes/{name}.dae") for name in ROBOT_MESHES)
 
 
-_PERIOD_S = 8.0  # of the hand's way in and out
+_PERIOD_S = 8.0  # of the hand's motion in and out
 
 
 class Intruder:
-    """A thing's size [m] and color, and its center in ``world`` [m] outside and inside."""
+    """An unmodeled object: size [m], color, and its center in ``world`` [m] outside and inside."""
 
     def __init__(self, size: tuple[float, float, float], outside: tuple[float, float, float],
                  inside: tuple[float, float, float], color: tuple[int, int, int]) -> None:
@@ -99,13 +99,13 @@ class Intruder:
         self._mesh = box_mesh(-self.size / 2, self.size / 2, color)
 
     def center(self, time_s: float) -> np.ndarray:
-        """Return where it is, (3,) [m]: it moves in and out evenly, and without a jerk."""
+        """Return the center (3,) [m] of the object, which moves in and out smoothly."""
         share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / _PERIOD_S)
         return self._outside + share * (self._inside - self._outside)
 
     def draw(self, picture: Picture, time_s: float,
              camera: np.ndarray = pinhole.POSITION) -> None:
-        """Draw it where it is in front; ``camera`` (3,) is the camera's place in ``world`` [m]."""
+        """Draw it where nothing is nearer; ``camera`` (3,) is a position in ``world`` [m]."""
         pose = pinhole.camera_from_world(camera) @ pinhole.moved_by(self.center(time_s))
         picture.draw(self._mesh, pose)
 

@@ -62,7 +62,7 @@ class Schedule:
 
     @property
     def go_back(self) -> Phase:
-        """The robots return to the fetch position; what is left of the period they wait."""
+        """The robots return to the fetch position, and wait there for the rest of the period."""
         return self._phase(14.4, 18.8)
 
     @property
@@ -95,7 +95,7 @@ def smooth_step(progress: np.ndarray) -> ProfileValue:
 
 
 def steady_feed(progress: np.ndarray, ramp: float = 0.13) -> ProfileValue:
-    """Constant speed but for smooth ramps of length ``ramp`` at both ends (progress 0 to 1)."""
+    """Constant speed except for smooth ramps of length ``ramp`` at both ends (progress 0 to 1)."""
     u = _clamped(progress)
     speed = 1.0 / (1.0 - ramp)
     near = np.minimum(u, 1.0 - u) / ramp
@@ -129,5 +129,5 @@ def window(time: np.ndarray, begin: float, end: float, edge: float) -> ProfileVa
 
 
 def product(left: ProfileValue, right: ProfileValue) -> ProfileValue:
-    """The product of two courses."""
+    """The product of two values over time."""
     return ProfileValue(left.value * right.value, left.rate * right.value + left.value * right.rate)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The sewing machine in RViz: its model, the feed rate, and where the edges of the covers are."""
+"""The sewing machine in RViz: its model, the feed rate, and the edges of the covers."""
 from __future__ import annotations
 
 import sys
@@ -85,10 +85,10 @@ class SewingParameters:
 
 
 def edge_vector(value: float, setpoint: float) -> np.ndarray:
-    """Return how far an edge is off its setpoint, (3,) in the needle frame, in sensor counts.
+    """Return the deviation of an edge from its setpoint, (3,) in the needle frame, in counts.
 
     A value above the setpoint means that the workpiece is too far to the right as seen along the
-    feed (thesis figure 6.13), which is where the arrow points.
+    feed (thesis figure 6.13); the arrow points to that side.
     """
     return RIGHT * (value - setpoint)
 
@@ -104,7 +104,7 @@ def edge_text(style: ArrowStyle, value: float, setpoint: float, age_s: float,
 
 @dataclass(frozen=True)
 class SensorReading:
-    """The last number of a sensor and when it came."""
+    """The last number of a sensor, and its time of receipt."""
 
     value: float
     time_s: float
@@ -114,7 +114,7 @@ class SewingTransformer:
     """Turns the sewing machine's measurements into markers (thesis section 6.2.3)."""
 
     STALE_AFTER_S = 1.0
-    # Where the arrows begin, in the needle frame: beside the needle and before the machine's bed,
+    # Feet of the arrows in the needle frame: beside the needle and in front of the machine's bed,
     # the upper edge above the covers and the lower edge below them.
     FEED_FOOT = np.array([0.12, -0.10, 0.04])
     UPPER_FOOT = np.array([0.12, 0.0, 0.05])
@@ -157,7 +157,7 @@ class SewingTransformer:
         self._publisher.publish(MarkerArray(self._build_markers(self._playback.data_time_s())))
 
     def _build_markers(self, now_s: float) -> List[Marker]:
-        """Return the machine and the arrows, and the numbers too when it is time for them."""
+        """Return the machine and the arrows, and the numbers when they are due."""
         shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
                  self._edge_display('lower', 2, now_s)]
         markers = self._board.markers([value for value in shown if value], self._node.ros_s())

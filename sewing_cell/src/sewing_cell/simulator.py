@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The node ``simulator``: publishes every driver topic of the sewing cell, without hardware.
 
-Each group of topics has its rate and its thread.  Message number k of a topic is the cell at
-k / rate seconds after the start, so that runs with the same seed carry the same data.
+Each group of topics has its own rate and thread.  Message number k of a topic shows the cell
+k / rate seconds after the start, so that runs with the same seed have the same data.
 """
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ _Number = TypeVar("_Number", int, float)
 class SimulatorParameters:
     """Rates in Hz (0: that group is off), the cycle's period in s, the quality and the seed.
 
-    ``fault`` is one of ``faults.KINDS``, or empty.  Its moment in the cycle [s], its size and its
-    arm are given, or None: then the seed decides.  Without ``fault_cycle`` every cycle has it.
-    ``intruder`` is one of ``intruder.INTRUDERS``, or None.
+    ``fault`` is one of ``faults.KINDS``, or empty.  Its start in the cycle [s], its size and its
+    arm are drawn from the seed if they are None.  Without ``fault_cycle``, every cycle has it.
+    ``intruder`` is one of ``scene.INTRUDERS``, or None.
     """
 
     joint_rate: float
@@ -63,7 +63,7 @@ class SimulatorParameters:
 
     @classmethod
     def read(cls, get: GetParameter) -> SimulatorParameters:
-        """From ``get(name, default)``, which is rospy.get_param.  Raises ParameterError."""
+        """Read with ``get(name, default)``, such as rospy.get_param.  Raises ParameterError."""
         return cls(
             joint_rate=_rate(get, "~joint_rate", 125.0),
             force_rate=_rate(get, "~force_rate", 94.0),
@@ -114,7 +114,7 @@ def _quality(get: GetParameter) -> str:
 
 
 def _one_of(get: GetParameter, name: str, names: Sequence[str]) -> Optional[str]:
-    """One of some names; None for an empty text, as launch files write it."""
+    """Return one of the names; None for an empty text, the default of the launch file."""
     value = get(name, "")
     if value == "":
         return None
@@ -146,9 +146,9 @@ def _number(get: GetParameter, name: str, default: _Number, kind: type[_Number])
 class Ticker:
     """Calls ``action(tick, late_s)`` at ``start_s + tick / rate_hz`` of the node's monotonic clock.
 
-    ``tick`` is 0, 1, ..., and ``late_s`` says how long ago it was due.  Ticks that are over when
-    their turn comes are skipped, and ``on_skip(count)`` is told.  An exception ends the ticking and
-    is given to ``on_failure``.
+    ``tick`` is 0, 1, ..., and ``late_s`` is the delay since it was due.  Missed ticks are skipped
+    and reported to ``on_skip(count)``.  An exception ends the ticking and is passed to
+    ``on_failure``.
     """
 
     def __init__(
@@ -172,13 +172,13 @@ class Ticker:
         self._worker.wake()
 
     def stop(self, timeout_s: float = 0.3) -> None:
-        """Stop at once, and wait until an action that is under way is over, but no longer."""
+        """Stop at once, and wait for the end of a running action, at most ``timeout_s``."""
         self._stopped = True
         if self._acting.acquire(timeout=timeout_s):
             self._acting.release()
 
     def _step(self) -> Optional[float]:
-        """Act if it is time; return how long to wait [s], None for ever."""
+        """Act if a tick is due; return the time to wait [s], None forever."""
         with self._acting:
             if self._stopped:
                 return None
@@ -206,7 +206,7 @@ class Ticker:
 _FIRST_TICK_S = 0.1  # until all the threads run
 _SWITCH_INTERVAL_S = 0.0005  # drawing an image must not hold up the joints' thread
 _REPORT_EVERY_S = 10.0
-_TOLERATED_SHARE = 0.02  # of messages left out on a busy computer
+_TOLERATED_SHARE = 0.02  # share of messages skipped on a busy computer
 
 
 class Simulator:
@@ -243,7 +243,7 @@ class Simulator:
             ticker.start(start_s)
 
     def stop(self) -> None:
-        """End publishing; wait for a moment until messages that are under way are published."""
+        """Stop publishing; wait briefly for messages that are being published."""
         for ticker in self._tickers:
             ticker.stop(timeout_s=0.0)
         for ticker in self._tickers:
@@ -251,7 +251,7 @@ class Simulator:
 
 
 def _cycle(parameters: SimulatorParameters) -> SewingCycle:
-    """The cycle that is asked for, with its fault."""
+    """Return the requested cycle, with its fault."""
     good = SewingCycle(parameters.quality, parameters.seed, parameters.period)
     if not parameters.fault:
         return good
@@ -263,7 +263,7 @@ def _cycle(parameters: SimulatorParameters) -> SewingCycle:
 
 
 class _Skipped:
-    """Says how many messages a group could not publish in time, when they are many."""
+    """Warns about skipped messages of a group, if there are many."""
 
     def __init__(self, node: NodeHandle, name: str, rate_hz: float) -> None:
         self._node, self._name, self._rate_hz = node, name, rate_hz
@@ -284,7 +284,7 @@ class _Skipped:
 
 
 def _fail(error: Exception) -> None:
-    """End the node when one of its threads cannot go on, except while it is ending anyway."""
+    """End the node when one of its threads fails, unless the node is already ending."""
     if not rospy.is_shutdown():
         rospy.signal_shutdown(f"the simulator failed: {error!r}")
         raise error

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Wandering edges of the covers under the sensors, and the robots' steering against it.
+"""Wandering edges of the covers under the sensors, and the robots' steering, which corrects them.
 
 Lateral displacements are in m, positive towards the right of the seam, which is world -x.
 Everything is a pure function of the cycle's number and the time in it.
@@ -15,14 +15,14 @@ from sewing_cell.schedule import ProfileValue, Schedule, between, product, windo
 
 QUALITIES = ("good", "poor")
 
-_CYCLES = 64  # after so many cycles the disturbances repeat
+_CYCLES = 64  # the disturbances repeat after this number of cycles
 _WAVES = 3
 _AMPLITUDES = np.array([1.8e-3, 1.1e-3, 0.6e-3])
 _LAG_S = 0.25
 _WINDOW_EDGE_S = 1.0
 _DRIFT = 8e-3
 _DRIFT_S = 3.0
-_DRIFT_CORRECTED = 0.3  # share of a drift that the robot can still take back
+_DRIFT_CORRECTED = 0.3  # share of a drift that the robot can still correct
 _DRIFT_OF_OTHER_COVER = 0.25
 
 
@@ -35,7 +35,7 @@ class SteeringFault:
 
 
 class Steering:
-    """The edge of one cover: its disturbance, the robot's correction, what remains."""
+    """The edge of one cover: its disturbance, the robot's correction, and the remaining error."""
 
     def __init__(self, schedule: Schedule, quality: str, seed: int, side: int) -> None:
         if quality not in QUALITIES:
@@ -57,12 +57,12 @@ class Steering:
         )
 
     def error(self, cycle: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """Return where the edge is under the sensor, after the correction."""
+        """Return the displacement of the edge under the sensor, after the correction."""
         disturbance = self._wander(cycle, time_s, 0.0).value + self._drift(cycle, time_s).value
         return disturbance + self.correction(cycle, time_s).value
 
     def fault_level(self, cycle: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """Return how bad a poor seam is, 0 to 1 (for the worse of the covers)."""
+        """Return the severity of a poor seam, 0 to 1 (for the worse of the covers)."""
         return np.abs(self._drift(cycle, time_s).value) / _DRIFT
 
     def _wander(self, cycle: np.ndarray, time_s: np.ndarray, lag_s: float) -> ProfileValue:
@@ -90,7 +90,7 @@ class Steering:
 
 
 def _faults(schedule: Schedule, quality: str, seed: int, side: int) -> SteeringFault:
-    """Return when and how far the covers drift; both sides draw the same numbers."""
+    """Return start and size of the covers' drift; both sides draw the same random numbers."""
     random = np.random.default_rng([seed, 3])
     sew = schedule.sew
     start_s = sew.begin + (sew.end - sew.begin) * random.uniform(0.2, 0.5, _CYCLES)

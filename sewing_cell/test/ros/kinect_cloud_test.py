@@ -40,7 +40,7 @@ def make_camera_info() -> CameraInfo:
 
 
 def plane_points() -> np.ndarray:
-    """Return where the image's pixels are in the optical frame, (N, 3), m."""
+    """Return the points of the image's pixels in the optical frame, (N, 3), m."""
     column, row = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     return np.stack([(column - CENTER_X) / FOCAL_LENGTH * DEPTH_M,
                      (row - CENTER_Y) / FOCAL_LENGTH * DEPTH_M,
@@ -48,7 +48,7 @@ def plane_points() -> np.ndarray:
 
 
 def to_world(points: np.ndarray) -> np.ndarray:
-    """Transform points (N, 3), m, from the optical frame into the world by what /tf says."""
+    """Transform points (N, 3), m, from the optical frame into the world with /tf."""
     buffer = tf2_ros.Buffer()
     listener = tf2_ros.TransformListener(buffer)
     transform = buffer.lookup_transform(
@@ -75,14 +75,14 @@ class KinectCloudTest(unittest.TestCase):
                                    ('depth_registered/image_raw', make_image('16UC1', depth_mm)))]
 
     def publish_until_cropped(self, topic: str = '/kinect/roi_points') -> PointCloud2:
-        """Publish images ten times a second until a cloud of them comes out; return it."""
+        """Publish images ten times a second until a cloud is made from them; return it."""
         clouds: 'Queue[PointCloud2]' = Queue()
         begin = rospy.Time.now()
         subscriber = rospy.Subscriber(topic, PointCloud2, clouds.put)
         timer = rospy.Timer(rospy.Duration(0, 100_000_000), self.publish)
         try:
             cloud = clouds.get(timeout=TIMEOUT_S)
-            while cloud.header.stamp < begin:  # of the test before this one
+            while cloud.header.stamp < begin:  # of the previous test
                 cloud = clouds.get(timeout=TIMEOUT_S)
             return cloud
         finally:
@@ -91,7 +91,7 @@ class KinectCloudTest(unittest.TestCase):
             subscriber.unregister()
 
     def publish(self, _event: object) -> None:
-        """Publish the images of one moment."""
+        """Publish images with the same stamp."""
         now = rospy.Time.now()
         for publisher, message in self.outputs:
             message.header.stamp = now

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulator and the sewing machine as processes; what they do is in test/unit."""
+"""The simulator and the sewing machine as processes; test/unit tests their behavior."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ TIMEOUT_S = 60.0
 
 
 class Topic:
-    """What comes on a topic, in its order."""
+    """The messages of a topic, in order."""
 
     def __init__(self, name: str, message_class: type) -> None:
         self._arrived: Queue[Any] = Queue()
         self._subscriber = rospy.Subscriber(name, message_class, self._arrived.put)
 
     def next(self, wanted: Callable[[Any], bool] = lambda _message: True) -> Any:
-        """Wait for a message that is wanted; fail if none comes for long."""
+        """Wait for a wanted message; fail if none comes in time."""
         while True:
             message = self._arrived.get(timeout=TIMEOUT_S)
             if wanted(message):
                 return message
 
     def close(self) -> None:
-        """Listen no longer."""
+        """Stop listening."""
         self._subscriber.unregister()
 
 

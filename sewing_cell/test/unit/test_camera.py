@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated Kinect's pictures show the cell where it is."""
+"""The simulated Kinect's pictures show the cell in the right place."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def camera(cycle: SewingCycle) -> Camera:
 
 
 def is_leather(frame: CameraFrame) -> np.ndarray:
-    """Pixels with the upper cover's hue: brown, neither grey nor wood nor metal."""
+    """Pixels with the upper cover's hue: brown, neither gray nor wood nor metal."""
     red, green, blue = (frame.color[..., i].astype(float) for i in range(3))
     return (red > 1.35 * green) & (green > 1.3 * blue) & (red > 120)
 

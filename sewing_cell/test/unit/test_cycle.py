@@ -137,7 +137,7 @@ def test_seam_grows_with_the_feed() -> None:
     st.integers(0, 2**32), st.sampled_from(["good", "poor"]), st.floats(0, 500), st.floats(12, 60)
 )
 def test_same_seed_same_data(seed: int, quality: str, time_s: float, period_s: float) -> None:
-    """Also when one is asked for single times and the other for all of them."""
+    """Single times and arrays of times also give the same data."""
     times = time_s + np.arange(5) * 0.008
     one, other = (SewingCycle(quality, seed, period_s) for _ in range(2))
     for arm in ARMS:

@@ -13,7 +13,7 @@ GOOD = SewingCycle(seed=1)
 
 
 def values(cycle: SewingCycle, name: str) -> np.ndarray:
-    """A quantity of the cell: of both arms, or of the machine."""
+    """Return a quantity of the cell: of both arms, or of the machine."""
     if name == "feed":
         return cycle.feed_rate(TIMES)
     columns = {"tool": cycle.tool_frame, "force": cycle.wrench, "edge": cycle.edge}
@@ -21,7 +21,7 @@ def values(cycle: SewingCycle, name: str) -> np.ndarray:
 
 
 def changed(fault: Fault, name: str) -> np.ndarray:
-    """Whether a quantity differs from that without the fault, at each time."""
+    """Return whether a quantity differs from its value without the fault, at each time."""
     faulty = FaultyCycle(fault, seed=1)
     difference = np.abs(values(faulty, name) - values(GOOD, name))
     return difference.reshape(len(TIMES), -1).max(axis=1) > 1e-9

@@ -19,7 +19,7 @@ BENT = st.builds(lambda sign, angle: sign * angle, SIGNS, st.floats(0.05, np.pi 
 BENT_JOINTS = st.tuples(ANGLES, ANGLES, BENT, ANGLES, BENT, ANGLES).map(np.array)
 BRANCHES = st.builds(Branch, shoulder=SIGNS, elbow=SIGNS, wrist=SIGNS)
 
-#: Table 6.1 of the thesis, written down again: a, alpha, d of the rows 1 to 6.
+#: Table 6.1 of the thesis, repeated independently: a, alpha, d of the rows 1 to 6.
 TABLE_6_1 = [
     (0, np.pi / 2, 0.0892),
     (-0.425, 0, 0),
@@ -48,7 +48,7 @@ def translation(x: float, y: float, z: float) -> np.ndarray:
 
 
 def product_of_table(joints: np.ndarray) -> np.ndarray:
-    """Rz(theta) Tz(d) Tx(a) Rx(alpha) of each row, one after the other."""
+    """Rz(theta) Tz(d) Tx(a) Rx(alpha) of each row, multiplied in order."""
     pose = np.eye(4)
     for theta, (a, alpha, d) in zip(joints, TABLE_6_1):
         for step in (rotation(2, theta), translation(0, 0, d), translation(a, 0, 0)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The limits in the configurations: a good seam keeps them all the time, a poor one does not."""
+"""The limits in the configurations: a good seam always stays within them, a poor one does not."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Meshes are drawn where they are, by the library in C++."""
+"""Meshes are drawn in the right place by the C++ library."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_turned_box_has_the_depth_that_its_rays_meet(seed: int) -> None:
     picture.draw(box_mesh(-size / 2, size / 2, RED), pose)
     expected = box_depth(size, rotation, center)
     assert np.isfinite(expected).sum() > 500
-    # At the outline it depends on rounding whether a pixel belongs to the box.
+    # At the outline, rounding decides whether a pixel belongs to the box.
     differs = np.isfinite(picture.depth) != np.isfinite(expected)
     assert differs.sum() <= 3
     both = np.isfinite(picture.depth) & np.isfinite(expected)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The models: their kinematics against the thesis' DH table, their meshes, and their making."""
+"""The models: their kinematics against the thesis' DH table, their meshes, and their generation."""
 
 from __future__ import annotations
 

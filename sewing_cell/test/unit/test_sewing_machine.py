@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the sewing machine's sensors mean in the needle frame, and what its node shows of them."""
+"""The sewing machine's sensors in the needle frame, and their display by its node."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_parameters():
 
 
 class Machine:
-    """The node, and what RViz would know of its markers."""
+    """The node, and its markers as RViz would have them."""
 
     def __init__(self, **parameters: Any) -> None:
         self.node = SimulatedNode('/sewing_machine/sewing_machine',

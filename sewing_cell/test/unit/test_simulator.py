@@ -47,7 +47,7 @@ def parameters(**values: Any) -> SimulatorParameters:
 
 
 def running(seconds: float, **values: Any) -> SimulatedNode:
-    """The node after some seconds in which nobody listened to the images."""
+    """Return the node after some seconds without subscribers to the images."""
     node = SimulatedNode("/simulator")
     simulator = Simulator(node, parameters(**values))
     for name in IMAGES:
@@ -115,7 +115,7 @@ def test_tool_frames_agree_with_the_joints(node: SimulatedNode) -> None:
 
 
 def test_images_and_infos_of_a_frame_have_the_stamp_at_which_it_was_due() -> None:
-    """And the images are as the infos say."""
+    """The images also match the infos."""
     node = SimulatedNode("/simulator")
     driver = KinectDriver(node, SewingCycle(), 30.0, 0, KINECTS[0])
     driver.camera.result(120.0)
@@ -152,7 +152,7 @@ def test_what_is_wrong_is_told_on_a_topic_of_its_own() -> None:
 
 
 def test_a_computer_that_is_too_busy_is_told() -> None:
-    """By what was left out in ten seconds, when something is left out again."""
+    """Messages skipped within ten seconds are reported with the next skipped one."""
     node = running(1.0, **JOINTS_ONLY)
     for missed_s in (0.1, 0.05):  # one hundredth of the messages
         node.now_s += missed_s

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ticker keeps absolute deadlines, skips what is over, and stops at once."""
+"""The ticker keeps absolute deadlines, skips missed ticks, and stops at once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RATE_HZ = 100.0
 
 
 class Recorder:
-    """An action that notes its ticks, when they come, and how late; and its ticker."""
+    """An action that records its ticks, their times and delays; and its ticker."""
 
     def __init__(self, then: Optional[Callable[[int], None]] = None) -> None:
         self.node = SimulatedNode()
@@ -53,7 +53,7 @@ def test_ticks_are_at_their_times() -> None:
 
 
 def test_what_is_over_is_skipped_and_the_deadlines_stay() -> None:
-    """The action takes long once."""
+    """One action takes long."""
 
     def act(tick: int) -> None:
         if tick == 3:
