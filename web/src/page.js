@@ -343,7 +343,7 @@ export class Page {
     addEventListener('beforeprint', () => this.draw(this.transport.time));
   }
 
-  /** Delays this, not for each step of a drag: browsers limit the rate of changes. */
+  /** Updates the address after a pause, because browsers limit the rate of changes. */
   keepAddressSoon() {
     clearTimeout(this.later);
     this.later = setTimeout(() => this.keepAddress(), 200);

@@ -97,7 +97,7 @@ export function placeAt(place, time, found) {
 
 /**
  * Returns whether a time is in one of the spans.
- * @param {number[][]} spans  begin and end of each
+ * @param {number[][]} spans  start and end of each
  * @param {number} time
  */
 export function isWithin(spans, time) {

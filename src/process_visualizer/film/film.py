@@ -32,7 +32,7 @@ _ENCODERS: Dict[str, Tuple[str, ...]] = {
              '18', '-movflags', '+faststart', '-f', 'mp4'),
     '.gif': ('-filter_complex', 'tile={0}x1,split[one][other];[one]palettegen[colors];'
              '[other][colors]paletteuse', '-f', 'gif')}
-"""Arguments of ffmpeg; {0}: number of pictures beside each other."""
+"""Arguments of ffmpeg; {0}: number of pictures side by side."""
 ENDINGS = tuple(_ENCODERS)
 """Endings of the files of films."""
 
@@ -40,7 +40,7 @@ ENDINGS = tuple(_ENCODERS)
 class ViewAt(NamedTuple):
     """One of VIEWS, to which the camera moves at a time of the recording, or at a mark.
 
-    ``at``: a time such as 0:07.4, or the label of a mark or event; empty: from the begin.
+    ``at``: a time such as 0:07.4, or the label of a mark or event; empty: from the start.
     """
 
     view: str
@@ -89,7 +89,7 @@ def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame
 
 
 _Shots = Sequence[Tuple[Frame, ...]]
-"""For each frame of a film, the frames beside each other; the run's own frame is the last."""
+"""For each frame of a film, the frames side by side; the run's own frame is the last."""
 
 
 def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpans, _Shots]:
@@ -163,13 +163,13 @@ def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
 
 def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: '_Shots',
                  move_s: float) -> List[Tuple[CameraMove, ...]]:
-    """Return the camera of each frame; moves begin and end slowly.
+    """Return the camera of each frame; moves start and end slowly.
 
-    The cameras of frames beside each other move together, at the times of the run.
+    The cameras of frames side by side move together, at the times of the run.
 
     Args:
         chosen: the runs.
-        views: views of the camera and their begins; the first view also holds before its begin.
+        views: views of the camera and their start times; the first view also holds earlier.
         shots: the frames.
         move_s: duration of a move, in the time of the recording.
 

@@ -28,7 +28,7 @@ class BrowserError(Exception):
 
 
 class HeadlessBrowser:
-    """A page in its own browser, which it ends; a context manager."""
+    """A page in its own browser; a context manager that ends the browser."""
 
     def __init__(self, page: Path, size: Tuple[int, int], fragment: str = '') -> None:
         """Open a file, and wait until its script reports that it is ready.
@@ -124,7 +124,7 @@ class HeadlessBrowser:
 
 
 def _started(stack: ExitStack) -> Any:
-    """Return a connection to a new browser, which ends with the stack."""
+    """Return a connection to a new browser, which the stack ends."""
     program = next((it for it in map(shutil.which, _NAMES) if it), None)
     if program is None:
         raise BrowserError('Chromium draws the pictures, and is missing; install it (Debian: '

@@ -129,7 +129,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
-    """Return what is not installed for the nodes on this computer, each item once."""
+    """Return a message for each missing package or node of this computer, each once."""
     packages = rospkg.RosPack()
     messages: Dict[str, None] = {}
     for node in nodes:

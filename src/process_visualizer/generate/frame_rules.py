@@ -29,7 +29,7 @@ class _Use(NamedTuple):
 
 def frame_problems(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Return the frames that a device places although they are links, which a model places."""
+    """Return the frames that a device places although a model already places them as links."""
     owners = {link: name for name, description in descriptions.items()
               for link in description.parents}
     return [Problem(place.location, place.element,

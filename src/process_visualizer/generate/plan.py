@@ -41,7 +41,7 @@ class Part:
 
 @dataclass
 class Plan:
-    """The generated files by name, and what the operator should know about them.
+    """The generated files by name, and warnings about them for the operator.
 
     ``parts`` are the devices by their names, and FRAMES_PART, BAG_PART, RVIZ_PART.
     """

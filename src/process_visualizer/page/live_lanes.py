@@ -79,7 +79,7 @@ class LiveLanes:
         """Return the columns of the last seconds as bytes.
 
         A header (kind, number of lanes, number of the set of lanes, number of the first column,
-        number of columns, begin of column 0 [s since the epoch]), then for each lane the minima
+        number of columns, start of column 0 [s since the epoch]), then for each lane the minima
         and the maxima in single precision, NaN where there is no value. See held_columns.
         """
         count = min(round(seconds / STEP_S), self._count, self._end)

@@ -17,7 +17,7 @@ from process_visualizer.robot.recorded_velocity import velocity_rows
 from process_visualizer.runs.recorded.robot_series import robot_series
 
 TIME_COLUMNS = ('time [s]', 'stamp [s]')
-"""Columns of the time since the begin of the recording, and since the epoch."""
+"""Columns of the time since the start of the recording, and since the epoch."""
 
 
 class NumberTable(NamedTuple):

@@ -78,7 +78,7 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
 def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
     """Return times [s] (n,) and the values (n,) that hold from these times, as in PositionValues.
 
-    A first value shortly after the begin holds from the begin. The value of a joint in an array is
+    A first value shortly after the start holds from the start. The value of a joint in an array is
     the last number that was read.
     """
     times_s = samples.times_s.copy()
@@ -202,7 +202,7 @@ def ghost_arrow_entries(
     packed: Packed,
     span: PageSpan,
 ) -> List[Dict[str, Any]]:
-    """Return the arrows of the reference run, which already have the times of the recording."""
+    """Return the arrows of the reference run, already on the time base of the recording."""
     found = []
     for arrow in arrows:
         device, entry = _device_of(cell, arrow), _entry(arrow, places, packed, span)

@@ -21,7 +21,7 @@ _TURN_STEPS = 32_767
 
 
 class PageSpan(NamedTuple):
-    """A part of a recording [s from its begin]."""
+    """A part of a recording [s from its start]."""
 
     begin_s: float
     end_s: float
@@ -203,7 +203,7 @@ def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:
-    """Return a place at other times (n,); outside its own times it stands still."""
+    """Return a place at other times (n,); outside its own times, the first or last pose holds."""
     positions, turns = _whole(place)
     if not place.is_between:
         held = rows_held(place.times_s, times_s)
@@ -263,7 +263,7 @@ def joints_without_data(kinematics: Kinematics, known: Collection[str]) -> List[
 
 
 def shown_spans(track: JointTrack) -> List[Tuple[float, float]]:
-    """Return begin and end [s] of each part of a track with positions."""
+    """Return start and end [s] of each part of a track with positions."""
     known = np.concatenate(([False], np.isfinite(track.positions).all(axis=1), [False]))
     edges = np.flatnonzero(np.diff(known.astype(np.int8))).reshape(-1, 2)
     return [(float(track.times_s[begin]), float(track.times_s[end - 1])) for begin, end in edges]

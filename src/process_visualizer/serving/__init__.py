@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of a running cell: what the cell says, and the web server that shows it."""
+"""The page of a running cell: the cell's messages, and the web server that shows them."""

@@ -165,7 +165,7 @@ class CellAlarms:
 
 
 def _watch_conditions(said: Sequence[str]) -> List[Condition]:
-    """Return what scene_watch marks in the scene, except hanging nodes: /diagnostics has those."""
+    """Return the conditions marked by scene_watch, except hanging nodes (see /diagnostics)."""
     found = []
     for line in said:
         device, separator, what = line.partition(': ')

@@ -239,7 +239,7 @@ def verdict_entry(text: str) -> Dict[str, Any]:
     """Return the launcher's verdict on the running cell; {} if there is none.
 
     ``text`` is JSON: text, state (good, poor, plain), reference, departed (device, label, amount,
-    begin [s since the epoch]), and optionally lost (device and label of the channels that cannot be
+    start [s since the epoch]), and optionally lost (device and label of the channels that cannot be
     judged now).
     """
     try:
