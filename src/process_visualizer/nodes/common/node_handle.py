@@ -2,24 +2,20 @@
 """A node's connection to ROS and to the clocks, in one object that a test can replace."""
 from __future__ import annotations
 
-import functools
 import logging
 import os
 import signal
-import socket
-import struct
 import sys
 import threading
 import time
 from typing import Any, Callable, Iterator, List, NoReturn, Optional, Tuple
 
 import rospy
-from rosgraph.xmlrpc import ThreadingXMLRPCServer
 from rospy.impl.paramserver import get_param_server_cache
-from rospy.impl.tcpros_base import TCPServer
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.common.node_server import serve_patiently
 from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from process_visualizer.shown_text import shown
@@ -29,14 +25,9 @@ _SHOWN_CHARACTERS = 100
 
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
-_RETRY_S = 0.5
-_GREETING_S, _MOST_GREETINGS, _MAX_HEADER_BYTES = 10, 100, 1 << 16
-_LENGTH, _GREETING_TIME = struct.Struct('<I'), struct.Struct('ll')
-_Handler = Callable[[socket.socket, Any], None]
 _SHUTDOWN_S = 5.0
-"""Enough to unregister many topics while a busy master hears that from all nodes at once: a node
-that ends before stays in the master's list. Less than the 15 s after which roslaunch kills it."""
-"""For the whole shutdown, which includes unregistering at the master and at every node."""
+"""Limit of the whole shutdown. It is enough to unregister many topics at a busy master, in whose list
+a node would otherwise stay, and less than the 15 s after which roslaunch kills the process."""
 
 
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:
@@ -46,7 +37,7 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
     the thread that the signal interrupts. If that thread is just asking the master, it holds the
     lock that unregistering needs, and waits for itself for ever.
     """
-    keep_serving()
+    serve_patiently()
     received = threading.Event()
 
     def shut_down() -> None:
@@ -62,90 +53,6 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
         if not rospy.is_shutdown():
             raise
         end_process(0)
-
-
-def keep_serving() -> None:
-    """Let nothing from outside stop rospy's two servers in this process.
-
-    rospy's threads end at a shortage of memory, threads or files, and the one that accepts
-    connections waits for whoever connects and says nothing. So for ever no other node would be
-    connected and no service called, though the process goes on.
-    """
-    if not hasattr(TCPServer.run, '__wrapped__'):
-        begin = TCPServer.__init__
-
-        def begin_patiently(server: Any, inbound_handler: _Handler, port: int = 0) -> None:
-            begin(server, _beside_others(inbound_handler), port)
-
-        TCPServer.__init__ = begin_patiently
-        TCPServer.run = _surviving(TCPServer.run, lambda it: bool(it.is_shutdown))
-        ThreadingXMLRPCServer.serve_forever = _surviving(
-            ThreadingXMLRPCServer.serve_forever, lambda it: it.socket.fileno() < 0)
-
-
-def _surviving(run: Callable[..., None], is_over: Callable[[Any], bool]) -> Callable[..., None]:
-    """The loop of a server, which is begun again when it fails, until the server is over."""
-    @functools.wraps(run)
-    def run_on(server: Any, *arguments: Any) -> None:
-        problem: Optional[Exception] = None
-        while True:
-            try:
-                if problem is not None:
-                    time.sleep(_RETRY_S)
-                    rospy.logerr('a connection was lost, and others may have been: %s. If this '
-                                 'goes on, start the node again', shown(repr(problem)))
-                run(server, *arguments)
-                return
-            except Exception as error:  # of any kind: each is told, also that of telling one
-                if is_over(server):
-                    raise
-                problem = error
-
-    return run_on
-
-
-def _beside_others(handler: _Handler) -> _Handler:
-    """Return what handles each connection in a thread of its own, if it says in time who it is."""
-    room = threading.BoundedSemaphore(_MOST_GREETINGS)
-
-    def greet(connection: socket.socket, address: Any) -> None:
-        try:
-            if _has_header(connection):
-                handler(connection, address)
-            else:
-                connection.close()
-        finally:
-            room.release()
-
-    def handle(connection: socket.socket, address: Any) -> None:
-        if not room.acquire(blocking=False):
-            connection.close()
-            return
-        try:
-            threading.Thread(target=greet, args=(connection, address), daemon=True).start()
-        except RuntimeError:
-            room.release()
-            connection.close()
-            raise
-
-    return handle
-
-
-def _has_header(connection: socket.socket) -> bool:
-    """Wait for the whole header of a connection, for a limited time; it stays to be read."""
-    whole = socket.MSG_PEEK | socket.MSG_WAITALL
-    try:
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(
-            _GREETING_S, 0))
-        size = connection.recv(_LENGTH.size, whole)
-        if len(size) < _LENGTH.size or _LENGTH.unpack(size)[0] > _MAX_HEADER_BYTES:
-            return False
-        end = _LENGTH.size + _LENGTH.unpack(size)[0]
-        is_whole = len(connection.recv(end, whole)) == end
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(0, 0))
-    except OSError:  # it has gone, or said nothing
-        return False
-    return is_whole
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:

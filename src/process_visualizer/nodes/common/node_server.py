@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The server of a rospy node to which other nodes connect for topics and services.
+
+rospy's own server ends at a shortage of memory, threads or files, although its process goes on, and
+while a connection sends no header, all others wait.
+"""
+from __future__ import annotations
+
+import errno
+import socket
+import struct
+import threading
+import time
+from typing import Any
+
+import rospy
+from rospy.impl.tcpros_base import TCPServer, init_tcpros_server
+
+from process_visualizer.shown_text import shown
+
+_RETRY_S = 0.5
+_HEADER_WITHIN_S, _MAX_WAITING, _MAX_HEADER_BYTES = 10, 100, 1 << 16
+_LENGTH, _SOCKET_TIMEOUT = struct.Struct('<I'), struct.Struct('ll')
+
+
+class NodeServer(TCPServer):  # type: ignore[misc]
+    """Passes each connection on in a thread of its own, once its header has arrived."""
+
+    def __init__(self, inbound_handler: Any) -> None:
+        """Listen; ``inbound_handler`` takes a connection and the address of the other side."""
+        super().__init__(self._handle)
+        self._inbound_handler = inbound_handler
+        self._room = threading.BoundedSemaphore(_MAX_WAITING)
+
+    def run(self) -> None:
+        """Accept connections until the shutdown, also after a shortage."""
+        while not self.is_shutdown:
+            try:
+                super().run()
+            except (OSError, MemoryError, RuntimeError) as error:
+                if self.is_shutdown or getattr(error, 'errno', None) == errno.EBADF:
+                    return
+                rospy.logerr('a connection was lost, and others may have been: %s. If this goes '
+                             'on, start the node again', shown(repr(error)))
+                time.sleep(_RETRY_S)  # a shortage does not end sooner because of another try
+
+    def _handle(self, connection: socket.socket, address: Any) -> None:
+        if not self._room.acquire(blocking=False):
+            connection.close()
+            return
+        try:
+            threading.Thread(target=self._greet, args=(connection, address), daemon=True).start()
+        except RuntimeError:
+            self._room.release()
+            connection.close()
+            raise
+
+    def _greet(self, connection: socket.socket, address: Any) -> None:
+        try:
+            if _has_header(connection):
+                self._inbound_handler(connection, address)
+            else:
+                connection.close()
+        finally:
+            self._room.release()
+
+
+def _has_header(connection: socket.socket) -> bool:
+    """Wait a limited time for the whole header of a connection, and leave it to be read."""
+    whole = socket.MSG_PEEK | socket.MSG_WAITALL
+    try:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(
+            _HEADER_WITHIN_S, 0))
+        size = connection.recv(_LENGTH.size, whole)
+        if len(size) < _LENGTH.size or _LENGTH.unpack(size)[0] > _MAX_HEADER_BYTES:
+            return False
+        end = _LENGTH.size + _LENGTH.unpack(size)[0]
+        is_whole = len(connection.recv(end, whole)) == end
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(0, 0))
+    except OSError:  # the other side has gone, or sent nothing
+        return False
+    return is_whole
+
+
+def serve_patiently() -> None:
+    """Give this process such a server; to be called before ``rospy.init_node``."""
+    server = init_tcpros_server()
+    server.tcp_ros_server = NodeServer(server._tcp_server_callback)
+    server.tcp_ros_server.start()
