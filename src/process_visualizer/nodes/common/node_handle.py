@@ -26,8 +26,8 @@ _SHOWN_CHARACTERS = 100
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
 _SHUTDOWN_S = 5.0
-"""Limit of the whole shutdown. It is enough to unregister many topics at a busy master, in whose list
-a node would otherwise stay, and less than the 15 s after which roslaunch kills the process."""
+"""Limit of the whole shutdown. It is enough to unregister many topics at a busy master, in whose
+list a node would otherwise stay, and less than the 15 s after which roslaunch kills it."""
 
 
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:

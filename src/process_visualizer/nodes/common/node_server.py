@@ -23,7 +23,7 @@ _HEADER_WITHIN_S, _MAX_WAITING, _MAX_HEADER_BYTES = 10, 100, 1 << 16
 _LENGTH, _SOCKET_TIMEOUT = struct.Struct('<I'), struct.Struct('ll')
 
 
-class NodeServer(TCPServer):  # type: ignore[misc]
+class NodeServer(TCPServer):
     """Passes each connection on in a thread of its own, once its header has arrived."""
 
     def __init__(self, inbound_handler: Any) -> None:
