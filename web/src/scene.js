@@ -100,7 +100,7 @@ export class CellScene {
    * @param {import('./packed.js').Columns} columns
    */
   show(page, run, columns) {
-    this.world.clear();
+    this.release();
     this.labels.replaceChildren();
     this.page = page;
     this.columns = columns;
@@ -118,6 +118,18 @@ export class CellScene {
     this.tools = Object.entries(run.tools);
     this.blocks = new Map();
     this.floor = null;
+    this.floorParts = 0;
+  }
+
+  /** Removes everything that is shown, and frees its memory on the graphics card. */
+  release() {
+    const kept = new Set([this.arrowShape, this.plain, ...this.geometries.values()]);
+    this.world.traverse((/** @type {any} */ it) => {
+      for (const owned of [it.geometry, it.material]) {
+        if (owned && !kept.has(owned)) owned.dispose();
+      }
+    });
+    this.world.clear();
   }
 
   /** @param {any} part  @param {any} material */
@@ -231,7 +243,8 @@ export class CellScene {
     for (const cloud of this.clouds) this.setCloud(cloud, time);
     this.setObjects(time);
     this.drawGhost(time);
-    if (this.floor === null) this.addFloor();
+    const count = this.parts.filter((/** @type {any} */ it) => it.mesh.visible).length;
+    if (this.floor === null || count > this.floorParts) this.addFloor(count);
     this.renderer.render(this.scene, this.camera);
     this.drawLabels(time, numbers);
   }
@@ -248,8 +261,11 @@ export class CellScene {
     for (const it of deviations) setDeviation(it, time, this.ghost.style, this.showsGhost);
   }
 
-  addFloor() {
+  /** Lays a floor below the cell.  @param {number} count  of the parts that are in view */
+  addFloor(count) {
+    this.floor?.removeFromParent();
     this.floor = new Group();
+    this.floorParts = count;
     const box = this.bounds(false);
     if (box.isEmpty()) return;
     const size = Math.ceil(2 * Math.max(box.max.x - box.min.x, box.max.y - box.min.y) + 1);

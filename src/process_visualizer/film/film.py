@@ -27,6 +27,7 @@ _FILM = 'film'
 _MOVE_S = 1.5
 """Duration in a film of a camera move from one view to the next."""
 _MAX_FRAMES = 60_000
+_MAX_WORDS = 2000  # of ffmpeg
 _ENCODERS: Dict[str, Tuple[str, ...]] = {
     '.mp4': ('-filter_complex', 'tile={0}x1', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf',
              '18', '-movflags', '+faststart', '-f', 'mp4'),
@@ -228,19 +229,20 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
         chosen, shots = beside_good(chosen, frames)
     table = io.StringIO()
     with whole_file(path) as unfinished, ExitStack() as stack:
+        said = stack.enter_context(tempfile.TemporaryFile())  # a pipe would have to be read
         process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished,
-                                               len(shots[0])))
+                                               len(shots[0]), said))
         try:
             _draw(chosen, style, shots, _pipe(process), table, on_frame, _MOVE_S * speed)
         except BrokenPipeError:
-            raise ValueError(f'ffmpeg has ended: {_said(process)}') from None
+            process.wait()
+            raise ValueError(f'ffmpeg has ended: {_words(said)}') from None
         except BaseException:
             process.kill()
             raise
         _pipe(process).close()
-        problem = _said(process)
         if process.wait() != 0:
-            raise ValueError(f'ffmpeg cannot make the film: {problem}')
+            raise ValueError(f'ffmpeg cannot make the film: {_words(said)}')
     write_text(numbers_beside(path), table.getvalue())
     return len(frames)
 
@@ -291,13 +293,13 @@ def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
     writer.writerows(rows)
 
 
-def _encoder(program: str, rate_hz: float, ending: str, path: str,
-             beside: int) -> 'subprocess.Popen[bytes]':
+def _encoder(program: str, rate_hz: float, ending: str, path: str, beside: int,
+             said: IO[bytes]) -> 'subprocess.Popen[bytes]':
     return subprocess.Popen(
         [program, '-y', '-hide_banner', '-loglevel', 'error', '-f', 'image2pipe', '-framerate',
          f'{beside * rate_hz:g}', '-c:v', 'png', '-i', '-',
          *(it.format(beside) for it in _ENCODERS[ending]), path],
-        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said)
 
 
 def _pipe(process: 'subprocess.Popen[bytes]') -> IO[bytes]:
@@ -305,6 +307,6 @@ def _pipe(process: 'subprocess.Popen[bytes]') -> IO[bytes]:
     return process.stdin
 
 
-def _said(process: 'subprocess.Popen[bytes]') -> str:
-    assert process.stderr is not None
-    return process.stderr.read().decode('utf-8', 'replace').strip().replace('\n', '; ')
+def _words(said: IO[bytes]) -> str:
+    said.seek(0)
+    return said.read(_MAX_WORDS).decode('utf-8', 'replace').strip().replace('\n', '; ')

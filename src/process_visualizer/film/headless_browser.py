@@ -11,13 +11,15 @@ import signal
 import subprocess
 import tempfile
 import threading
+from collections import deque
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import IO, Any, Callable, Dict, Tuple
+from typing import IO, Any, Callable, Deque, Dict, Tuple
 
 import websocket
 
 _NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
+_LOADED = 'Page.loadEventFired'
 _LISTENS = re.compile(r'DevTools listening on (ws://\S+)')
 _LIMIT_S = 120.0
 """Time limit for an answer; a large page on a busy computer is slow."""
@@ -42,6 +44,7 @@ class HeadlessBrowser:
             BrowserError: there is no browser, or it does not show the page.
         """
         self._number, self._session = 0, ''
+        self._passed: Deque[str] = deque(maxlen=100)  # events that came before an answer
         with ExitStack() as stack:
             self._socket = _started(stack)
             stack.callback(self._socket.shutdown)
@@ -61,8 +64,10 @@ class HeadlessBrowser:
         Raises:
             BrowserError: the browser does not show it.
         """
+        self._passed.clear()
         self._call('Page.navigate', url=f'{page.absolute().as_uri()}#{fragment}')
-        self._receive(lambda it: it.get('method') == 'Page.loadEventFired')
+        if _LOADED not in self._passed:
+            self._receive(lambda it: it.get('method') == _LOADED)
         self.evaluate('''new Promise((done) => {
           const ask = () => document.documentElement.dataset.ready ? done(true)
             : setTimeout(ask, 20);
@@ -119,6 +124,7 @@ class HeadlessBrowser:
                     raise BrowserError('the browser has ended')
                 if is_wanted(message):
                     return message
+                self._passed.append(message.get('method', ''))
         except (OSError, websocket.WebSocketException) as error:
             raise BrowserError(f'the browser has stopped answering: {error}') from error
 

@@ -54,8 +54,10 @@ class LiveLanes:
             self._epoch_s, self._end = window.epoch_s, 0
         end = round((window.begin_s + window.duration_s) / STEP_S)
         self._move_to(end)
-        for curve in window.curves[:MAX_LANES]:
+        for curve in window.curves:
             key = curve.source.device, curve.source.label, curve.source.topic
+            if not len(curve.low) or (key not in self._lanes and len(self._lanes) >= MAX_LANES):
+                continue
             lane = self._lanes.get(key) or _Lane(curve, *self._empty())
             count = min(len(curve.low), self._count)
             lane.low[-count:], lane.high[-count:] = curve.low[-count:], curve.high[-count:]

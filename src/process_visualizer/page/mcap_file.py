@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 import io
+import itertools
 import re
 from typing import Any, BinaryIO, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
@@ -23,7 +24,7 @@ from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.number_places import transforms_in
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.page.packed import Packed
-from process_visualizer.page.robots import PageSpan
+from process_visualizer.page.robots import PageSpan, rows_held
 from process_visualizer.robot.arrows import GHOST_COLOR
 from process_visualizer.robot.placements import Placements, interpolated
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC, TF_TYPES
@@ -34,6 +35,7 @@ _GHOST = 'ghost/'
 _TURN_STEPS = 32_767
 _TEXT_HEIGHT_M, _TEXT_ABOVE_M = 0.045, 0.06
 _MIN_ARROW_M = 1e-4
+_TICK_S = 1e-9  # a row counts at its own time, whatever its last digit
 _NO_NAME = re.compile(r'[^A-Za-z0-9_]+')
 
 
@@ -126,7 +128,7 @@ class _Shown:
 
     def _moments(self, rate_hz: float) -> np.ndarray:
         begin_s, end_s = self._span
-        return begin_s + np.arange(int((end_s - begin_s) * rate_hz) + 1) / rate_hz
+        return begin_s + np.arange(int((end_s - begin_s) * rate_hz + 1e-6) + 1) / rate_hz
 
     def _time_ns(self, time_s: float) -> int:
         return self._begin_ns + round(time_s * 1e9)
@@ -142,8 +144,13 @@ class _Shown:
         rows = np.hstack((self._columns(entry['positions']),
                           self._columns(entry['turns'], 4) / _TURN_STEPS))
         known_s = self._columns(entry['times'])
-        inside_s = np.clip(times_s, known_s[0], known_s[-1]) if len(known_s) else times_s
-        found = interpolated(inside_s, known_s, rows, np.inf, slice(3, 7))
+        if not len(known_s):
+            return np.full((len(times_s), 7), np.nan)
+        if entry.get('between'):
+            inside_s = np.clip(times_s, known_s[0], known_s[-1])
+            found = interpolated(inside_s, known_s, rows, np.inf, slice(3, 7))
+        else:
+            found = rows[rows_held(known_s, times_s + _TICK_S)]
         found[:, 3:] /= np.maximum(np.linalg.norm(found[:, 3:], axis=1, keepdims=True), 1e-12)
         return found
 
@@ -202,8 +209,7 @@ class _Shown:
             foot = self._places(int(it['footFrame']), times_s)
             turn = self._places(int(it['frame']), times_s)
             feet.append(_placed(foot, np.array([it['foot']], float)))
-            known_s, vectors = self._columns(it['times']), self._columns(it['vectors'], 3)
-            vector = interpolated(times_s, known_s, vectors.astype(float), np.inf)
+            vector = self._vectors(it, times_s)
             turn = np.hstack((np.zeros((len(turn), 3)), turn[:, 3:]))
             tips.append(feet[-1] + _placed(turn, vector))
         texts = [self._number_of(it) for it in self._page.entry['arrows']]
@@ -214,6 +220,17 @@ class _Shown:
                 markers += self._arrow(number, it, feet[number][row], tips[number][row], time_s,
                                        texts[number] if number < len(texts) else None)
             yield self._message(channel, time_s, MarkerArray(markers))
+
+    def _vectors(self, entry: Dict[str, Any], times_s: np.ndarray) -> np.ndarray:
+        """Return an arrow (m, 3) at times; NaN where there is none."""
+        known_s = self._columns(entry['times'])
+        vectors = self._columns(entry['vectors'], 3).astype(float)
+        if entry.get('between'):
+            return interpolated(times_s, known_s, vectors, np.inf)
+        found = np.full((len(times_s), 3), np.nan)
+        is_known = times_s + _TICK_S >= (known_s[0] if len(known_s) else np.inf)
+        found[is_known] = vectors[rows_held(known_s, times_s[is_known] + _TICK_S)]
+        return found
 
     def _arrow(self, number: int, entry: Dict[str, Any], foot: np.ndarray, tip: np.ndarray,
                time_s: float, text: Optional['_Texts']) -> List[Marker]:
@@ -256,8 +273,11 @@ class _Shown:
         """Yield the values of each number, at the times from which they hold."""
         known: Set[str] = set()
         for entry in self._page.entry['numbers']:
-            topic = f'{OWN}/{_name(entry["device"])}/{_name(entry["label"])}'
-            topic = topic if topic not in known else f'{topic}_{len(known)}'
+            name = topic = f'{OWN}/{_name(entry["device"])}/{_name(entry["label"])}'
+            for number in itertools.count(2):
+                if topic not in known:
+                    break
+                topic = f'{name}_{number}'
             known.add(topic)
             channel = channels.of_class(topic, Float64)
             times_s, values = number_rows(entry, self._page.packed)
@@ -286,8 +306,12 @@ class _Texts:
         """Return the text at a time."""
         row = int(np.searchsorted(self._times_s, time_s, side='right')) - 1
         if self._rows is not None:
-            return f'{self._entry["label"]} –' if row < 0 else str(
-                self._entry['texts'][self._rows[row]])
+            if row < 0:
+                return f'{self._entry["label"]} –'
+            age_s, holds_s = time_s - float(self._times_s[row]), self._entry.get('holds')
+            if holds_s is not None and age_s > holds_s:
+                return f'{self._entry["short"]} no data for {age_s:.1f} s'.strip()
+            return str(self._entry['texts'][self._rows[row]])
         form: Dict[str, Any] = self._entry['format']
         value = float(np.interp(time_s, self._times_s, self._values, np.nan, np.nan)) \
             if len(self._times_s) else np.nan

@@ -141,7 +141,8 @@ def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpa
     if not known:
         return RowsOfJoints(np.empty(0), {})
     times_s = np.unique(np.concatenate([it for it, _ in known.values()]))
-    times_s = times_s[::math.ceil(len(times_s) / _MAX_ROWS)]
+    step = math.ceil(len(times_s) / _MAX_ROWS)
+    times_s = times_s if step == 1 else np.append(times_s[:-1:step], times_s[-1])
     return RowsOfJoints(times_s, {
         name: values[rows_held(own_s, times_s)] for name, (own_s, values) in known.items()})
 

@@ -255,7 +255,7 @@ def verdict_entry(text: str) -> Dict[str, Any]:
         state = found['state'] if found['state'] in ('good', 'poor') else 'plain'
         return {'text': str(found['text']), 'state': state, 'reference': str(found['reference']),
                 'departed': departed, 'lost': lost}
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return {}
 
 

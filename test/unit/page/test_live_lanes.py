@@ -11,7 +11,7 @@ import pytest
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.live_curves import COLUMN_S, LiveCurve, LiveWindow
-from process_visualizer.page.live_lanes import STEP_S, LiveLanes
+from process_visualizer.page.live_lanes import MAX_LANES, STEP_S, LiveLanes
 
 FORCE = CurveSource('arm', 'F', 'N', (0.9, 0.0, 0.0), Quantity.FORCE, 'force')
 FEED = CurveSource('arm', 'feed', 'rpm', (0.0, 0.0, 1.0), Quantity.NUMBER, 'feed',
@@ -107,3 +107,14 @@ def test_lanes_have_scale_ticks_and_limits_of_the_launcher() -> None:
     assert force['scale'][0] <= 0.0
     assert force['scale'][1] >= 30.0
     assert [text for _, text in force['ticks']]
+
+
+def test_curves_that_come_later_have_no_room_and_empty_ones_no_lane() -> None:
+    lanes = LiveLanes()
+    for first in (0, MAX_LANES, 2 * MAX_LANES):
+        lanes.take(window(100, *(FORCE._replace(label=str(first + row))
+                                 for row in range(MAX_LANES))))
+    assert len(read(lanes.columns(2.0)).low) == MAX_LANES
+    empty = np.empty(0)
+    lanes.take(LiveWindow(0.0, 20.0, (LiveCurve(FORCE, empty, empty, np.nan),), (), EPOCH_S))
+    assert len(read(lanes.columns(2.0)).low) == MAX_LANES

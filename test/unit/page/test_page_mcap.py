@@ -72,12 +72,12 @@ def test_links_are_where_the_page_has_them(exported: Exported) -> None:
     run = exported.page.data['runs'][0]
     places = {link: number for _, link, number in exported.page.links(0) if number is not None}
     places.update({f'ghost/{it["link"]}': it['place'] for it in run['ghost']['parts']})
-    sent = exported.messages['/tf'][::50] + exported.messages['/tf_static']
+    sent = exported.messages['/tf'][::7] + exported.messages['/tf_static']
     for time_ns, message in sent:
         for it in message.transforms:
             assert it.header.frame_id == 'world' and it.header.stamp.to_nsec() == time_ns
             position, turn = exported.page.place(
-                0, places[it.child_frame_id], (time_ns - first) / 1e9)
+                0, places[it.child_frame_id], (time_ns - first) / 1e9 + 1e-9)
             where, how = it.transform.translation, it.transform.rotation
             assert [where.x, where.y, where.z] == pytest.approx(position.tolist(), abs=2e-4)
             assert abs(np.dot([how.x, how.y, how.z, how.w], turn)) == pytest.approx(1.0, abs=1e-6)

@@ -165,7 +165,9 @@ def test_how_a_departure_has_ended(stage: Stage, lost: List[List[str]], expected
 @pytest.mark.parametrize('text', [
     '', 'x', '[]', '{}', '[' * 100_000, '{"text": ""}', json.dumps({**VERDICT, 'departed': [1]}),
     json.dumps({**VERDICT, 'departed': [['a', 'b', 'c', 'd']]}), json.dumps({'text': 'x' * 30_000}),
-    '{"text": "a", "state": "good", "reference": "b", "departed": [["a", "b", "c", NaN]]}'])
+    '{"text": "a", "state": "good", "reference": "b", "departed": [["a", "b", "c", NaN]]}',
+    '{"text": "a", "state": "good", "reference": "b", "departed": [["a", "b", "c", 1%s]]}' % (
+        '0' * 400)])
 def test_what_is_no_verdict_is_none(text: str) -> None:
     assert verdict_entry(text) == {}
 
