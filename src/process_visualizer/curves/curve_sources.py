@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sources of the curves of a cell: the process variables that are drawn, and how."""
+"""Sources of a cell's curves: the process variables that are drawn, and how."""
 from __future__ import annotations
 
 from enum import Enum
@@ -20,11 +20,11 @@ from process_visualizer.robot.tool_frame import pose_frames
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
     (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), COLORS['orange'], (0.3, 0.5, 0.9))
-"""For topics without a color of their own; the thesis' for its upper edge, lower edge, feed."""
+"""Colors of topics without their own; the thesis has them for upper edge, lower edge, feed."""
 
 
 class Quantity(Enum):
-    """The quantity that a curve shows of a topic."""
+    """The quantity of a topic that a curve shows."""
 
     SPEED = 'speed'  # m/s, from the poses of a tool
     FORCE = 'force'  # N, magnitude
@@ -38,15 +38,15 @@ _CHANNEL_LABELS = {Quantity.SPEED: 'tool speed', Quantity.FORCE: 'tool force'}
 
 
 class CurveSource(NamedTuple):
-    """The source of a curve; ``message_type`` None: any type of message.
+    """The source of a curve; an empty ``message_type`` accepts any type.
 
-    ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
-    ``model`` is named, the tool is that model's: see tool_on_tf. A tool whose driver sends no
-    poses has the topic of the robot's joints, of which its place is computed. A source that is
-    ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
-    ``tolerance`` is how far a run may be from a good one, ``max_tolerance`` how far it may never
-    be; ``value_names`` are what some values are called. Numbers were measured ``latency_s`` before
-    their stamp, or before they came.
+    ``field`` is the message field of a number. ``frames`` are the base and the tool frame of a pose
+    from tf; with a ``model``, the tool is that of the model: see tool_on_tf. For a tool whose
+    driver sends no poses, the topic is that of the robot's joints, from which its place is
+    computed. A ``plain`` source is not configured: it has a curve only if its topic carries plain
+    numbers. ``tolerance`` is the distance allowed from good runs, ``max_tolerance`` a hard limit on
+    it; ``value_names`` name some of the values. Numbers were measured ``latency_s`` before their
+    stamp, or before their arrival.
     """
 
     device: str
@@ -68,15 +68,15 @@ class CurveSource(NamedTuple):
 
     @property
     def channel_label(self) -> str:
-        """Return what a run calls it; arrows and curves are short of room."""
+        """Return the label in a run, which may be longer than beside arrows and curves."""
         return _CHANNEL_LABELS.get(self.quantity, self.label)
 
 
 def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
-    """Return what is drawn of devices, in their order.
+    """Return the sources of the curves of devices, in the order of the devices.
 
-    Of each robot the tool's speed and the force, in the colors of its arrows; every variable;
-    and the recorded topics without a function that turn out to carry one plain number.
+    These are each robot's tool speed and force, in the colors of its arrows; every variable; and
+    the recorded topics without a function that turn out to carry one plain number.
     """
     sources: List[CurveSource] = []
     for device in devices:
@@ -104,7 +104,7 @@ def _robot_sources(device: Device) -> List[CurveSource]:
 
 
 def tool_from_joints(device: Device) -> bool:
-    """Return whether a robot's tool is where model and joints say, as no topic has its pose."""
+    """Return whether model and joints locate a robot's tool, because no topic has its pose."""
     return (device.topic_for(TopicFunction.TOOL_CENTER_FRAME) is None
             and device.topic_for(TopicFunction.JOINT_STATES) is not None
             and device.model is not None)

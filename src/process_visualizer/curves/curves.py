@@ -17,20 +17,19 @@ from process_visualizer.parameters.reading import STALE_AFTER_S
 from process_visualizer.robot.limit_alarms import Limits, limit_alarms
 
 MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
-"""Messages of a topic that are read for each column of its curve, on average, and at all."""
+"""Maximum messages read of a topic: per column of its curve on average, and in total."""
 _MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
-_MAX_INTERVALS = 5000  # between messages, by which it is judged how these are sent
-_HELD_INTERVALS, _HELD_S = 4, 0.3  # in columns a value holds for so many usual ones, or so long
-_MISSING = 2.5  # usual intervals without a message: there is a gap
+_MAX_INTERVALS = 5000  # between messages, from which the habit of a topic is judged
+_HELD_INTERVALS, _HELD_S = 4, 0.3  # usual intervals, or time, for which a column's value holds
+_MISSING = 2.5  # usual intervals without a message that make a gap
 
 
 class Curve(NamedTuple):
-    """A process variable over a recording; ``color`` is red green blue from 0 to 1.
+    """A process variable over a recording; ``color`` is red, green, blue from 0 to 1.
 
-    One column per part of the recording, all as long: ``times_s`` is its middle in s from the
-    beginning, ``low`` and ``high`` the least and greatest value in it, NaN where there is none.
-    Between its messages a variable has the value that holds.
-    ``limits`` are those of the configuration.
+    The columns divide the recording into equal parts: ``times_s`` is the middle of each [s from the
+    beginning], ``low`` and ``high`` are its minimum and maximum, NaN without a value. Between its
+    messages a variable holds its value. ``limits`` are the configured ones.
     """
 
     device: str
@@ -45,7 +44,7 @@ class Curve(NamedTuple):
 
 
 def columns_for(duration_s: float) -> int:
-    """Return how many columns show a recording in detail where it is looked at closely."""
+    """Return the number of columns that show a recording in detail when zoomed in."""
     return min(max(_MIN_COLUMNS, int(duration_s / _COLUMN_S)), _MAX_COLUMNS)
 
 
@@ -55,19 +54,19 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     """Return the curves of devices, without those whose data is not in the recording.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
-    Of a topic with more than MAX_MESSAGES (an hour at 125 Hz has 450 000), or MAX_PER_COLUMN for
-    each column, as many are read, evenly spread: a peak between them may be missed.
-    Messages that cannot be read or do not fit are left out.
+    If a topic has more than MAX_MESSAGES messages (an hour at 125 Hz has 450 000), or more than
+    MAX_PER_COLUMN for each column, only this many are read, evenly spread: a peak between them may
+    be missed. Messages that cannot be read or do not fit are skipped.
 
     Args:
         paths: the bags of one recording.
         devices: see curve_sources.
-        columns: how many columns each curve has; without it see columns_for.
-        on_progress: is called with the part that is done, 0 to 1.
-        is_cancelled: is asked often.
+        columns: the number of columns of each curve; default: see columns_for.
+        on_progress: called with the fraction done, 0 to 1.
+        is_cancelled: called often.
 
     Raises:
-        ReadingCancelled: is_cancelled() has become true.
+        ReadingCancelled: is_cancelled() has returned true.
         BagError: a file cannot be read as a bag.
     """
     with Recording(paths) as recording:
@@ -82,7 +81,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
 
 
 def colored(series: Sequence[Series]) -> List[Series]:
-    """Return the series, with a color each for those that have none of their own."""
+    """Return the series, with a color for each one that has none of its own."""
     plain = [it.source.topic for it in series if it.source.plain]
     return [it._replace(source=it.source._replace(color=plain_color(plain.index(it.source.topic))))
             if it.source.plain else it for it in series]
@@ -90,7 +89,7 @@ def colored(series: Sequence[Series]) -> List[Series]:
 
 def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
     """Return the curve of samples over a recording of some duration."""
-    with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+    with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         times_s, values = sampled(samples)
     is_finite = np.isfinite(values)
     low, high = column_limits(times_s[is_finite], values[is_finite], duration_s, columns)
@@ -105,12 +104,12 @@ def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
 
 def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
                   columns: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the least and the greatest value (columns,) of each part of a duration.
+    """Return the minimum and the maximum (columns,) of each part of a duration.
 
     Args:
-        times_s: (n,), of any order; what lies outside counts to the nearer end.
+        times_s: (n,), in any order; a time outside the duration counts for the nearer end.
         values: (n,).
-        duration_s: is divided into this number of columns of equal length.
+        duration_s: the duration that is divided into columns of equal length.
     """
     low, high = np.full(columns, np.nan), np.full(columns, np.nan)
     if len(times_s):
@@ -127,12 +126,12 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
 def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     """Return the value that holds at each of some times, NaN where the last one is out of date.
 
-    A topic that is sent seldom holds as in the scene (see ``holds_for_s``), one that is sent at a
-    rate only until a few of its messages are missing.
+    A rarely sent topic holds its value as in the scene (see ``holds_for_s``); a topic that is sent
+    at a rate holds it only until a few messages are missing.
 
     Args:
-        times_s: (n,), of any order.
-        values: (n,), NaN of what is no measurement.
+        times_s: (n,), in any order.
+        values: (n,), NaN for what is no measurement.
         at_s: (m,).
     """
     if not len(times_s):
@@ -173,7 +172,7 @@ def _holds_for_s(times_s: np.ndarray) -> float:
 
 
 class RecordedAlarm(NamedTuple):
-    """An alarm of a device, from its begin to its end [s from the beginning]."""
+    """An alarm of a device, from its start to its end [s from the beginning]."""
 
     device: str
     text: str
@@ -183,7 +182,7 @@ class RecordedAlarm(NamedTuple):
 
 def recorded_alarms(devices: Sequence[Device],
                     curves: Sequence[Curve]) -> Tuple[RecordedAlarm, ...]:
-    """Return the alarms of all variables with limits, in the order of time."""
+    """Return the alarms of all variables with limits, in order of time."""
     by_key = {key_of(curve.device, curve.label, curve.topic): curve for curve in curves}
     found: List[RecordedAlarm] = []
     for device in devices:

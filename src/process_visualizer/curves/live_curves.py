@@ -29,21 +29,21 @@ from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 COLUMN_S = 0.02
-"""The duration of a column: a pixel, if half a minute is shown on a screen."""
+"""Duration of a column [s]: about a pixel when a screen shows half a minute."""
 
 
 class RollingColumns:
-    """Least and greatest value of each column; times before the oldest column are forgotten."""
+    """Minimum and maximum of each column; times before the oldest column are forgotten."""
 
     def __init__(self, duration_s: float) -> None:
-        """Keep at least so much, at most twice as much."""
+        """Keep at least this duration [s], and at most twice as much."""
         self._count = int(round(duration_s / COLUMN_S))
         self._begin = 0  # the number of the first column since time 0
         self._low = np.full(2 * self._count, np.nan)
         self._high = self._low.copy()
 
     def add(self, times_s: np.ndarray, values: np.ndarray) -> None:
-        """Take finite values (n,) at times (n,) [s], of any order."""
+        """Add finite values (n,) at times (n,) [s], in any order."""
         if not len(times_s):
             return
         columns = np.floor(times_s / COLUMN_S).astype(np.int64)
@@ -54,9 +54,9 @@ class RollingColumns:
         np.fmax.at(self._high, rows[is_kept], values[is_kept])
 
     def window(self, end: int, count: int, joined: int) -> Tuple[np.ndarray, np.ndarray]:
-        """Return the extremes (count,) of columns that are ``joined`` of ours each.
+        """Return the minima and maxima (count,) of columns that each join ``joined`` stored ones.
 
-        The last one ends before our column with the number ``end``, counted from time 0.
+        The last one ends before the stored column with the number ``end``, counted from time 0.
         """
         rows = np.arange(end - count * joined, end) - self._begin
         is_kept = (rows >= 0) & (rows < len(self._low))
@@ -68,7 +68,7 @@ class RollingColumns:
                 np.fmax.reduce(high.reshape(count, joined), axis=1))
 
     def _make_room(self, column: int) -> None:
-        """Move on until there is room for a column."""
+        """Shift the columns until there is room for a new one."""
         over = column - self._begin - len(self._low) + 1
         if over <= 0:
             return
@@ -81,18 +81,18 @@ class RollingColumns:
 
 
 HEADER_BYTES = 16
-"""Of a record: what stands before the message."""
+"""Size of what precedes the message in a record."""
 
 
 class RecentPart(NamedTuple):
-    """Messages as the recorder hands them out, in the order in which they came.
+    """Messages as the recorder provides them, in the order of their arrival.
 
-    One row per message: the number of its connection, when it arrived [ns since the epoch], and
-    where its record begins and ends in the buffer (uint8).
+    One row per message: the number of its connection, its arrival time [ns since the epoch], and
+    the start and end of its record in the buffer (uint8).
     """
 
-    is_anew: bool  # the recorder has begun anew: what came before does not count
-    connections: Tuple[Connection, ...]  # all that there are, by number
+    is_anew: bool  # the recorder has restarted: earlier messages do not count
+    connections: Tuple[Connection, ...]  # all, by number
     now_ns: int  # the recorder's time [ns since the epoch]
     numbers: np.ndarray
     times_ns: np.ndarray
@@ -106,14 +106,14 @@ class RecentPart(NamedTuple):
         return data
 
 
-_CONTEXT_S = 2.0  # of the past, to know the period of a driver and to join what moves a tool
+_CONTEXT_S = 2.0  # kept of the past, for the period of a driver and to join the parts of a tool
 
 
 class LiveSeries:
-    """Numbers with their times [s] from a beginning.
+    """Numbers of a source with their times [s from a beginning].
 
-    Those of messages that were held up have the times of their stamps; without stamps nobody knows
-    when they were, and they are left out.
+    Numbers of messages that were held up have the times of their stamps; without stamps their times
+    are unknown, and they are left out.
     """
 
     def __init__(self, source: CurveSource, locators: SourceLocators, begin_ns: int) -> None:
@@ -121,15 +121,15 @@ class LiveSeries:
         self._columns = [{number: NumberColumns(locator) for number, locator in part.items()}
                          for part in locators.parts]
         self._context: List[Numbers] = []  # of each part
-        self._known_s = -np.inf  # up to here the numbers have been returned
+        self._known_s = -np.inf  # numbers up to here have been returned
         self._delay_ns: Optional[int] = None  # from the stamp to the arrival, where that is usual
 
     def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Return times (m,) and finite numbers (m,) that follow from messages that have come.
+        """Return times (m,) and finite numbers (m,) from newly arrived messages.
 
-        ``late`` says which messages (bool) of the part were held up.
+        ``late`` marks the messages (bool) of the part that were held up.
         """
-        # a number's position is the time at which it arrived
+        # positions are arrival times here
         batch = RecordBatch(part.buffer, part.times_ns, part.begin, part.end)
         found = []
         for columns in self._columns:
@@ -137,7 +137,7 @@ class LiveSeries:
                 of_connection.add(batch, np.flatnonzero(part.numbers == number))
             numbers = joined_numbers(tuple(it.taken() for it in columns.values()))
             found.append(self._placed(numbers, np.isin(numbers.positions, part.times_ns[late])))
-        with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+        with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
             if self._source.quantity is not Quantity.SPEED:
                 return _finite(*sampled(self._samples(found[0])))
             return self._speeds(found)
@@ -180,7 +180,7 @@ class LiveSeries:
 
 
 def _with_context(old: Numbers, new: Numbers) -> Numbers:
-    """The new numbers after those of the last seconds."""
+    """Return the new numbers, preceded by those of the last seconds."""
     joined = new if old is new else joined_numbers((old, new))
     if not len(joined.positions):
         return joined
@@ -194,7 +194,7 @@ def _finite(times_s: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.nda
     return times_s[is_finite], values[is_finite]
 
 
-_MAX_MESSAGES = 100  # of each publisher of frames
+_MAX_MESSAGES = 100  # kept of each publisher of frames
 
 
 class _Seen(NamedTuple):
@@ -204,9 +204,9 @@ class _Seen(NamedTuple):
 
 
 class SeenMessages:
-    """All connections, and the newest messages of those that tell of frames.
+    """All connections, and the newest messages of those that carry frames.
 
-    It has what ``tool_on_tf`` asks of messages.
+    These are the ``Messages`` that ``tool_on_tf`` needs.
     """
 
     def __init__(self) -> None:
@@ -216,7 +216,7 @@ class SeenMessages:
         self.index = _index((), [])
 
     def add(self, part: RecentPart) -> None:
-        """Take what has come."""
+        """Add newly arrived messages."""
         if part.is_anew:
             self._kept.clear()
         self._connections = part.connections
@@ -249,19 +249,19 @@ def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagInd
 
 
 MAX_S = 600.0
-"""So much is kept."""
+"""Time that is kept [s]."""
 _QUICK_S = 1.5
-"""A value that usually comes within this time is out of date after it."""
-_MAX_COLUMNS = 1500  # of a curve that is shown: what a screen has pixels for
+"""A value that usually arrives within this time is out of date after it [s]."""
+_MAX_COLUMNS = 1500  # of a drawn curve: about the pixels of a screen
 
 
 class LiveCurve(NamedTuple):
-    """A process variable over the last seconds: the extremes of its columns (n,), NaN for none."""
+    """A process variable over the last seconds: minimum and maximum per column (n,), or NaN."""
 
     source: CurveSource
     low: np.ndarray
     high: np.ndarray
-    value: float  # that of now; NaN if there is none yet, or the newest one is out of date
+    value: float  # of now; NaN if there is none yet, or the newest one is out of date
     age_s: float = math.inf  # of the newest value; infinite if there is none yet
 
 
@@ -273,9 +273,9 @@ class LiveMark(NamedTuple):
 
 
 class LiveWindow(NamedTuple):
-    """All curves from ``begin_s`` on [s from the beginning]; it may begin before that, below 0.
+    """All curves from ``begin_s`` on [s from the beginning]; it may lie before 0.
 
-    ``epoch_s`` is the recorder's time of the beginning [s].
+    ``epoch_s`` is the recorder's time at the beginning [s since the epoch].
     """
 
     begin_s: float
@@ -286,7 +286,7 @@ class LiveWindow(NamedTuple):
 
 
 class LiveCurves:
-    """Takes messages as they come; the first one is the beginning of time."""
+    """Collector of curves from messages as they arrive; the first message defines time 0."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
         self._devices = tuple(devices)
@@ -295,10 +295,10 @@ class LiveCurves:
 
     def _clear(self) -> None:
         self._seen = SeenMessages()
-        self._known = 0  # connections that have been looked at
+        self._known = 0  # number of connections examined
         self._begin_ns, self._now_ns = 0, 0
         self._series: Dict[CurveSource, LiveSeries] = {}
-        self._useless: Set[CurveSource] = set()  # not asked for, and no plain numbers
+        self._useless: Set[CurveSource] = set()  # not configured, and no plain numbers
         self._columns: Dict[CurveSource, RollingColumns] = {}
         self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
         self._habits: Dict[CurveSource, SendingHabit] = {}
@@ -313,8 +313,8 @@ class LiveCurves:
         return tuple(sorted(names | {MARKS}))
 
     def add(self, part: RecentPart) -> None:
-        """Take messages that have come."""
-        if part.is_anew or part.now_ns < self._now_ns:  # a simulated time can begin anew, too
+        """Add newly arrived messages."""
+        if part.is_anew or part.now_ns < self._now_ns:  # simulated time can restart, too
             self._clear()
         self._now_ns = part.now_ns
         if not self._begin_ns and len(part.times_ns):
@@ -327,11 +327,11 @@ class LiveCurves:
         self._take_marks(part)
 
     def window(self, duration_s: float) -> LiveWindow:
-        """Return the curves of the last seconds, which end now."""
+        """Return the curves of the last seconds until now."""
         joined = max(1, math.ceil(duration_s / (_MAX_COLUMNS * COLUMN_S) - 1e-9))
         count = int(round(duration_s / (joined * COLUMN_S)))
         now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
-        # a whole number of columns, which stay the same while they move
+        # whole columns, whose contents stay the same while they scroll
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
         curves = tuple(LiveCurve(source, *columns.window(end, count, joined),
                                  *self._value(source, now_s))
@@ -348,7 +348,7 @@ class LiveCurves:
         return value if holds else math.nan, age_s
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
-        """Return what has been seen, in the order of the devices; plain ones with a color each."""
+        """Return the sources with data, in the order of the devices; each plain one has a color."""
         found, plain = [], 0
         for source in self._sources:
             if source in self._columns:
@@ -359,7 +359,7 @@ class LiveCurves:
         return found
 
     def _topics_of(self, source: CurveSource) -> Set[str]:
-        """Its own, and for a tool that may be found by transforms what else moves it."""
+        """Return the topic of a source, and for a tool on tf the topics that may move it."""
         topics = {source.topic}
         device = next((it for it in self._devices if it.name == source.device), None)
         if source.quantity is Quantity.SPEED and device is not None and (
@@ -369,7 +369,7 @@ class LiveCurves:
         return topics
 
     def _locate(self, part: RecentPart) -> None:
-        """Look for sources in connections that are new."""
+        """Look for sources in new connections."""
         new = {it.topic for it in part.connections[self._known:]}
         self._known = len(part.connections)
         if not new or not self._begin_ns:
@@ -407,5 +407,5 @@ class LiveCurves:
 
 
 def _label(data: bytes) -> str:
-    """The text in a std_msgs/String."""
+    """Return the text in a std_msgs/String."""
     return data[4:4 + int.from_bytes(data[:4], 'little')].decode('utf-8', 'replace')

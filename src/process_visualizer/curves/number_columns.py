@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers out of many messages at once, by the places that they have in one of them."""
+"""Numbers from many messages at once, by the places that they have in one of them."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Tuple
@@ -12,7 +12,7 @@ from process_visualizer.bagio.number_places import Locator, NumberPlaces, Place
 from process_visualizer.bagio.recording import RecordBatch
 
 _MAX_PATTERNS = 200
-"""Of the records of one connection; messages that differ from all of these are left out."""
+"""Maximum record layouts of one connection; messages of any other layout are skipped."""
 
 
 class Numbers(NamedTuple):
@@ -24,19 +24,19 @@ class Numbers(NamedTuple):
 
 
 class NumberColumns:
-    """Collects the numbers of the messages of one connection, batch by batch.
+    """Collector of the numbers in the messages of one connection, batch by batch.
 
-    A message is understood once; all that are built like it are read together, by numpy.
+    One message of each layout is parsed; all others with that layout are read together by numpy.
     """
 
     def __init__(self, locator: Locator) -> None:
-        """Take what knows the messages' type."""
+        """Take the locator for the type of the messages."""
         self._locator = locator
         self._patterns: List[_Pattern] = []
         self._found: List[Numbers] = []
 
     def add(self, batch: RecordBatch, rows: np.ndarray) -> None:
-        """Take some rows (int) of a batch: records of the connection."""
+        """Add rows (int) of a batch, which are records of the connection."""
         for pattern in self._patterns:
             rows = self._take(pattern, batch, rows)
         while len(rows) and len(self._patterns) < _MAX_PATTERNS:
@@ -48,7 +48,7 @@ class NumberColumns:
                 rows = self._take(pattern_of_first, batch, rows)
 
     def numbers(self) -> Numbers:
-        """Return what has been found, finite values only, in no particular order."""
+        """Return the numbers found, finite values only, in no particular order."""
         if not self._found:
             return Numbers(np.empty(0, np.int64), np.empty((0, self._locator.number_count)),
                            np.empty(0, np.int64))
@@ -57,7 +57,7 @@ class NumberColumns:
         return Numbers(*(column[good] for column in joined))
 
     def taken(self) -> Numbers:
-        """Return what has been found since this was last asked."""
+        """Return the numbers found since the last call."""
         numbers = self.numbers()
         self._found = []
         return numbers
@@ -85,7 +85,7 @@ class NumberColumns:
 
 
 class _Pattern:
-    """A record that others are compared with: its lengths, and what its places depend on."""
+    """The layout of a record, to compare others with: lengths, and what its places depend on."""
 
     def __init__(self, record: memoryview, data_begin: int, places: NumberPlaces) -> None:
         fixed = [(0, 4), (data_begin - 4, data_begin)]
@@ -99,7 +99,7 @@ class _Pattern:
         self._size = max([int(self._columns.max()) + 1, *(data_begin + end for end in ends)])
 
     def fits(self, batch: RecordBatch, rows: np.ndarray) -> np.ndarray:
-        """Return which rows (bool) are built like this one."""
+        """Return which rows (bool) have this layout."""
         begin = batch.begin[rows]
         fits: np.ndarray = batch.end[rows] - begin >= self._size
         found = batch.buffer[begin[fits][:, np.newaxis] + self._columns]
@@ -107,7 +107,7 @@ class _Pattern:
         return fits
 
     def numbers(self, batch: RecordBatch, rows: np.ndarray) -> Numbers:
-        """Return the numbers in rows that fit."""
+        """Return the numbers in rows that have this layout."""
         begin = batch.begin[rows] + self._data_begin
         values = [_column(batch.buffer, begin, place) for place in self.places.numbers]
         return Numbers(batch.positions[rows], np.stack(values, axis=1), self._stamps(batch, begin))
@@ -122,7 +122,7 @@ class _Pattern:
 
 
 def _column(buffer: np.ndarray, begin: np.ndarray, place: Place) -> np.ndarray:
-    """The numbers (n,) float64 at a place behind some bytes of a buffer."""
+    """Return the numbers (n,) float64 at a place after each of some positions in a buffer."""
     kind = np.dtype(place.kind)
     found = buffer[begin[:, np.newaxis] + np.arange(place.offset, place.offset + kind.itemsize)]
     return found.view(kind)[:, 0].astype(float)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The values of the process variables at a position of a recording, as the scene there has them."""
+"""Values of the process variables at a position of a recording, as the scene shows them there."""
 from __future__ import annotations
 
 from functools import partial
@@ -22,19 +22,19 @@ from process_visualizer.robot.kinematics import Joint
 from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity
 
 _NS_PER_S = 1_000_000_000
-_MAX_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
-_SELDOM = 3  # fewer messages around a position do not tell where a joint is
+_MAX_UNUSABLE = 200  # consecutive unusable messages of a topic that are examined
+_SELDOM = 3  # with fewer messages around a position, a joint's place is not known from them
 
 Key = Tuple[str, str, str]
 
 
 def key_of(device: str, label: str, topic: str) -> Key:
-    """Return what a curve and its value at a position have in common."""
+    """Return the key that a curve shares with its value at a position."""
     return device, label, topic
 
 
 class _Numbers(NamedTuple):
-    """The numbers of a message, and its stamp [ns]; 0: none."""
+    """The numbers of a message, and its stamp [ns]; 0 without one."""
 
     values: Tuple[float, ...]
     stamp_ns: int
@@ -48,10 +48,10 @@ class _Row(NamedTuple):
 
 
 class PositionValues:
-    """Reads single messages around a position, none twice in a row; for one thread.
+    """Reader of single messages around a position, which keeps the last ones; for one thread.
 
-    A speed is the slope of the poses before and after the position, that of the arrow; a force or
-    a number is that of the last message.
+    A speed is the slope of the poses before and after the position, as for the arrow; a force or a
+    number comes from the last message.
     """
 
     def __init__(self, paths: Sequence[str], devices: Sequence[Device]) -> None:
@@ -69,13 +69,13 @@ class PositionValues:
         self._recording.close()
 
     def at(self, position_s: float) -> Dict[Key, Optional[float]]:
-        """Return the values at a position [s from the beginning]; None where there is none."""
+        """Return the values at a position [s from the beginning]; None for those without one."""
         time_ns = self._recording.begin_ns + round(position_s * _NS_PER_S)
         return {topic.key: topic.value(time_ns) for topic in self._topics}
 
 
 class _Topic:
-    """A source and what its messages hold; the last ones that were read are kept."""
+    """A source and the numbers in its messages; those read last are kept."""
 
     def __init__(self, recording: Recording, source: CurveSource,
                  devices: Sequence[Device]) -> None:
@@ -84,7 +84,7 @@ class _Topic:
         self._locators = source_locators(recording, source, devices)
         self._positions = recording.index.positions_of(self._locators.connections)
         self._kept: Dict[_Row, Optional[_Numbers]] = {}
-        self._whole: Dict[int, Numbers] = {}  # by part, of joints that seldom come
+        self._whole: Dict[int, Numbers] = {}  # by part, of rarely sent joints
         self._period_s = 0.0
         if source.quantity is Quantity.SPEED:
             self._period_s = topic_period_s(recording, self._locators.connections)
@@ -95,7 +95,7 @@ class _Topic:
 
     def value(self, time_ns: int) -> Optional[float]:
         """Return the value at a bag time [ns]."""
-        time_ns += round(self._source.latency_s * _NS_PER_S)  # what was measured then
+        time_ns += round(self._source.latency_s * _NS_PER_S)  # numbers measured then arrive later
         if self._source.quantity is Quantity.SPEED:
             return self._speed(time_ns)
         numbers = self._last(time_ns)
@@ -137,9 +137,10 @@ class _Topic:
             self._recording.index, tuple(self._locators.parts[part]), *_around(time_ns))]
 
     def _with_rests(self, parts: Sequence[Numbers], time_ns: int) -> Sequence[Numbers]:
-        """The numbers around a time, with those before and behind of joints that seldom come.
+        """Return the numbers around a time; rarely sent joints also get their neighbors.
 
-        They are sent when they move: while others come, they are where they were.
+        Such joints are sent only when they move: while other joints arrive, they stay where they
+        were.
         """
         path = self._locators.path
         if path is None or max(len(it.positions) for it in parts) < _SELDOM:
@@ -159,7 +160,7 @@ class _Topic:
         return Numbers(*(column[rows] for column in whole))
 
     def _read(self, part: int, rows: Sequence[_Row]) -> Numbers:
-        """Return what some messages hold of a part of the source that can be used."""
+        """Return the usable numbers of a part of the source in some messages."""
         width = next(iter(self._locators.parts[part].values())).number_count
         found = [(row.position, numbers) for row in rows
                  for numbers in [self._numbers(row)] if numbers is not None]
@@ -168,7 +169,7 @@ class _Topic:
                        np.array([it.stamp_ns for _, it in found], np.int64))
 
     def _numbers(self, row: _Row) -> Optional[_Numbers]:
-        """Return what a message holds of a part of the source; None if nothing usable."""
+        """Return the numbers of a part of the source in a message; None if they are not usable."""
         if row not in self._kept:
             try:
                 data = self._recording.message(row.position)
@@ -183,7 +184,7 @@ class _Topic:
 
 
 def _around(time_ns: int) -> Tuple[int, int]:
-    """From when to when [bag ns] messages tell of the velocity at a time."""
+    """Return the bag times [ns] between which messages determine the velocity at a time."""
     margin_ns = round(MARGIN_S * _NS_PER_S)
     return time_ns - margin_ns, time_ns + margin_ns
 

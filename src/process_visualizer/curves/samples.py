@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The numbers of process variables over a whole recording, read in bulk."""
+"""Numbers of process variables over a whole recording, read in bulk."""
 from __future__ import annotations
 
 from functools import partial
@@ -18,21 +18,22 @@ from process_visualizer.ros_names import JOINT_STATE
 
 
 class ReadingCancelled(Exception):
-    """The numbers are not wanted any more."""
+    """Reading was canceled: the numbers are no longer wanted."""
 
 
 class Series(NamedTuple):
-    """A source, and what finds its numbers in the messages of a recording."""
+    """A source, and the locators of its numbers in the messages of a recording."""
 
     source: CurveSource
     locators: SourceLocators
 
 
 class Samples(NamedTuple):
-    """The numbers of a source: ``values`` (n, k) at ``times_s`` (n,) from the recording's begin.
+    """The numbers of a source: ``values`` (n, k) at ``times_s`` (n,) from the recording's start.
 
-    Of a tool they are its positions x y z in its base, at the times at which they were measured,
-    rising; of a force or torque its components; of a lag where a joint shall be, and where it is.
+    For a tool, these are its positions x y z in its base, at the times of measurement, ascending;
+    for a force or torque, its components; for a lag, the desired and the actual position of a
+    joint.
     """
 
     source: CurveSource
@@ -42,7 +43,7 @@ class Samples(NamedTuple):
 
 def found_series(recording: Recording, sources: Sequence[CurveSource],
                  devices: Sequence[Device]) -> List[Series]:
-    """Return the sources that a recording has; may load the devices' models."""
+    """Return the series of sources that a recording has; may load the devices' models."""
     found = [Series(source, source_locators(recording, source, devices)) for source in sources]
     return [it for it in found if it.locators.connections]
 
@@ -51,22 +52,22 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
                  on_progress: Optional[Callable[[float], None]] = None,
                  is_cancelled: Callable[[], bool] = lambda: False,
                  by_stamp: bool = False) -> List[Samples]:
-    """Return the numbers of some series, in their order.
+    """Return the numbers of some series, in the order of the series.
 
-    Only the parts of the files that hold wanted messages are read (of compressed bags, the
-    chunks). Messages that cannot be read or do not fit are left out.
+    Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
+    Messages that cannot be read or do not fit are skipped.
 
     Args:
         recording: to read.
         series: of this recording.
-        most: messages of a topic that are read, evenly spread; default: all.
-        on_progress: is called with the part that is done, 0 to 1.
-        is_cancelled: is asked often.
-        by_stamp: whether numbers belong to the time of their message's stamp, where it has one
-            that can be right, instead of that at which it was recorded.
+        most: maximum messages read of a topic, evenly spread; default: all.
+        on_progress: called with the fraction done, 0 to 1.
+        is_cancelled: called often.
+        by_stamp: use the time of a message's stamp, if it has a plausible one, instead of the
+            time at which it was recorded.
 
     Raises:
-        ReadingCancelled: is_cancelled() has become true.
+        ReadingCancelled: is_cancelled() has returned true.
         BagError: a file cannot be read as a bag.
     """
     columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
@@ -81,7 +82,7 @@ def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
 
     Args:
         recording: to read.
-        part: what finds the numbers, by connection.
+        part: locators of the numbers, by connection.
 
     Raises:
         BagError: a file cannot be read as a bag.
@@ -92,7 +93,7 @@ def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
 
 
 def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (m,) and the plain number (m,) that a curve shows of samples."""
+    """Return times [s] (m,) and the plain numbers (m,) that a curve shows of samples."""
     if samples.source.quantity is Quantity.SPEED:
         return speeds(samples.times_s, samples.values)
     if samples.source.quantity is Quantity.NUMBER:
@@ -103,7 +104,7 @@ def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def _difference(samples: Samples) -> np.ndarray:
-    """How far the first numbers are ahead of the second; of angles, less than half a turn."""
+    """Return the first numbers minus the second ones; for angles, within half a turn."""
     ahead: np.ndarray = samples.values[:, 0] - samples.values[:, 1]
     if samples.source.unit != 'rad':
         return ahead
@@ -136,8 +137,8 @@ _GOLDEN = 0.6180339887498949
 def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) -> np.ndarray:
     """Return a limited number of the positions, evenly spread.
 
-    Joint states of several groups of joints ``may_take_turns``: then not every second or third
-    one, which would always be that of the same group.
+    If messages ``may_take_turns``, as joint states of several groups of joints do, the distances
+    vary: every second or third message would always be that of the same group.
     """
     if most is None or len(positions) <= most:
         return positions
@@ -151,7 +152,7 @@ def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) ->
 def _samples(recording: Recording, series: Series,
              parts: Sequence[Dict[int, NumberColumns]], by_stamp: bool) -> Samples:
     numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
-    with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+    with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         joined = series.locators.joined(partial(measured_s, recording), numbers)
     by_stamp = series.source.quantity is Quantity.SPEED or by_stamp and bool(
         (joined.stamps_ns > 0).any())

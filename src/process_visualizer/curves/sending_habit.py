@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long a value holds before it is out of date, judged by how its topic is usually sent.
+"""Time for which a value holds before it is out of date, judged by how its topic is usually sent.
 
-A driver that sends at a rate has stopped when it is silent for longer than usual. One that sends
-when a value changes may be silent for as long as it likes.
+A driver that sends at a rate has stopped when it is silent for longer than usual. A driver that
+sends when a value changes may be silent for any time.
 """
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from typing import Deque, Optional, Sequence, Tuple
 
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
-_EVEN, _SLACK = 1.5, 3.0  # longest interval to a short one; silence to the longest interval
+_EVEN, _SLACK = 1.5, 3.0  # ratios: longest to a short interval; silence to longest interval
 
 
 def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
-    """Return how long [s] a value holds; infinite if its topic has no rate that is known.
+    """Return how long [s] a value holds; infinite if its topic has no known rate.
 
     Args:
-        intervals_s: between the messages of the topic.
-        quick_s: what usually comes within this time holds for no longer than that.
+        intervals_s: times between the messages of the topic.
+        quick_s: a value that usually arrives within this time holds for no longer than that.
     """
     known_s = sorted(intervals_s)
     if len(known_s) < _MIN_INTERVALS:
         return math.inf
     if sum(it for it in known_s if it <= quick_s) >= _MAINLY * sum(known_s):
         return quick_s
-    slow_s = [it for it in known_s if it > quick_s]  # between bursts, where it sends in such
+    slow_s = [it for it in known_s if it > quick_s]  # between bursts, if there are any
     is_even = len(slow_s) >= _MIN_INTERVALS and slow_s[-1] <= _EVEN * slow_s[len(slow_s) // 4]
     return _SLACK * slow_s[-1] if is_even else math.inf
 
 
 class SendingHabit:
-    """Learns the habit of a topic from its messages as they come."""
+    """Learner of the habit of a topic from its messages as they arrive."""
 
-    _WINDOW = 500  # intervals; of a fast topic they soon forget a moment in which it was held up
+    _WINDOW = 500  # intervals; of a fast topic, a moment when it was held up is soon forgotten
 
     def __init__(self) -> None:
         """Begin without messages."""
@@ -43,14 +43,15 @@ class SendingHabit:
         self._intervals_s: Deque[float] = deque(maxlen=self._WINDOW)
 
     def add(self, time_s: float, segment: int = 0) -> None:
-        """Take the time [s] of a message, and the part of playback that has no jump in it.
+        """Add the time [s] of a message, and the segment of playback without a jump that it is in.
 
-        What is sent again after a jump, or while the clock stands, is no habit of the topic.
+        Messages that are sent again after a jump, or while the clock stands still, say nothing
+        about the habit of the topic.
         """
         if self._last is not None and self._last[1] == segment and time_s != self._last[0]:
-            self._intervals_s.append(abs(time_s - self._last[0]))  # it may run backwards
+            self._intervals_s.append(abs(time_s - self._last[0]))  # playback may run backwards
         self._last = time_s, segment
 
     def holds_for_s(self, quick_s: float) -> float:
-        """Return how long [s] the last value holds, see the function."""
+        """Return how long [s] the last value holds; see the function of this name."""
         return holds_for_s(tuple(self._intervals_s), quick_s)

@@ -64,10 +64,11 @@ _Named = Iterator[Tuple[str, Any]]
 
 
 def given_parameters(device: Device, group: str) -> Dict[str, Any]:
-    """Return what <param> and <rosparam> set below a group of a device's namespace, by name.
+    """Return the values that <param> and <rosparam> set below a group of a device, by name.
 
-    Of values that stand elsewhere (files, commands) only YAML files are read. What roslaunch
-    would refuse is left out: then the cell does not run, but a recording can be looked at.
+    Of values that are stored elsewhere (files, commands), only YAML files are read. Values that
+    roslaunch would refuse are skipped: the cell would not run with them, but its recording can be
+    viewed.
     """
     begin = ns_join(f'/{device.name}', group) + '/'
     return {name[len(begin):]: value for element in device.parameters
@@ -102,7 +103,7 @@ def _loaded(text: str) -> Any:
 
 
 def _values(name: str, value: Any) -> _Named:
-    """Yield each value of a group by its whole name."""
+    """Yield each value of a group by its full name."""
     if not isinstance(value, dict):
         yield name, value
         return
@@ -113,18 +114,18 @@ def _values(name: str, value: Any) -> _Named:
 # Tool poses in a recording's tf, with the frames that the cell itself adds.
 
 _BLOCKS, _BLOCK = 5, 100
-"""Number of parts of a recording, and of messages of each publisher that are read in each."""
+"""Number of parts of a recording, and of messages of each publisher that are read in each part."""
 
 
 class Messages(Protocol):
-    """Messages that have come: a recording, or what a recorder has in memory."""
+    """Available messages: those of a recording, or those that a recorder has in memory."""
 
     @property
     def index(self) -> BagIndex:
-        """Their connections and times."""
+        """The connections and times of the messages."""
 
     def message(self, position: int) -> memoryview:
-        """Return the bytes of one; raises BagDamaged if it cannot be read."""
+        """Return the bytes of a message; raises BagDamaged if it cannot be read."""
 
 
 Parts = Tuple[Dict[int, Locator], ...]
@@ -132,11 +133,11 @@ Parts = Tuple[Dict[int, Locator], ...]
 
 def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
                connections: Sequence[int]) -> Optional[Tuple[ToolPath, Parts]]:
-    """Return how a tool is found from transforms, and what finds the numbers of its moving parts.
+    """Return the path of transforms to a tool, and the locators of its moving parts.
 
-    Frames that the recording does not have are those of the device's model, which the cell's
-    robot_state_publisher sends; what moves them are the recorded joint states. The model is
-    loaded where it is needed. None where nothing that moves leads to the tool.
+    Frames that the recording lacks come from the device's model, as the cell's
+    robot_state_publisher sends them, moved by the recorded joint states. The model is loaded only
+    if needed. None if no moving part leads to the tool.
     """
     frames = _recorded_frames(messages, connections)
     _add_tool(frames, device)
@@ -156,7 +157,7 @@ def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
 
 
 def _add_tool(frames: FrameSources, device: Device) -> None:
-    """Add the frame in which a configured tool is: cell_frames sends it."""
+    """Add the frame of a configured tool, which cell_frames sends."""
     tool = tool_frame(device, None)
     if device.tool is not None and tool.frame != tool.parent:
         x, y, z, w = (float(it) for it in quaternion_from_ypr(tool.pose.ypr))
@@ -164,7 +165,7 @@ def _add_tool(frames: FrameSources, device: Device) -> None:
 
 
 def joint_matching(device: Device, description: RobotDescription) -> JointMatching:
-    """Return what joint_proc makes of joints, with the offsets that the configuration gives it."""
+    """Return the matching of joints that joint_proc uses, with the configured offsets."""
     prefix = '' if device.model is None else device.model.prefix
     return JointMatching(device.name, list(description.joints),
                          usable_offsets(given_parameters(device, JOINT_OFFSETS)), prefix)
@@ -214,7 +215,7 @@ def _locators(messages: Messages, part: MovingPart, device: Device,
 
 
 def joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
-    """Return what finds a joint's position as joint_proc does: by its name, or in model order."""
+    """Return the locator of a joint's position, as in joint_proc: by name, or in model order."""
     if message_type in NAMED_JOINTS:
         return JointLocator(message_type, matching.names(joint))
     if message_type == FLOAT_ARRAY and joint in matching.joints:
@@ -232,13 +233,14 @@ _PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
     'UInt16', 'UInt32', 'UInt64'))
 
 MeasuringTimes = Callable[[Numbers], np.ndarray]
-"""Returns when numbers (n, k) were measured: (n,) [s] from a beginning."""
+"""Function that returns when numbers (n, k) were measured: (n,) [s from a beginning]."""
 
 
 class SourceLocators(NamedTuple):
     """Locators of a source's numbers: by connection, for each part that they are composed of.
 
-    ``path`` puts together where a tool is of what moves it; without it there is one part.
+    ``path`` computes the place of a tool from the parts that move it; without a path there is one
+    part.
     """
 
     parts: Tuple[Dict[int, Locator], ...]
@@ -246,16 +248,16 @@ class SourceLocators(NamedTuple):
 
     @property
     def connections(self) -> Tuple[int, ...]:
-        """The connections of all parts; none where a part has none."""
+        """The connections of all parts; empty if any part has none."""
         found = {number for part in self.parts for number in part}
         return tuple(sorted(found)) if all(self.parts) else ()
 
     def joined(self, measured: MeasuringTimes, parts: Sequence[Numbers]) -> Numbers:
-        """Return the source's numbers, given those of its parts, and when those were measured.
+        """Return the source's numbers, given those of its parts and the function for their times.
 
-        Of a tool, they are its positions at the times of what moves it: the recorded transform that
-        is the nearest to it, if there is one, else the joint that is sent most often. A joint that
-        is sent only when it moves is where it was, while others come.
+        For a tool, these are its positions at the times of one moving part: the recorded transform
+        nearest to it, if there is one, else the joint that is sent most often. A joint that is sent
+        only when it moves stays where it was while others arrive.
         """
         path = self.path
         if path is None:
@@ -279,25 +281,25 @@ class SourceLocators(NamedTuple):
 
 
 def _comes(times_s: np.ndarray, known_s: np.ndarray) -> np.ndarray:
-    """Return at which times (bool) something came shortly before and after."""
+    """Return the times (bool) with a known value shortly before and after."""
     nothing = np.zeros((len(known_s), 1))
     found: np.ndarray = np.isfinite(interpolated(times_s, known_s, nothing, GAP_S)[:, 0])
     return found
 
 
 _EQUAL = 0.02
-"""So near [rad or m], a joint of which nothing was sent in between has not moved."""
+"""Distance [rad or m] within which a joint has not moved while it was not sent."""
 
 
 def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: MovingPart,
         latest_s: float) -> np.ndarray:
-    """The numbers of a part at times; ``latest_s`` is when a joint came last."""
+    """Return the numbers of a part at times; ``latest_s`` is when any joint arrived last."""
     if isinstance(moving, SentTransform):
         return interpolated(times_s, known_s, values, GAP_S, slice(3, 7))
     if moving.kind == 'continuous':
         values = np.unwrap(values, axis=0)
     ends_s = [*known_s[-2:], latest_s]
-    if len(known_s) == 1 or (len(known_s) and np.diff(ends_s).max() > GAP_S):  # it comes seldom
+    if len(known_s) == 1 or (len(known_s) and np.diff(ends_s).max() > GAP_S):  # rarely sent
         known_s, values = np.append(known_s, latest_s), np.append(values, values[-1:], axis=0)
     return interpolated(times_s, known_s, values, GAP_S, equal=_EQUAL)
 
@@ -313,7 +315,7 @@ def measured_s(recording: Recording, numbers: Numbers,
 
 def source_locators(messages: Messages, source: CurveSource,
                     devices: Sequence[Device]) -> SourceLocators:
-    """Return what finds a source's numbers in messages; may load the device's model."""
+    """Return the locators of a source's numbers in messages; may load the device's model."""
     connections = messages.index.connections
     numbers = messages.index.connections_of(source.topic)
     if source.quantity is Quantity.SPEED:
@@ -333,7 +335,7 @@ def source_locators(messages: Messages, source: CurveSource,
 
 
 def locator_for(source: CurveSource, connection: Connection) -> Optional[Locator]:
-    """Return what finds a source's numbers in a connection's messages; None if nothing can."""
+    """Return the locator of a source's numbers in a connection's messages; None without any."""
     kind = connection.type
     if source.message_type not in ('', kind) or source.plain and kind not in _PLAIN_TYPES:
         return None

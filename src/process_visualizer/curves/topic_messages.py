@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The messages of a topic in a part of a recording, whatever is being played.
+"""The messages of a topic in a part of a recording, independent of what is being played.
 
-A module of its own, as the player starts with it and needs nothing else of the curves.
+This is a module of its own because the player loads it at its start and needs no other part of the
+curves.
 """
 from __future__ import annotations
 
@@ -27,11 +28,10 @@ def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: i
                    largest_bytes: int, before: Sequence[int] = ()) -> TopicMessages:
     """Return the messages of some connections between two bag times [ns], both included.
 
-    Those at the positions ``before`` come first.
-
-    Those that cannot be read are left out. Of more than ``largest_bytes`` in all the first ones
-    are returned, at least those of one time. Chunks that have to be decompressed are kept by the
-    recording, so that playback, which comes to them soon, need not do it again.
+    The messages at the positions ``before`` come first. Messages that cannot be read are skipped.
+    If the messages have more than ``largest_bytes`` in total, only the first ones are returned, at
+    least all of the first time. The recording keeps decompressed chunks, so that playback, which
+    soon comes to them, need not decompress them again.
     """
     times_ns: List[int] = []
     messages: List[memoryview] = []
@@ -52,7 +52,7 @@ def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: i
 
 
 def topic_period_s(recording: Recording, connections: Sequence[int]) -> float:
-    """Return the period [s] of a topic's messages over the whole recording; 0 for too few."""
+    """Return the period [s] of a topic's messages over the whole recording; 0 with too few."""
     positions = recording.index.positions_of(list(connections))
     times_ns = recording.index.time_ns[positions]
     return sending_period_s((times_ns - recording.begin_ns) / 1e9)
@@ -60,7 +60,7 @@ def topic_period_s(recording: Recording, connections: Sequence[int]) -> float:
 
 def positions_between(index: BagIndex, connections: Sequence[int], begin_ns: int,
                       end_ns: int) -> List[int]:
-    """Return the positions, rising, of the messages of some connections between two bag times."""
+    """Return the ascending positions of the messages of some connections between two bag times."""
     bounds = index.count_before(begin_ns), index.count_until(end_ns)
     parts = []
     for connection in connections:

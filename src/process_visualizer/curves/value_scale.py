@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The scale of a curve: bounds and ticks that are tidy numbers, and change seldom."""
+"""The scale of a curve: bounds and ticks that are tidy numbers and rarely change."""
 from __future__ import annotations
 
 import math
 from typing import Iterator, NamedTuple, Optional, Sequence, Tuple
 
 MAX_TICKS = 3
-_FAR_FROM_ZERO = 0.6  # of the value farthest from zero: if all are beyond it, zero is not shown
-_KEPT_SHARE = 0.3  # of the old scale: as long as so much of it is needed, it stays
-_NEAR_SHARE = 0.5  # of the values' span: a limit no farther away is shown, too
-_ROOM = 1.2  # of a constant value: the end of its scale, so that it is not at its edge
-_LARGEST, _SMALLEST = 1e300, 1e-290  # beyond them are no measurements
-_RESOLUTION = 1e-9  # of the largest value: the shortest span that numbers can tell apart
-_MAX_NUMBER = 5  # digits before or after the point; beyond that with an exponent
+_FAR_FROM_ZERO = 0.6  # share of the farthest value: if all are beyond it, zero is not shown
+_KEPT_SHARE = 0.3  # share of the old scale: it stays as long as this much is needed
+_NEAR_SHARE = 0.5  # share of the values' span: a limit no farther away is shown, too
+_ROOM = 1.2  # end of the scale of a constant value, as a multiple: keeps it off the edge
+_LARGEST, _SMALLEST = 1e300, 1e-290  # numbers beyond these are no measurements
+_RESOLUTION = 1e-9  # share of the largest value: the shortest span that can be represented
+_MAX_NUMBER = 5  # digits before or after the point; longer numbers have an exponent
 
 
 class ValueScale(NamedTuple):
-    """The values at the bottom and the top of a curve, and those with a number beside it.
+    """The values at the bottom and the top of a curve, and those of its labeled ticks.
 
-    ``step`` is the distance of two ticks: 1, 2 or 5 times a power of ten.
+    ``step`` is the distance between two ticks: 1, 2 or 5 times a power of ten.
     """
 
     low: float
@@ -28,12 +28,12 @@ class ValueScale(NamedTuple):
 
     @property
     def span(self) -> float:
-        """The difference of top and bottom."""
+        """The difference between top and bottom."""
         return self.high - self.low
 
 
 EMPTY_SCALE = ValueScale(0.0, 1.0, (0.0, 1.0), 1.0)
-"""Of a curve without values."""
+"""The scale of a curve without values."""
 
 
 class _Step(NamedTuple):
@@ -51,16 +51,16 @@ class _Step(NamedTuple):
 
 def tidy_scale(low: float, high: float, least_span: float = 0.0,
                before: Optional[ValueScale] = None) -> ValueScale:
-    """Return a scale for values from low to high; NaN: there are none.
+    """Return a scale for values from low to high; NaN means that there are none.
 
-    It includes zero unless all values are far from it. A single value is shown above (or below)
-    zero.
+    The scale includes zero unless all values are far from it. A single value is shown above (or
+    below) zero.
 
     Args:
-        low: the least value that is shown.
-        high: the greatest one.
-        least_span: a smaller wiggle than this does not fill the scale.
-        before: the scale until now, which stays while the values are in it and need much of it.
+        low: the smallest value shown.
+        high: the largest value shown.
+        least_span: a wiggle smaller than this does not fill the scale.
+        before: the current scale, which stays while the values are in it and need much of it.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return before or EMPTY_SCALE
@@ -73,14 +73,14 @@ def tidy_scale(low: float, high: float, least_span: float = 0.0,
 
 def with_near_limits(low: float, high: float,
                      limits: Sequence[float]) -> Tuple[float, float]:
-    """Return the ends of values, moved to those limits that are not far from them."""
+    """Return the ends of a range of values, moved to those limits that are near."""
     reach = _NEAR_SHARE * (high - low)
     near = [limit for limit in limits if low - reach <= limit <= high + reach]
     return min([low, *near]), max([high, *near])
 
 
 def tick_texts(scale: ValueScale) -> Tuple[str, ...]:
-    """Return the ticks as numbers, with the decimals that tell them apart."""
+    """Return the ticks as text, with the decimals needed to distinguish them."""
     largest = max(abs(tick) for tick in scale.ticks)
     exponent = math.floor(math.log10(scale.step) + 1e-9)
     top = math.floor(math.log10(largest) + 1e-9) if largest else 0
@@ -112,18 +112,18 @@ def _with_zero(low: float, high: float) -> Tuple[float, float]:
 
 
 def _widened(low: float, high: float, least_span: float) -> Tuple[float, float]:
-    """The ends, moved apart until numbers and the eye can tell them apart."""
+    """Return the ends, moved apart until numbers and the eye can distinguish them."""
     lacking = max(least_span, _RESOLUTION * max(abs(low), abs(high))) - (high - low)
     return (low - lacking / 2, high + lacking / 2) if lacking > 0.0 else (low, high)
 
 
 def _tidied(low: float, high: float) -> ValueScale:
-    """The finest scale that has few enough ticks; its ends are at a tick or between two."""
+    """Return the finest scale with few enough ticks; its ends are at a tick or between two."""
     for step in _steps(high - low):
         size = step.times(1)
         begin, end = math.floor(2.0 * (low / size)), math.ceil(2.0 * (high / size))
         if end - begin == 2 and end % 2:
-            end += 1  # or it would have a single tick, in its middle
+            end += 1  # else the only tick would be in the middle
         counts = range(-(-begin // 2), end // 2 + 1)
         if len(counts) <= MAX_TICKS:
             break
@@ -132,7 +132,7 @@ def _tidied(low: float, high: float) -> ValueScale:
 
 
 def _steps(span: float) -> Iterator[_Step]:
-    """The steps that can be right, rising."""
+    """Return the candidate steps, ascending."""
     exponent = math.floor(math.log10(span))
     return (_Step(digit, power) for power in (exponent - 1, exponent, exponent + 1)
             for digit in (1, 2, 5))
