@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alignment: which moment of one run belongs to which moment of another."""
+"""Alignment: the moments of two runs that correspond to each other."""

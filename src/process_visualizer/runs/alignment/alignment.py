@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two runs aligned: by their motion where they have one, else by their events."""
+"""Alignment of two runs: by their motion if both have one, else by their events."""
 from __future__ import annotations
 
 import math
@@ -30,16 +30,16 @@ _MIN_ROUGH_ROWS, _MAX_ROUGH_ROWS = 50, 3000
 _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 5.0, 12.5, 50.0
 _FINE_REACH_S = 1.0
 _EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
-"""So far from where events place it, a moment is looked for; farther, the farther from them."""
+"""Search range around the place of a moment by events, and its growth with their distance."""
 _SKIPPED = 0.02
-"""What a skipped row costs, as a share of the variance of the reference's motion."""
+"""Cost of a skipped row, as a share of the variance of the reference's motion."""
 
 
 def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional[TimeMap]:
-    """Return the map of time; None where the tools do not move, or not alike.
+    """Return the time map by the tools' motion; None if they do not move, or not alike.
 
-    Rough warping finds the moment, near the events where there are some; fine warping around it
-    and a least-squares refinement find it more exactly than one sample.
+    Rough warping finds each moment, near the events if there are any; fine warping around it and a
+    least-squares refinement locate it more precisely than one sample.
     """
     size_s = math.sqrt(max(reference.duration_s, 0.1) * max(run.duration_s, 0.1))
     rough_hz = min(max(_ROUGH_HZ, min(_MIN_ROUGH_ROWS / size_s, _REFINED_HZ)),
@@ -59,13 +59,13 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
 
 
 def _moves(motion: ToolsMotion) -> bool:
-    """Return whether there is a tool, and it moves at times."""
+    """Return whether there is a tool that moves at times."""
     return motion.positions.shape[1] > 0 and bool(moving_rows(motion).any())
 
 
 def _near_events(motions: Tuple[ToolsMotion, ToolsMotion],
                  events: CommonEvents) -> Tuple[np.ndarray, np.ndarray]:
-    """Return where in the run a row may be: the middle and the reach, both in rows."""
+    """Return where in the run each row may be: the middle and the reach, both in rows."""
     times_s, rate_hz = motions[0].times_s, motions[0].rate_hz
     if not len(events.reference_s):
         length = len(motions[1].positions)
@@ -77,7 +77,7 @@ def _near_events(motions: Tuple[ToolsMotion, ToolsMotion],
 
 def _warped(reference: ToolsMotion, run: ToolsMotion, middle: np.ndarray,
             reach: np.ndarray) -> Optional[TimeMap]:
-    """Return the map by the moments at which a tool moves; in between time runs evenly."""
+    """Return the map through the moments at which a tool moves; time runs evenly in between."""
     spread = float(np.nansum(np.nanvar(reference.positions, axis=0)))
     rows, columns = warp(reference.positions, run.positions, band_around(middle, reach),
                          _SKIPPED * spread)
@@ -101,7 +101,7 @@ class AlignmentMethod(Enum):
 
 
 class Alignment(NamedTuple):
-    """A map from moments of a run to those of the reference, and what could not be used."""
+    """A map between moments of a run and of the reference, and notes on what could not be used."""
 
     time_map: TimeMap
     means: AlignmentMethod
@@ -109,7 +109,7 @@ class Alignment(NamedTuple):
 
 
 def aligned(reference: Run, run: Run) -> Alignment:
-    """Return the alignment of a run with a reference; the signals that are judged play no part."""
+    """Return the alignment of a run with a reference; the judged signals do not influence it."""
     events = common_events(reference.events, run.events)
     by_motion = motion_alignment(reference, run, events)
     if by_motion is not None:
@@ -121,20 +121,20 @@ def aligned(reference: Run, run: Run) -> Alignment:
     return Alignment(shift(0.0), AlignmentMethod.BEGIN, events.notes)
 
 
-# Moments of two runs that belong together because the operator says so.
+# Moments of two runs that correspond because the operator says so.
 
 _MIN_APART_S = 0.05
 
 
 class Anchor(NamedTuple):
-    """A moment of the reference, and the one of the run that belongs to it [s]."""
+    """A moment of the reference, and the corresponding one of the run [s]."""
 
     reference_s: float
     run_s: float
 
 
 def with_anchor(anchors: Sequence[Anchor], added: Anchor) -> Tuple[Anchor, ...]:
-    """Return anchors in the order of time; those that contradict the added one are left out."""
+    """Return anchors with one more, in order of time; those that contradict it are left out."""
     kept = [it for it in anchors
             if (it.reference_s - added.reference_s) * (it.run_s - added.run_s) > 0.0
             and min(abs(it.reference_s - added.reference_s),
@@ -143,11 +143,11 @@ def with_anchor(anchors: Sequence[Anchor], added: Anchor) -> Tuple[Anchor, ...]:
 
 
 def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment:
-    """Return the alignment that goes through anchors; between two of them, that of the parts.
+    """Return the alignment through anchors; the parts between them are aligned by themselves.
 
     Args:
         reference, run: to align.
-        anchors: both of their times rise, as those of ``with_anchor``.
+        anchors: ascending in both times, as from ``with_anchor``.
     """
     found = _joined(reference, run, anchors, _aligned_in_parts) if anchors \
         else _aligned_in_parts(reference, run)
@@ -157,7 +157,7 @@ def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment
 
 
 def _aligned_in_parts(reference: Run, run: Run) -> Alignment:
-    """The alignment, in which a part that only one of the runs has stands for itself."""
+    """Return the alignment; a part that only one of the runs has is kept apart."""
     found = aligned(reference, run)
     if not reference.motions or not run.motions:
         return found
@@ -177,7 +177,7 @@ def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
         is_moving |= found.means is AlignmentMethod.MOTION
         if (
             found.means is not AlignmentMethod.BEGIN
-        ):  # where a part begins, is an anchor, or nothing
+        ):  # the beginning of a part is an anchor already, or says nothing
             points += _inside(found, begin, end)
     points.sort()
     alignment = time_map(*np.array(points, float).T)
@@ -188,7 +188,7 @@ def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
 
 
 def _inside(found: Alignment, begin: Anchor, end: Anchor) -> List[Anchor]:
-    """The points of a part's map, as far as they contradict neither corner."""
+    """Return the points of a part's map that contradict neither corner."""
     reference_s = found.time_map.reference_s + begin.reference_s
     run_s = found.time_map.run_s + begin.run_s
     kept = ((reference_s > begin.reference_s) & (reference_s < end.reference_s)
@@ -200,14 +200,14 @@ _Pair = Tuple[float, float]
 _FEWEST, _ALIKE = 4, 0.6
 _SAME_PLACE_M = 0.02
 _MIN_LOST_S, _BETWEEN_S = 0.15, 0.01
-"""A rest that is longer or shorter by less may be so because of the pace alone."""
+"""Minimum change of a rest's duration; a smaller one may come from the pace alone."""
 
 
 def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
-    """Return the alignment at which states and events begin; None where they are too few.
+    """Return the alignment by the beginnings of states and events; None if they are too few.
 
-    The way to another place is another one, so the motion does not tell which moments are the same.
-    Where one of the runs has states besides, the clock of the other stands still.
+    The path to another place is different, so the motion does not show which moments correspond.
+    Where one of the runs has extra states, the clock of the other stands still.
     """
     orders = _common_orders(reference, run)
     if orders is None:
@@ -226,7 +226,7 @@ def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
 
 
 def _with_common_motion(reference: Run, run: Run, corners: List[_Pair]) -> List[_Pair]:
-    """The corners, and the moments by the motion instead of those where tools go the same way."""
+    """Return the corners; where the tools go the same way, with moments by the motion instead."""
     mine, theirs = common_motions(reference, run, _REFINED_HZ)
     rows = [np.clip(np.rint(_REFINED_HZ * np.array(times_s)).astype(int), 0, len(it.positions) - 1)
             for it, times_s in zip((mine, theirs), zip(*corners))]
@@ -247,11 +247,11 @@ def _with_common_motion(reference: Run, run: Run, corners: List[_Pair]) -> List[
 
 
 def _with_states(reference: Run, run: Run, found: TimeMap) -> TimeMap:
-    """Return the map with moments of states and events in rests that are longer or shorter.
+    """Return the map, with moments of states and events in rests that are longer or shorter.
 
-    In a rest the motion tells no time. That of its begin and end is enough, unless the process
-    waited there: then states tell where in the rest. Before the first and behind the last motion,
-    events do.
+    In a rest, the motion does not show the time. The rest's beginning and end are enough, unless
+    the process waited there: then states show the time within the rest. Before the first and after
+    the last motion, events do.
     """
     orders = _common_orders(reference, run)
     events = common_events(reference.events, run.events)
@@ -279,7 +279,7 @@ def _is_between(pair: _Pair, first: Optional[_Pair], last: Optional[_Pair]) -> b
 
 
 def _common_orders(reference: Run, run: Run) -> Optional[Tuple[States, States, List[_Pair]]]:
-    """The states of the channel of which most are common, and when these begin [s of both]."""
+    """Return the states of the channel with most in common, and when these begin [s of both]."""
     theirs = run.by_key
     best: Optional[Tuple[States, States, List[_Pair]]] = None
     for channel in reference.channels:
@@ -292,7 +292,7 @@ def _common_orders(reference: Run, run: Run) -> Optional[Tuple[States, States, L
 
 
 def _common(mine: States, other: States) -> List[_Pair]:
-    """Return begins (s of both) of states that both have in the same order; none if few."""
+    """Return when states begin [s of both] that both have in the same order; empty if few."""
     found = [pair for what, i, j, k, m in edits(mine.values, other.values) if what == 'equal'
              for pair in zip(mine.since_s[i:j], other.since_s[k:m])]
     if len(found) < _ALIKE * max(len(mine.values), len(other.values)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The same path at another place: by which turn and shift a run's tools are elsewhere."""
+"""The same path at another place: the turn and shift of a run's tools."""
 from __future__ import annotations
 
 import math
@@ -23,36 +23,39 @@ _HZ, _FIT_HZ, _MAX_ROWS = 5.0, 25.0, 1500
 _SKIPPED, _SMOOTH_S = 0.02, 0.4
 _TURNS = 5
 _KEPT_SHARE = 0.8
-"""Of the moments; where the way to the place is another one, it does not count."""
+"""Share of the moments that is fitted; where the way to the place differs, moments do not count."""
 _MAX_APART_M, _MIN_ROWS = 0.015, 25
 _NEAR_MOTION_S = 0.5
-"""Where the tools stop tells where along the path they are; where they rest, what is only there."""
+"""Time around motions that is fitted [s].
+
+The places where tools stop show where along the path they are; long rests say nothing more.
+"""
 _MIN_SHARE = 0.8
-"""Of the motion, which must be the same."""
+"""Minimum share of the motion that must be the same."""
 _SAME_M, _SAME_RAD = 2e-4, 1e-3
 _SMALL_M, _SMALL_RAD = 1e-3, 2e-3
 
 
 class Displacement(NamedTuple):
-    """A turn around the vertical and then a shift (3,) [m], of a run's tools to the reference's."""
+    """A turn about the vertical, then a shift (3,) [m], from a run's tools to the reference's."""
 
     turn_rad: float
     shift_m: np.ndarray
 
     def moved(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions (n, 3) [m] of the run where they would be in the reference."""
+        """Return positions (n, 3) [m] of the run, moved to where they would be in the reference."""
         sine, cosine = math.sin(self.turn_rad), math.cos(self.turn_rad)
         turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         result: np.ndarray = positions @ turn.T + self.shift_m
         return result
 
     def of_run(self, run: Run) -> Run:
-        """Return a run whose tools are moved."""
+        """Return a run with its tools moved."""
         return run._replace(motions=tuple(it._replace(positions=self.moved(it.positions))
                                           for it in run.motions))
 
     def text(self, reference: Run) -> str:
-        """Return in words where the run's path is: how far from the reference's, in its middle."""
+        """Return in words where the run's path is, compared with the middle of the reference's."""
         middle = np.concatenate([it.positions for it in reference.motions])
         middle = middle[np.isfinite(middle).all(axis=1)].mean(axis=0, keepdims=True)
         there = Displacement(-self.turn_rad, np.zeros(3)).moved(middle - self.shift_m)
@@ -62,16 +65,16 @@ class Displacement(NamedTuple):
 
     @property
     def is_small(self) -> bool:
-        """Return whether it is none that anybody would tell."""
+        """Return whether the displacement is too small to be reported."""
         return abs(self.turn_rad) < _SMALL_RAD and bool(np.abs(self.shift_m).max() < _SMALL_M)
 
 
 def displacement(reference: Run, run: Run) -> Optional[Displacement]:
-    """Return by which displacement a run's path becomes the reference's; None if by none.
+    """Return the displacement that makes a run's path the reference's; None if none does.
 
-    How fast and how high the tools are does not depend on where the path is, so that tells the
-    first map of time; then displacement (least squares of what fits best) and map improve each
-    other in turn, as in iterative closest points (Besl and McKay 1992).
+    Speed and height of the tools do not depend on where the path is, so they give the first time
+    map. Then displacement (least squares of what fits best) and map improve each other in turn, as
+    in iterative closest points (Besl and McKay 1992).
     """
     found_map = _by_speed_and_height(reference, run)
     found: Optional[Displacement] = None
@@ -96,7 +99,7 @@ def _is_same(one: Displacement, other: Displacement) -> bool:
 
 
 def _by_speed_and_height(reference: Run, run: Run) -> Optional[TimeMap]:
-    """Return the map by what does not depend on the place."""
+    """Return the time map by quantities that do not depend on the place."""
     size_s = math.sqrt(max(reference.duration_s, 0.1) * max(run.duration_s, 0.1))
     motions = common_motions(reference, run, min(_HZ, _MAX_ROWS / size_s))
     if not all(it.positions.shape[1] and moving_rows(it).any() for it in motions):
@@ -124,7 +127,7 @@ def _features(motion: ToolsMotion) -> np.ndarray:
 
 
 def _pairs(reference: Run, run: Run, found: TimeMap) -> Tuple[np.ndarray, np.ndarray]:
-    """Return where the tools are at the same moments of both (n, 3) [m], near motions."""
+    """Return the tools' positions (n, 3) [m] at the same moments of both runs, near motions."""
     mine, theirs = common_motions(reference, run, _FIT_HZ)
     rows = np.rint(found.to_run(mine.times_s) * _FIT_HZ)
     tells = moving_maximum(moving_rows(mine).astype(float), int(_NEAR_MOTION_S * _FIT_HZ)) > 0.0
@@ -149,7 +152,7 @@ def _fitted(reference: Run, run: Run, found: TimeMap) -> Optional[Displacement]:
 
 
 def _least_squares(mine: np.ndarray, theirs: np.ndarray) -> Displacement:
-    """Return the displacement of the least squares (Umeyama 1991, in the plane)."""
+    """Return the least-squares displacement (Umeyama 1991, in the plane)."""
     here, there = mine - mine.mean(axis=0), theirs - theirs.mean(axis=0)
     turn = math.atan2(float((there[:, 0] * here[:, 1] - there[:, 1] * here[:, 0]).sum()),
                       float((there[:, 0] * here[:, 0] + there[:, 1] * here[:, 1]).sum()))

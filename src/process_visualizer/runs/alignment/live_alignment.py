@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run in progress, compared with its reference: begun by an event, followed, and ended."""
+"""Live alignment of a run in progress with its reference, from the run's beginning to its end."""
 from __future__ import annotations
 
 import math
@@ -8,33 +8,33 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence
 import numpy as np
 
 _NOISE_M = 0.005
-"""So far apart may tools be at the same moment of two good runs."""
+"""Distance of tools that is usual at the same moment of two good runs."""
 _MAX_DISTANCES = 9.0
-"""In squares of the noise: a robot that is somewhere else altogether says no more than that."""
+"""Maximum squared distance, in squares of the noise: farther away, a robot says no more."""
 _UNEVEN = 0.05
-"""What it costs that a row is passed over, or is stayed at."""
+"""Cost of skipping a row, or of staying at one."""
 _EVENT = 4.0 * _UNEVEN
-"""What it costs that an event of the run is a row away from the same event of the reference."""
+"""Cost per row between an event of the run and the same event of the reference."""
 _CLEAR = 0.6 * _MAX_DISTANCES
-"""So much more another alignment costs that is clearly wrong: a place tells two apart at once."""
+"""Extra cost from which another alignment is clearly wrong: a single place can decide at once."""
 _SAME_S = 0.25
-"""Rows that are closer together than this need not be told apart to know where a run is."""
+"""Rows closer together than this need not be distinguished to know where a run is [s]."""
 _FURTHEST_S = 3.0
-"""Of an event that is further away than this, it counts only that it is far away."""
+"""Maximum distance of an event that counts [s]; farther away, an event is merely far away."""
 
 
 class PhaseTracker:
-    """Finds the row of the reference at which a run is now, by its place and its events.
+    """Tracker of the row of the reference at which a run is now, by its place and its events.
 
-    On-line time warping (Dixon 2005): of each row it knows what the best alignment costs that ends
-    there. It never goes back; rows that are passed over, or stayed at, cost a little, so that a
-    pause of the one or of the other is found as such.
+    Online time warping (Dixon 2005): for each row, it knows the cost of the best alignment that
+    ends there. Alignments never go back; rows that are skipped or stayed at cost a little, so that
+    a pause of the run or of the reference is recognized.
     """
 
     def __init__(self, reference: np.ndarray, period_s: float) -> None:
         """Take the places (n, d) [m] of the reference at even times; NaN where unknown.
 
-        There it is taken to go straight on: a row that any place fits would hold the run.
+        Unknown places are interpolated: a row that any place fits would hold the run there.
         """
         self._reference = _filled(reference)
         self._halves = _half_steps(self._reference)
@@ -47,12 +47,12 @@ class PhaseTracker:
 
     @property
     def duration_s(self) -> float:
-        """Return when the last row of the reference is."""
+        """Return the time of the reference's last row [s]."""
         return self._period_s * (len(self._rows) - 1)
 
     @property
     def phase_s(self) -> float:
-        """The time of the reference [s] to which the run has come."""
+        """Return the time of the reference [s] that the run has reached."""
         return self._period_s * self._row + self._left_s
 
     @property
@@ -68,13 +68,13 @@ class PhaseTracker:
         self._left_s = 0.0
 
     def begin_at(self, time_s: float) -> None:
-        """Take that the run is at a time of the reference [s], and nowhere else."""
+        """Put the run at a time of the reference [s], and nowhere else."""
         self._costs = np.full(len(self._rows), np.inf)
         self._left_s, self._row = 0.0, self._nearest(time_s)
         self._costs[self._row] = 0.0
 
     def take_event(self, times_s: Sequence[float]) -> None:
-        """Take that an event has come that the reference has at some times [s]."""
+        """Take an event of the run, by the times [s] at which the reference has it."""
         away = np.full(len(self._rows), np.inf)
         for time_s in times_s:
             away = np.minimum(away, np.abs(self._rows - self._nearest(time_s)))
@@ -83,7 +83,7 @@ class PhaseTracker:
             self._row = int(self._costs.argmin())
 
     def advance(self, elapsed_s: float, place: np.ndarray) -> None:
-        """Take where the run is, (d,) [m], NaN where unknown, and how long after the last time."""
+        """Take the run's place, (d,) [m], NaN where unknown, and the time since the last one."""
         self._left_s += elapsed_s
         rows = math.floor(self._left_s / self._period_s + 0.5)
         if rows < 1:
@@ -95,7 +95,7 @@ class PhaseTracker:
         self._row = int(self._costs.argmin())
 
     def distance_m(self, place: np.ndarray, time_s: float) -> float:
-        """Return how far a place is from the reference's at a time; NaN if one is unknown."""
+        """Return how far a place is from the reference's at a time; NaN if either is unknown."""
         away = place - self._reference[self._nearest(time_s)]
         away = away[np.isfinite(away)]
         return float(np.sqrt(np.sum(away * away))) if len(away) else math.nan
@@ -104,7 +104,7 @@ class PhaseTracker:
         return int(min(max(round(time_s / self._period_s), 0), len(self._rows) - 1))
 
     def _moved(self, rows: int) -> np.ndarray:
-        """Return what it costs to come to each row, so many rows further on if all goes evenly."""
+        """Return the cost of reaching each row, ``rows`` further on at an even pace."""
         before = np.concatenate((np.full(rows, np.inf), self._costs[:-rows]))
         before[-1] = min(before[-1], self._costs[-rows:].min())  # the reference has ended
         passed = np.minimum.accumulate(before - _UNEVEN * self._rows) + _UNEVEN * self._rows
@@ -115,7 +115,10 @@ class PhaseTracker:
         return result
 
     def _distances(self, place: np.ndarray) -> np.ndarray:
-        """From the piece of the path around each row, so that the rows' own places do not count."""
+        """Return squared distances to the piece of the path at each row, in squares of the noise.
+
+        So it does not matter where exactly on the path the rows are.
+        """
         away = place - self._reference
         away[~np.isfinite(away)] = 0.0
         share = (np.einsum('ij,ij->i', away, self._halves) / self._squares).clip(-1.0, 1.0)
@@ -126,7 +129,7 @@ class PhaseTracker:
 
 
 def _filled(places: np.ndarray) -> np.ndarray:
-    """The places (n, d), between known ones where they are unknown; a column without any stays."""
+    """Return the places (n, d), interpolated where unknown; a column without any stays."""
     rows, columns = np.arange(len(places)), []
     for column in places.T:
         known = np.isfinite(column)
@@ -135,7 +138,7 @@ def _filled(places: np.ndarray) -> np.ndarray:
 
 
 def _half_steps(places: np.ndarray) -> np.ndarray:
-    """Half of the way from the row before to the one behind, per row (n, d); 0 where unknown."""
+    """Return half of the mean step around each row (n, d); 0 where unknown."""
     around = np.concatenate((places[:1], places, places[-1:]))
     halves: np.ndarray = np.nan_to_num((around[2:] - around[:-2]) / 4.0)
     return halves
@@ -144,15 +147,15 @@ def _half_steps(places: np.ndarray) -> np.ndarray:
 PERIOD_S = 0.02
 _NEAR_M, _FAR_M = 0.1, 0.2
 _LOST_S = 2.0
-"""A robot that has been far from the reference for so long does something else."""
+"""Time after which a robot far from the reference is doing something else [s]."""
 _SLOWEST = 1.5
-"""What comes after the end of a run takes at most so many times as long as in the reference."""
+"""Maximum duration of what follows the end event, as a multiple of the reference's."""
 _WRONG_S = 1.0
-"""A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
+"""A shorter step back in the reference is noise; a longer one corrects an error [s]."""
 _LATE_S = 0.5
-"""A place may be so much older than an event that has come; more is a clock that was set back."""
+"""Maximum age of a place compared with the last event [s]; beyond it, the clock was set back."""
 _MAX_GAP_S = 5.0
-"""After this, without anything known in between, the run may be anywhere."""
+"""Time without data after which the run may be anywhere [s]."""
 
 
 class FollowedSpan(NamedTuple):
@@ -163,15 +166,15 @@ class FollowedSpan(NamedTuple):
 
 
 class LiveAlignment:
-    """Tells which moment of the reference belongs to now; it may be none.
+    """Live alignment: the moment of the reference that corresponds to now, if there is one.
 
-    A run begins with its event, or where the robots are found to move as in the reference. Within
-    a run the phase does not go back, unless it was wrong by more than a second.
+    A run begins with its event, or when the robots are found to move as in the reference. Within a
+    run the phase does not go back, unless it was wrong by more than a second.
     """
 
     def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
                  span: Optional[FollowedSpan] = None, period_s: float = PERIOD_S) -> None:
-        """Take the reference: its places (n, d) [m], and when [s] its events come."""
+        """Take the reference: its places (n, d) [m], and the times [s] of its events."""
         self._tracker = PhaseTracker(reference, period_s)
         self._events, self._span = events, span
         self._last_s: Optional[float] = None
@@ -180,7 +183,7 @@ class LiveAlignment:
         self._forget()
 
     def _forget(self) -> None:
-        """The run has ended, or nothing is known of it any longer: look for another one."""
+        """Look for another run, because this one has ended or was lost."""
         self._tracker.restart()
         self._is_known = False
         self._begun_s: Optional[float] = None
@@ -189,12 +192,12 @@ class LiveAlignment:
 
     @property
     def phase_s(self) -> Optional[float]:
-        """The time of the reference [s] that belongs to now; None: to none that is known."""
+        """Return the time of the reference [s] that corresponds to now; None if it is unknown."""
         return self._phase_s if self._is_known else None
 
     @property
     def elapsed_s(self) -> float:
-        """Return how long the run has gone on [s], from its event; NaN if that was not seen."""
+        """Return the time since the run's begin event [s]; NaN if the event was not seen."""
         if self._begun_s is None or self._last_s is None or not self._is_known:
             return math.nan
         return self._last_s - self._begun_s
@@ -205,10 +208,10 @@ class LiveAlignment:
         return self.elapsed_s - (self._phase_s - self._begin_s())
 
     def take_event(self, name: str, time_s: float) -> None:
-        """Take that an event came at a time [s].
+        """Take an event that came at a time [s].
 
-        It does not count where the reference is somewhere else when it comes: a machine that
-        stops amid a run and goes on neither ends that run nor begins another one.
+        The event is ignored if the reference's tools are somewhere else when it comes: a machine
+        that stops during a run and goes on neither ends that run nor begins another one.
         """
         span = self._span
         if not self._is_there(name):
@@ -222,7 +225,7 @@ class LiveAlignment:
             self._ends_s = time_s + _SLOWEST * (self._tracker.duration_s - ends_s)
 
     def advance(self, time_s: float, place: np.ndarray) -> None:
-        """Take where the tools are, (d,) [m], NaN where unknown, at a time [s] that rises."""
+        """Take the place of the tools, (d,) [m], NaN where unknown, at a time [s], ascending."""
         last_s = time_s if self._last_s is None else self._last_s
         if last_s - _LATE_S < time_s < last_s:
             time_s = last_s
@@ -241,13 +244,13 @@ class LiveAlignment:
             self._judge(time_s, self._tracker.distance_m(place, found_s))
 
     def lose(self) -> None:
-        """Take that nothing is known of the tools any more: what moves later is another run."""
+        """Note that the tools are unknown from now on: what moves later is another run."""
         if self._last_s is not None:
             self._forget()
             self._last_s = None
 
     def _is_there(self, name: str) -> bool:
-        """Return whether the tools may be where the reference's are when an event comes."""
+        """Return whether the tools may be where the reference's are at an event."""
         times_s = self._events.get(name, ())
         return not len(times_s) or not all(
             self._tracker.distance_m(self._place, time_s) > _FAR_M for time_s in times_s)
@@ -264,12 +267,12 @@ class LiveAlignment:
         return min(times_s, default=0.0)
 
     def _is_over(self, time_s: float) -> bool:
-        """Return whether the run has ended, and with it the reference."""
+        """Return whether the run has ended, and so has the reference."""
         return math.isfinite(self._ends_s) and (
             time_s > self._ends_s or self._phase_s >= self._tracker.duration_s)
 
     def _judge(self, time_s: float, distance_m: float) -> None:
-        """Judge whether the robots are beside the reference; one that rests may be in no run."""
+        """Decide whether the robots are beside the reference; a robot at rest may be in no run."""
         if distance_m < _NEAR_M:
             self._far_since_s = None
             self._is_known = self._is_known or self._tracker.is_decided
@@ -280,11 +283,11 @@ class LiveAlignment:
 
 
 _MAX_STEP_S = 0.5
-"""Between phases that are further apart nothing is known."""
+"""Maximum time between two phases; between phases farther apart, the reference is unknown [s]."""
 
 
 class PhaseHistory:
-    """Takes phases as they come; between two of a run the reference goes on evenly."""
+    """History of phases; between two phases of a run, the reference goes on evenly."""
 
     def __init__(self, kept_s: float) -> None:
         self._kept_s = kept_s
@@ -293,11 +296,11 @@ class PhaseHistory:
 
     @property
     def last_s(self) -> float:
-        """The time of the last one [s]; minus infinity before there is any."""
+        """Return the time of the last phase [s]; minus infinity without any."""
         return self._times_s[-1] if self._times_s else -math.inf
 
     def add(self, time_s: float, reference_s: Optional[float]) -> None:
-        """Take which moment of the reference belongs to a time [s]; None: none."""
+        """Add the moment of the reference that corresponds to a time [s]; None if there is none."""
         if time_s < self.last_s:  # the clock was set back
             self._times_s.clear()
             self._reference_s.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The motion of all tools of a run at even times."""
+"""The motion of all tools of a run at evenly spaced times."""
 from __future__ import annotations
 
 from typing import NamedTuple, Sequence, Tuple
@@ -12,23 +12,23 @@ from process_visualizer.runs.series import known_at, moving_maximum
 _MIN_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
 _NOISE_S = 0.1
-"""Speed is that of the motion within so long, else the noise of a tool at rest would be one."""
+"""Time before and after over which speed is averaged [s], so that noise at rest is no motion."""
 
 
 class ToolsMotion(NamedTuple):
-    """Positions (n, 3 k) [m] of k tools, NaN where unknown, at ``rate_hz`` from the time 0."""
+    """Positions (n, 3 k) [m] of k tools, NaN where unknown, at ``rate_hz`` from time 0."""
 
     positions: np.ndarray
     rate_hz: float
 
     @property
     def times_s(self) -> np.ndarray:
-        """The times (n,) of the rows."""
+        """The times (n,) of the rows [s]."""
         return np.arange(len(self.positions)) / self.rate_hz
 
 
 def common_motions(reference: Run, run: Run, rate_hz: float) -> Tuple[ToolsMotion, ToolsMotion]:
-    """Return the motions of the tools that both runs have; without any, of no columns."""
+    """Return the motions of the tools that both runs have; without any, they have no columns."""
     names = [it.device for it in reference.motions if len(it.times_s)
              and any(other.device == it.device and len(other.times_s) for other in run.motions)]
     return _motion(reference, names, rate_hz), _motion(run, names, rate_hz)
@@ -64,10 +64,10 @@ def _speed(motion: ToolsMotion) -> np.ndarray:
 
 
 def moving_rows(motion: ToolsMotion) -> np.ndarray:
-    """Return in which rows (n,) (bool) the motion tells the time.
+    """Return the rows (n,) (bool) in which the motion shows the time.
 
-    Where a tool comes to rest, a small difference of its place would be a large one of time; so
-    only what is at least half as fast as the fastest motion around it counts.
+    Where a tool comes to rest, a small difference in place would be a large one in time; so only
+    rows count that are at least half as fast as the fastest motion around them.
     """
     speed = _speed(motion)
     fastest = moving_maximum(speed, int(_AROUND_S * motion.rate_hz))

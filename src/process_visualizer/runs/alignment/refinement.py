@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A map of time made more exact than a sample, by least squares along the motion."""
+"""Refinement of a time map to less than a sample, by least squares along the motion."""
 from __future__ import annotations
 
 import math
@@ -10,26 +10,26 @@ import numpy as np
 from process_visualizer.runs.alignment.motion import ToolsMotion, moving_rows, velocities
 from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
-# Rests: where the motion of two runs does not tell which moments belong together, places do.
+# Rests: where the motion of two runs does not show which moments correspond, places do.
 #
-# A tool leaves its rest slowly. By time alone a rest that is longer would stretch the slow begin
-# of the motion behind it, and tools that are at the same place would seem to be apart. So the
-# moments at which the tools come into a small ball around the place of the rest, and leave it,
-# belong together; in the ball time runs evenly.
+# A tool leaves its rest slowly. By time alone, a longer rest would stretch the slow beginning of
+# the motion after it, and tools at the same place would seem to be apart. So the moments at which
+# the tools enter a small ball around the place of the rest correspond, and so do those at which
+# they leave it; in the ball, time runs evenly.
 
 _RADIUS_M = 0.002
 _NOISES = 3.0
-"""The ball is larger than the noise by so much at least, or a tool at rest would leave it."""
+"""Minimum radius of the ball, in multiples of the noise; else a tool at rest would leave it."""
 _BESIDE_M = 0.01
-"""A tool that is so far beside its place rests there all the same."""
+"""Maximum distance between the places at which the tools of both runs rest."""
 _MIN_S = 0.1
-"""A rest, in one of the runs at least; else the tools pass slowly, and time runs evenly."""
+"""Minimum duration of a rest [s] in one run; else the tools pass slowly, and time runs evenly."""
 _APART_S = 0.04
-"""Points of a map are so far apart at least, so that its slope is that of the motion."""
+"""Minimum spacing of the points of a map [s], so that its slope is that of the motion."""
 
 
 class _Stay(NamedTuple):
-    """A stay: the rows of a motion at which the tools enter the ball, and leave it."""
+    """A stay: the rows of a motion at which the tools enter the ball and leave it."""
 
     begin: float
     end: float
@@ -38,11 +38,11 @@ class _Stay(NamedTuple):
 def with_rests(
     found: TimeMap, is_known: np.ndarray, reference: ToolsMotion, run: ToolsMotion
 ) -> TimeMap:
-    """Return the map with points at the begin and at the end of each rest.
+    """Return the map, with points at the beginning and the end of each rest.
 
     Args:
-        found: a point for each of some rows of the run, which follow each other.
-        is_known: (n,) for these points: whether the motion tells the time there.
+        found: a point for each of several consecutive rows of the run.
+        is_known: (n,) for these points: whether the motion shows the time there.
         reference, run: motions at the same rate.
     """
     known = np.flatnonzero(is_known)
@@ -61,7 +61,7 @@ def with_rests(
 
 
 def _with_ends(motion: ToolsMotion, rows: np.ndarray) -> List[int]:
-    """The rows, and before and behind them the first and last ones of which all is known."""
+    """Return the rows, with the first and last fully known ones before and after them."""
     whole = np.flatnonzero(np.isfinite(motion.positions).all(axis=1))
     ends = (whole[0], whole[-1]) if len(whole) else (rows[0], rows[-1])
     return [int(ends[0]), *rows.tolist(), int(ends[1])]
@@ -69,7 +69,7 @@ def _with_ends(motion: ToolsMotion, rows: np.ndarray) -> List[int]:
 
 def _rest(reference: ToolsMotion, run: ToolsMotion, rows: Tuple[int, int],
           run_rows: Tuple[int, int]) -> List[Tuple[float, float]]:
-    """The points, s, of the longest rest in a stretch of both motions; none without one."""
+    """Return the points [s] of the longest rest in a stretch of both motions; empty without one."""
     parts = (reference.positions[rows[0]:rows[1] + 1], run.positions[run_rows[0]:run_rows[1] + 1])
     if not all(np.isfinite(part).all() for part in parts):
         return []
@@ -98,13 +98,13 @@ def _rest(reference: ToolsMotion, run: ToolsMotion, rows: Tuple[int, int],
 
 
 def _stillest(part: np.ndarray) -> int:
-    """The row in the middle of those between which the tools move least."""
+    """Return the row in the middle of the window in which the tools move least."""
     size = min(5, len(part) - 1)
     return int(np.linalg.norm(part[size:] - part[:-size], axis=1).argmin()) + size // 2
 
 
 def _noise_m(part: np.ndarray) -> float:
-    """Return the scatter of positions, by second differences, which hardly show motion."""
+    """Return the scatter of positions [m] from second differences, which hardly show motion."""
     if len(part) < 3:
         return 0.0
     away_m = np.linalg.norm(part[2:] - 2.0 * part[1:-1] + part[:-2], axis=1)
@@ -112,7 +112,7 @@ def _noise_m(part: np.ndarray) -> float:
 
 
 def _stay(part: np.ndarray, place: np.ndarray, radius_m: float) -> _Stay:
-    """The stay around the row that is nearest to the place."""
+    """Return the stay around the row that is nearest to the place."""
     away_m = np.linalg.norm(part - place, axis=1)
     nearest = int(away_m.argmin())
     radius_m += away_m[nearest]
@@ -131,15 +131,15 @@ _ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
 _WINDOW_S = 0.2
 _MIN_M, _LITTLE, _CONTRADICTS_M = 1e-4, 1e-3, 2e-4
 _FURTHEST_S = 0.1
-"""One round moves a moment by so much at most."""
+"""Maximum shift of a moment in one round [s]."""
 
 
 def refined(rough: TimeMap, reference: ToolsMotion, run: ToolsMotion) -> TimeMap:
     """Return a map by which the tools of the run lie where the reference's do.
 
-    Only the shift along the direction of motion is used: what a tool is beside its path says
-    nothing about time. A constant offset of a tool is no shift either; it is what is left
-    when shifts have explained all that they can.
+    Only the shift along the direction of motion is used: the distance of a tool from its path says
+    nothing about time. Neither does a constant offset of a tool; it is what is left when shifts
+    have explained all that they can.
     """
     times_s = run.times_s
     inside = (times_s >= rough.run_s[0]) & (times_s <= rough.run_s[-1])
@@ -182,10 +182,10 @@ def _at(times_s: np.ndarray, motion: ToolsMotion, values: np.ndarray) -> np.ndar
 
 
 def _offset(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """The constant offset (d,) of the tools; what came later is none.
+    """Return the constant offset (d,) of the tools; a deviation that came later is not one.
 
-    Only what lies beside the path tells of it, as along the path it may be time. Where a part of
-    the motion contradicts, it is what all parts have in common, which is less.
+    Only components beside the path count, as along the path they may come from time. If a part of
+    the motion contradicts, the offset is what all parts have in common, which is less.
     """
     offset = _beside_the_path(difference, velocity)
     for part, speed in zip(*(np.array_split(it, min(_PARTS, len(difference)))
@@ -204,9 +204,9 @@ def _beside(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 
 def _beside_the_path(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """The offset (d,) that explains most of what lies beside the path; few outliers count little.
+    """Return the offset (d,) that explains most beside the path; few outliers count little.
 
-    Sums of squares that are weighted anew three times come near to sums of distances.
+    Least squares with weights renewed three times approximate least distances.
     """
     direction = velocity / np.linalg.norm(velocity, axis=1)[:, np.newaxis]
     size = difference.shape[1]
@@ -231,9 +231,9 @@ def _common_offset(difference: np.ndarray) -> np.ndarray:
 
 def _smooth(run_s: np.ndarray, values_s: np.ndarray, weight: np.ndarray,
             otherwise_s: np.ndarray) -> np.ndarray:
-    """The values (n,), each on the weighted straight line through those of a window around it.
+    """Return values (n,), each on the weighted straight line through those in a window around it.
 
-    Where nothing has weight there are straight lines between what is known.
+    Where nothing has weight, values are interpolated linearly.
     """
     here = np.arange(len(run_s))
     reach = int(round(0.5 * _WINDOW_S / (run_s[1] - run_s[0])))

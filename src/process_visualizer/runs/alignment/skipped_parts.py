@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parts of the process that only one of two runs has: a step that is missing, or comes once more.
+"""Parts of the process that only one of two runs has: a missing step, or one that comes twice.
 
-A clock that only runs faster or slower would spread such a part over what is around it. So the
-clock of the other run stands still there.
+A clock that only runs faster or slower would spread such a part over its surroundings. So the clock
+of the other run stands still there.
 """
 from __future__ import annotations
 
@@ -16,36 +16,39 @@ from process_visualizer.runs.run import Run
 from process_visualizer.runs.series import States, edits, is_sequence, states
 
 _STANDS_STILL_S = 0.02
-"""As short as the steps at which runs are compared: no moment is in between."""
+"""Duration of a standstill [s]: as short as the steps of the comparison, with no moment between."""
 _MIN_S, _EXPLAINED = 0.3, 0.6
-"""Of a part that states name, so much must have been lost around it, else it is a wrong message."""
+"""Minimum duration of a part named by states, and the share of it that must be lost around it.
+
+A part below these limits comes from a wrong message.
+"""
 _MAX_STATES, _MIN_STATES = 1000, 3
 _ROUGH_HZ, _MAX_ROWS = 5.0, 1500
 _UNLIKE = 0.02
-"""From such a mean square distance on, as a share of the motion's variance, parts are sought."""
+"""Mean square distance, as a share of the motion's variance, from which parts are looked for."""
 _COSTS, _LATER = 1.0, 0.3
-"""What a skipped part costs, likewise; somewhat less the later it comes."""
+"""Cost of a skipped part, as the same share; the second number is the discount for a late part."""
 _MAX_STEP, _MAX_LONGER = 3, 3.0
 _FREE_S = 3.0
 _EXACT_HZ, _SLIDE_S, _MAX_SLIDE_S, _AROUND_S, _SHIFT_ROWS = 50.0, 0.8, 5.0, 0.8, 30
 _NEAR_ROWS, _STILL_M = 15, 1e-4
 _ALIKE_M, _ALIKE_S, _REST_S = 0.002, 0.3, 0.8
-"""Where tools are so near for so long, they are at the same place."""
+"""Tools that are this near for this long are at the same place."""
 
 
 class SkippedPart(NamedTuple):
-    """Moments [s] that belong together before and behind it; one of the clocks stands still."""
+    """Corresponding moments [s] before and after the part; one of the clocks stands still."""
 
     reference_s: Tuple[float, float]
     run_s: Tuple[float, float]
 
 
 def skipped_parts(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
-    """Return what only one of two runs has, as states name it, or else as the motion shows it.
+    """Return the parts that only one of two runs has, by their states, or else by the motion.
 
     Args:
         reference, run: the two that are compared.
-        rough: the map of time without this.
+        rough: the time map without such parts.
     """
     return _by_states(reference, run, rough) or _by_motion(reference, run, rough)
 
@@ -67,27 +70,27 @@ def _by_states(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
 
 def different_parts(mine: States, other: States, reference_end_s: float,
                     run_end_s: float) -> List[SkippedPart]:
-    """Return where one of two orders has states besides."""
+    """Return the parts in which one of two orders has extra states."""
     mine_s, other_s = [*mine.since_s, reference_end_s], [*other.since_s, run_end_s]
     found = []
     for what, i, j, k, m in edits(mine.values, other.values):
         if what == 'insert' and i > 0:
-            moment_s, part_s = _besides(mine_s, i, other_s, (k, m),
-                                        other.values[k - 1] == other.values[m - 1])
+            moment_s, part_s = _extra_states_s(mine_s, i, other_s, (k, m),
+                                               other.values[k - 1] == other.values[m - 1])
             found.append(SkippedPart(_still(moment_s), part_s))
         elif what == 'delete' and k > 0:
-            moment_s, part_s = _besides(other_s, k, mine_s, (i, j),
-                                        mine.values[i - 1] == mine.values[j - 1])
+            moment_s, part_s = _extra_states_s(other_s, k, mine_s, (i, j),
+                                               mine.values[i - 1] == mine.values[j - 1])
             found.append(SkippedPart(part_s, _still(moment_s)))
     return found
 
 
-def _besides(shorter_s: Sequence[float], row: int, longer_s: Sequence[float],
-             rows: Tuple[int, int], goes_on: bool) -> Tuple[float, Tuple[float, float]]:
-    """Return when states come besides, in the order without them and in the other one.
+def _extra_states_s(shorter_s: Sequence[float], row: int, longer_s: Sequence[float],
+                    rows: Tuple[int, int], goes_on: bool) -> Tuple[float, Tuple[float, float]]:
+    """Return when extra states come, in the order without them and in the one with them.
 
-    A state that goes on behind them was interrupted: by then it had lasted for a while, and what
-    is left of it comes last.
+    A state that goes on after them was interrupted: by then it had lasted for a while, and the rest
+    of it comes last.
     """
     begin, end = rows
     if not goes_on:
@@ -104,14 +107,14 @@ def _still(time_s: float) -> Tuple[float, float]:
 
 
 def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -> bool:
-    """Return whether around a part about as much time was lost, or won, as it takes."""
+    """Return whether about as much time was lost or gained around a part as it takes."""
     lost_s = float(np.ptp(part.run_s) - np.ptp(part.reference_s))
     if abs(lost_s) < _MIN_S:
         return False
     begin_s, end_s = (part.reference_s[0] - abs(lost_s) - 1.0,
                       part.reference_s[1] + abs(lost_s) + 1.0)
     run_begin_s, run_end_s = rough.to_run(np.array([begin_s, end_s]))
-    if begin_s <= 0.0:  # the ends belong together, whatever is skipped there
+    if begin_s <= 0.0:  # the ends correspond, whatever is skipped there
         begin_s = run_begin_s = 0.0
     if end_s >= reference.duration_s:
         end_s, run_end_s = reference.duration_s, run.duration_s
@@ -141,12 +144,12 @@ def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
 
 def _exact(shorter: Run, longer: Run, moment_s: float, begin_s: float,
            end_s: float) -> Tuple[float, Tuple[float, float]]:
-    """Return the moment at which a part is skipped, and the part in the longer run, exactly.
+    """Return the exact moment at which a part is skipped, and the part in the longer run.
 
-    Before the moment both go the same way, and behind it the shorter one goes as the longer one
-    does behind the part. Where both are true for a while, such as where a tool hardly moves, or
-    what comes once more may be the one or the other, it is the last rest there: until then nothing
-    is wrong.
+    Before the moment, both go the same way; after it, the shorter run goes as the longer one does
+    after the part. This may hold for a range of moments, such as where a tool hardly moves, or
+    where either of two repetitions may be the extra one. Then the last rest in the range is chosen:
+    until then nothing is wrong.
     """
     mine, theirs = common_motions(shorter, longer, _EXACT_HZ)
     took_s = end_s - begin_s
@@ -175,7 +178,7 @@ def _exact(shorter: Run, longer: Run, moment_s: float, begin_s: float,
 
 
 def _slowest_s(motion: ToolsMotion, time_s: float, rows: np.ndarray) -> float:
-    """Return how long after a time [s] the tools are slowest, of so many rows from it."""
+    """Return how long after a time [s] the tools are slowest, among rows counted from it."""
     way = _at(motion, time_s, rows + 2) - _at(motion, time_s, rows - 2)
     slow = np.nan_to_num(np.square(way).sum(axis=1))
     alike = rows[slow <= slow.min() + _STILL_M ** 2]
@@ -183,14 +186,14 @@ def _slowest_s(motion: ToolsMotion, time_s: float, rows: np.ndarray) -> float:
 
 
 def _at(motion: ToolsMotion, time_s: float, rows: np.ndarray) -> np.ndarray:
-    """The positions so many rows from a time; before the first and behind the last, these."""
+    """Return the positions at rows counted from a time; beyond the ends, the first or last one."""
     at = np.clip(round(time_s * motion.rate_hz) + rows, 0, len(motion.positions) - 1)
     result: np.ndarray = motion.positions[at]
     return result
 
 
 def _unlike(reference: ToolsMotion, run: ToolsMotion, rough: TimeMap) -> float:
-    """The mean square distance [m^2] of the tools at moments that belong together."""
+    """Return the mean square distance [m^2] of the tools at corresponding moments."""
     at = rough.to_run(reference.times_s) * run.rate_hz
     inside = (at >= 0.0) & (at <= len(run.positions) - 1)
     if not inside.any():
@@ -204,9 +207,10 @@ def _unlike(reference: ToolsMotion, run: ToolsMotion, rough: TimeMap) -> float:
 
 def _jump(reference: ToolsMotion, run: ToolsMotion,
           costs: float) -> Optional[Tuple[float, int, Tuple[int, int]]]:
-    """The cheapest way through both that skips one part of the run; None if none is cheaper.
+    """Return the cheapest way through both that skips a part of the run; None if it costs more.
 
-    Returns its cost, the row of the reference, and the rows of the run before and behind.
+    The result is its cost, the row of the reference, and the rows of the run before and after the
+    part.
     """
     away = np.nan_to_num(reference.positions[:, np.newaxis, :] - run.positions, nan=0.0)
     distance: np.ndarray = np.einsum('ijk,ijk->ij', away, away)
@@ -217,14 +221,14 @@ def _jump(reference: ToolsMotion, run: ToolsMotion,
     ends = np.where(columns >= width - 1 - free, 0.0, np.inf)
     plain, jumped = begins + distance[0], np.full(width, np.inf)
     before = np.full(width, np.inf), np.full(width, np.inf)
-    where = np.zeros((width, 3), np.int64)  # row, column before, column behind
+    where = np.zeros((width, 3), np.int64)  # row, column before, column after
     where_before = where
     for row in range(1, count):
         here = distance[row]
         price = costs * (1.0 - _LATER * row / count)
         low = np.minimum.accumulate(plain)
         is_new = np.concatenate(([True], low[1:] < low[:-1]))
-        lowest = np.maximum.accumulate(np.where(is_new, columns, 0))  # the column where it was
+        lowest = np.maximum.accumulate(np.where(is_new, columns, 0))  # its column
         enter = _moved(low, _MAX_STEP + 1) + price
         next_plain, _ = _stepped(plain, before[0], distance, row)
         next_jumped, came = _stepped(jumped, before[1], distance, row)
@@ -269,7 +273,7 @@ def _rows_moved(values: np.ndarray, columns: int) -> np.ndarray:
 
 def with_parts(found: Sequence[Tuple[float, float]],
                parts: Sequence[SkippedPart]) -> List[Tuple[float, float]]:
-    """Return moments that belong together, with those of parts that contradict none of them."""
+    """Return corresponding moments, with those of parts that contradict none of them."""
     kept = sorted(found)
     for part in parts:
         pairs = list(zip(part.reference_s, part.run_s))

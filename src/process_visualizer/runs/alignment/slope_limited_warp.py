@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Dynamic time warping with limits to its slope (Sakoe and Chiba 1978), inside a band.
 
-One clock never runs faster than three times the other. The ends are free: what one series has
-before or behind the other is skipped.
+One clock never runs faster than three times the other. The ends are free: rows that one series has
+before or after the other are skipped.
 """
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 
 _STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
-"""Rows of the reference and of the run; the first is taken where two are equally good."""
+"""Steps in rows of the reference and of the run; of equally good ones, the first is taken."""
 _BEGIN = len(_STEPS)
 _MAX_SHIFT = 64
-"""Of a band, from one row to one of the next three; a farther one breaks the path."""
+"""Maximum shift of a band from one row to the next three; a larger one breaks the path."""
 _BLOCK_CELLS = 200_000
 _UNEVEN = 0.02
-"""What a step that is not even costs, as a share of what a skipped row costs."""
+"""Cost of an uneven step, as a share of the cost of a skipped row."""
 
 
 class WarpBand(NamedTuple):
-    """The rows of the run that may belong to a row of the reference.
+    """The rows of the run that may correspond to a row of the reference.
 
-    From ``first[i]`` on, ``width`` rows; of these only the ones up to ``reach[i]`` from the middle.
+    These are ``width`` rows from ``first[i]`` on, except those farther than ``reach[i]`` from the
+    middle.
     """
 
     first: np.ndarray
@@ -32,20 +33,20 @@ class WarpBand(NamedTuple):
 
 
 def band_around(middle: np.ndarray, reach: np.ndarray) -> WarpBand:
-    """Return the band of rows that are so far at most from the middle; both (n,) in rows."""
+    """Return the band of the rows within a reach of the middle; both (n,) in rows."""
     half = int(np.ceil(reach.max()))
     return WarpBand(np.rint(middle).astype(np.int64) - half, 2 * half + 1, reach)
 
 
 def warp(reference: np.ndarray, run: np.ndarray, band: WarpBand,
          skipped: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the rows (k,), (k,) of the best path through the squared distances; none without one.
+    """Return the rows (k,), (k,) of the best path through the squared distances; empty without one.
 
     Args:
-        reference: (n, d); NaN where nothing is known, which costs nothing.
-        run: (m, d), likewise.
+        reference: (n, d); NaN where unknown, which costs nothing.
+        run: (m, d); NaN as in the reference.
         band: of n rows.
-        skipped: what a row of the reference costs that belongs to no row of the run.
+        skipped: cost of a row of the reference that corresponds to no row of the run.
     """
     search = _Search(band, len(run), skipped)
     for begin in range(0, len(reference), _block_rows(band)):
@@ -60,7 +61,7 @@ def _block_rows(band: WarpBand) -> int:
 
 
 def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice) -> np.ndarray:
-    """The costs of some rows and all columns; infinite outside of the run and of the reach."""
+    """Return the costs of some rows in all columns; infinite outside the run and the reach."""
     columns = np.arange(band.width)
     places = band.first[block, np.newaxis] + columns
     inside = (places >= 0) & (places < len(run))
@@ -72,7 +73,7 @@ def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice)
 
 
 class _Search:
-    """The best path to each cell of the rows so far."""
+    """The search for the best path to each cell of the rows so far."""
 
     def __init__(self, band: WarpBand, run_rows: int, skipped: float) -> None:
         self._band, self._run_rows, self._skipped = band, run_rows, skipped
@@ -101,12 +102,12 @@ class _Search:
         self._row += 1
 
     def _step(self, found: np.ndarray, rows: int, columns: int) -> None:
-        """Put into ``found`` what it costs to come by a step, without the cell itself."""
+        """Write into ``found`` the costs of arriving by a step, without the cells themselves."""
         if rows > len(self._totals):
             found[:] = np.inf
             return
         found[:] = self._shifted(self._totals[rows - 1], rows, columns)
-        for back in range(1, rows):  # rows that are passed over belong to the column where it ends
+        for back in range(1, rows):  # skipped rows belong to the column where the step ends
             found += self._shifted(self._costs[back - 1], back, 0)
 
     def _padded(self, values: np.ndarray) -> np.ndarray:
@@ -115,20 +116,23 @@ class _Search:
         return padded
 
     def _shifted(self, padded: np.ndarray, rows: int, columns: int) -> np.ndarray:
-        """The values of an earlier row, moved to the columns of this one."""
+        """Return the values of an earlier row, shifted to the columns of this one."""
         moved = int(self._band.first[self._row] - self._band.first[self._row - rows]) - columns
         begin = self._padding + min(max(moved, -self._padding), self._padding)
         return padded[begin:begin + self._band.width]
 
     def _begins(self, found: np.ndarray) -> None:
-        """A path begins in the reference's first row, or in the run's with some rows skipped."""
+        """Write the costs of paths that begin in the reference's first row, or in the run's.
+
+        A path that begins in the run's first row skips rows of the reference.
+        """
         found[:] = np.inf if self._row else 0.0
         column = -int(self._band.first[self._row])
         if 0 <= column < self._band.width:
             found[column] = self._row * self._skipped
 
     def _look_for_end(self, total: np.ndarray) -> None:
-        """A path ends in the reference's last row, or in the run's."""
+        """Check paths that end here: in the reference's last row, or in the run's."""
         left = len(self._band.first) - 1 - self._row
         column = int(total.argmin()) if left == 0 \
             else self._run_rows - 1 - int(self._band.first[self._row])

@@ -9,13 +9,13 @@ import numpy as np
 from process_visualizer.runs.run import RunEvent
 
 _MIN_STEP_S = 1e-6
-"""So far apart are the points of a map at least, so that it can be inverted."""
+"""Minimum spacing of the points of a map [s], which keeps the map invertible."""
 
 
 class TimeMap(NamedTuple):
-    """``run_s[i]`` belongs to ``reference_s[i]`` (n,) [s]; both rise; n is at least 1.
+    """``run_s[i]`` corresponds to ``reference_s[i]`` (n,) [s]; both ascend; n is at least 1.
 
-    Before the first and behind the last point both clocks run equally fast.
+    Before the first and after the last point both clocks run equally fast.
     """
 
     reference_s: np.ndarray
@@ -31,7 +31,7 @@ class TimeMap(NamedTuple):
 
 
 def time_map(reference_s: np.ndarray, run_s: np.ndarray) -> TimeMap:
-    """Return the map through points (n,), made to rise where they do not."""
+    """Return the map through points (n,), which are made to ascend where they do not."""
     return TimeMap(_rising(reference_s), _rising(run_s))
 
 
@@ -41,9 +41,9 @@ def shift(run_s: float) -> TimeMap:
 
 
 def joined(first: TimeMap, second: TimeMap) -> TimeMap:
-    """Return the map from the reference of the first one to the run of the second.
+    """Return the map from the reference of the first map to the run of the second.
 
-    The run of the first one is the reference of the second.
+    The run of the first map is the reference of the second.
     """
     between_s = np.union1d(first.run_s, second.reference_s)
     return time_map(first.to_reference(between_s), second.to_run(between_s))
@@ -66,7 +66,7 @@ def _mapped(times_s: np.ndarray, known_s: np.ndarray, others_s: np.ndarray) -> n
 # The events that two runs have in common, as points of a map of time.
 
 class CommonEvents(NamedTuple):
-    """Times [s] (k,) of the same events in both runs, both rising, and what could not be used."""
+    """Times [s] (k,) of the same events in both runs, both ascending, and notes on others."""
 
     reference_s: np.ndarray
     run_s: np.ndarray
@@ -74,7 +74,7 @@ class CommonEvents(NamedTuple):
 
 
 def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> CommonEvents:
-    """Return the events that both have equally often and in the same order."""
+    """Return the events that both runs have equally often and in the same order."""
     first, second = _by_name(reference), _by_name(run)
     notes, pairs = [], []
     for name in sorted(set(first) | set(second)):
@@ -106,7 +106,7 @@ def _times(count: int) -> str:
 
 
 def _longest_rising(values: Sequence[float]) -> List[int]:
-    """Return the places of a longest subsequence that does not fall."""
+    """Return the indices of a longest subsequence that does not fall."""
     length, before = [1] * len(values), [-1] * len(values)
     for here, value in enumerate(values):
         for earlier in range(here):
