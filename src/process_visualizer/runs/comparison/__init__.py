@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs compared with good ones: what is said about them."""
+"""Comparison of runs with good ones, and the texts about it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run compared with good ones."""
+"""Comparison of a run with good ones."""
 from __future__ import annotations
 
 from typing import (
@@ -81,32 +81,35 @@ from process_visualizer.runs.series import (
 )
 
 _MIN_SHARE = 0.8
-"""Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
+"""Minimum share of the reference, or of the run, with a counterpart in the other; else reported."""
 
 _OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
 _SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
-"""Tools are at the same place when so many are so near, and not soon before or after."""
+"""Share of good runs, and their distance, for tools to be at the same place.
+
+Rows that are within the third number of rows from another place do not count.
+"""
 _ELSEWHERE_M = 0.01
-"""A run whose tools are mostly farther from the reference's has its path at another place."""
+"""Median distance of the tools from the reference's [m] above which a path is at another place."""
 _AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
 _TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
 _ROUGH_KNOWN_S = 0.1
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
-"""How severe a wrong state is, and how well its time is known."""
+"""The severity of a wrong state, and the uncertainty of its time [s]."""
 _BY_STATES_S = 0.08
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
 _FOLLOWING_LABELS = ('tool sideways', 'tool up')
-"""They have data where another signal of theirs has."""
+"""Signals that have data where another signal of the same channel or tool has."""
 _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
-"""From so much on, also as a share of the reference, a different pace is reported."""
+"""Minimum difference in duration [s], and as a share of the reference, that is reported."""
 
 
 class Unjudged(NamedTuple):
-    """A signal of which the run has no data from one time of the recording to another [s].
+    """A signal for which the run has no data between two times of the recording [s].
 
-    One that comes ``too_seldom`` is judged nowhere.
+    A signal that comes ``too_seldom`` is judged nowhere.
     """
 
     signal: Signal
@@ -118,7 +121,7 @@ class Unjudged(NamedTuple):
 class Comparison(NamedTuple):
     """The result for a run: its signals on the reference's clock, and where they left a band.
 
-    ``why_not`` says why it was not judged, if it was not.
+    ``why_not`` says why the run was not judged; empty if it was.
     """
 
     run: Run
@@ -132,25 +135,25 @@ class Comparison(NamedTuple):
 
     @property
     def has_gaps(self) -> bool:
-        """Whether the run lacks data somewhere that good runs have there."""
+        """Return whether the run lacks data somewhere where good runs have data."""
         return any(not it.too_seldom for it in self.unjudged)
 
     @property
     def nearest(self) -> Optional[Nearness]:
-        """Return what came nearest to leaving its band; None where nothing was judged."""
+        """Return the signal that came nearest to leaving its band; None if nothing was judged."""
         rows = max((len(it) for it in self.columns.values()), default=0)
         found = nearness(np.arange(rows) / RATE_HZ, self.columns, self.band)
         return found[0] if found else None
 
     @property
     def badness(self) -> float:
-        """Return the distance from the usual in widths of the band; up to 1 it is in range."""
+        """Return the distance from the usual in half widths of the band; up to 1 is in range."""
         nearest = self.nearest
         return max([it.severity for it in self.departures]
                    + ([] if nearest is None else [min(nearest.share, 1.0)]), default=0.0)
 
     def run_s(self, reference_s: float) -> float:
-        """Return the time of the run [s from its begin] that belongs to one of the reference."""
+        """Return the time of the run [s from its start] that corresponds to the reference's."""
         return float(self.alignment.time_map.to_run(np.array([reference_s]))[0])
 
 
@@ -172,15 +175,15 @@ class GoodRuns:
         """Take the runs; those that stand out from the others are left out.
 
         Args:
-            reference: on whose clock runs are compared; if it stands out, another one takes its
-                place.
-            others: good runs besides it.
+            reference: the run on whose clock runs are compared; if it stands out, another one
+                takes its place.
+            others: further good runs.
             rate: how often a good run leaves the band; default: 0.05 if there are enough runs,
-                otherwise the band is what the good runs did, how they spread, and a tolerance.
-            tolerance: as a share of the range, for signals without one of their own.
+                otherwise the band is what the good runs did, their spread, and a tolerance.
+            tolerance: a share of the range, for signals without a tolerance of their own.
 
         Raises:
-            TooFewRuns: a rate was asked for that so few runs cannot support.
+            TooFewRuns: there are too few runs for the given rate.
             ValueError: the reference has nothing to compare.
         """
         if not reference.channels and not reference.motions:
@@ -213,7 +216,7 @@ class GoodRuns:
         self.notes = (*notes, *self._limited())
 
     def _limited(self) -> Iterator[str]:
-        """Yield where the configuration allows less than good runs differ."""
+        """Yield a note where the configuration allows less than the differences of good runs."""
         for signal, limits in self.band.signals.items():
             if signal.max_tolerance is None or signal.over_s:
                 continue
@@ -226,7 +229,7 @@ class GoodRuns:
                        'range than stated')
 
     def of(self, run: Run) -> Optional['GoodRuns']:
-        """Return the good runs that a run is judged by: those of its variant and place, if any."""
+        """Return the good runs that a run is judged by: those of its context, if there are any."""
         if run.context == self.reference.context:
             return self
         if run.context not in self._others and run.context in self._elsewhere:
@@ -259,7 +262,7 @@ class GoodRuns:
     def _hold_beside(self, runs: Sequence[Run], most_left_out: int) -> None:
         self._good: List[_Good] = []
         self._first_of_place: Dict[Context, Tuple[Run, Alignment]] = {}
-        self._times_by_place = _tell_times_by_place([it.place for it in runs])
+        self._times_by_place = _can_judge_times_by_place([it.place for it in runs])
         aligned_runs = []
         for run in runs:
             if run.place != self.reference.place and run.place not in self._first_of_place:
@@ -277,7 +280,7 @@ class GoodRuns:
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
-        """Return which good runs are none, and why; that one has other states is sought first."""
+        """Return the runs that are not good, and why; those with other states are sought first."""
         self._by_states: Dict[int, str] = {}
         for key, order in self._orders.items():
             for row, words in order.outstanding().items():
@@ -292,9 +295,9 @@ class GoodRuns:
         return StateOrder(good, dict(self.reference.by_key[key].value_names))
 
     def compare(self, run: Run, anchors: Sequence[Anchor] = ()) -> Comparison:
-        """Return where a run leaves the band; if it is one of the good runs, the others' band.
+        """Return where a run leaves the band; a good run is judged by the band of the others.
 
-        ``anchors`` are moments that belong together because the operator says so.
+        ``anchors`` are moments that correspond because the operator says so.
         """
         good = self.of(run)
         if good is None:
@@ -306,7 +309,7 @@ class GoodRuns:
         alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
         own = next((row for row, it in enumerate(self._good) if it.fingerprint == own_print), None)
-        if len(self._good) <= MIN_RUNS:  # so few others are no measure
+        if len(self._good) <= MIN_RUNS:  # too few others to judge it by
             own = None
         columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
@@ -324,7 +327,7 @@ class GoodRuns:
                           _unjudged(run, alignment, self.times_s, columns, band))
 
     def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
-        """A departure of noise, with the frequency at which the run vibrates, if there is one."""
+        """Return a departure; if it is noise, with the frequency of a vibration, if any."""
         key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
         if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0 or key not in run.by_key:
             return it
@@ -361,9 +364,9 @@ class GoodRuns:
                            if signal.kind is not SignalKind.JOINT}
 
     def _aligned(self, run: Run, anchors: Sequence[Anchor]) -> Alignment:
-        """The alignment; of runs of another place, by the first good one of that place.
+        """Return the alignment; for a run of another place, by the first good run of that place.
 
-        So what is wrong in finding the moments of a way to another place is the same for all.
+        So errors in finding the moments of a path to another place are the same for all these runs.
         """
         first = self._first_of_place.get(run.place)
         if first is not None and first[0] is run and not anchors:
@@ -387,10 +390,10 @@ class GoodRuns:
         return self._learner.band(rate, without)
 
     def _band_of_place(self, run: Run, own: Optional[int], band: Band) -> Band:
-        """The band, in which good runs of the same place tell where the tools are.
+        """Return the band, in which good runs of the same place show where the tools should be.
 
-        Where all places are alike, all good runs tell it. What follows from the place, and no such
-        run tells of, is not judged.
+        Where all places are alike, all good runs determine it. Signals that follow from the place,
+        and that no such run covers, are not judged.
         """
         if all(it.run.place == run.place for it in self._good):
             return band
@@ -416,11 +419,12 @@ class GoodRuns:
         return band._replace(signals=found)
 
     def _beside_place(self, columns: Columns, place: Context, own: Optional[int]) -> Columns:
-        """The columns of a run, in which time is lost beside the good runs of its place.
+        """Return the columns of a run, with *time lost* relative to the good runs of its place.
 
-        The map of time to another place is less exact, and as wrong for each run that goes there:
-        taken for a deviation of these runs, it would make good ones stand out, or leave the band,
-        all at the same moment. A good run without another one of its place tells nothing of it.
+        The time map to another place is less exact, with the same error in each run that goes
+        there. Taken for a deviation of these runs, the error would make good ones stand out or
+        leave the band, all at the same moment. For a good run that is alone at its place, *time
+        lost* is unknown.
         """
         if not self._times_by_place:
             return columns
@@ -432,7 +436,7 @@ class GoodRuns:
         return {**columns, _TIME_LOST: columns[_TIME_LOST] - usual}
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
-        """Return tool places; with a margin, as time is found by the motion to another place."""
+        """Return bands of tool places, with a margin for times found by another place's motion."""
         columns = [self._good[row].columns for row in alike]
         band = BandLearner(columns, self._tolerance).band()
         return {signal: widened(limits._replace(half_width=limits.half_width + signal_tolerance(
@@ -496,7 +500,7 @@ def _is_elsewhere(good: _Good) -> bool:
 
 
 def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
-    """A departure; what is less rough began when nothing rough came into its window any more."""
+    """Return a departure; if it is too smooth, its onset is when the last rough values entered."""
     if it.signal.kind is not SignalKind.NOISE or it.signal.over_s or it.deviation > 0.0:
         return it
     run_s = alignment.time_map.to_run(np.array([it.left_s])) - ROUGH_S
@@ -505,7 +509,7 @@ def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
 
 
 def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
-    """A departure; what is rougher began when its fine part says so."""
+    """Return a departure; if it is too rough, its onset is that of the fine part."""
     if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0:
         return it
     key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
@@ -526,9 +530,9 @@ def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> D
 
 
 def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
-    """The band of all places around what good runs of one of them did.
+    """Return the band of all places, widened to hold what good runs of one place did.
 
-    Their moments were found by the states of one of them, which is as wrong in each of them.
+    The moments of these runs were found by the states of one of them, with the same error in each.
     """
     low = np.fmin.reduce([limits.middle, *values]) - limits.half_width
     high = np.fmax.reduce([limits.middle, *values]) + limits.half_width
@@ -536,9 +540,9 @@ def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
 
 
 def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
-    """The band for a run whose moments are known no better than by messages of states.
+    """Return the band for a run whose moments are known only from messages of states.
 
-    The faster a tool is, the less is known of where it should be.
+    The faster a tool moves, the less is known about where it should be.
     """
     found = dict(band.signals)
     speeds = {it.device: tool_speed(it, times_s) for it in reference.motions if len(it.times_s)}
@@ -554,10 +558,10 @@ def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
 
 
 def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.ndarray) -> Band:
-    """The band for a run whose tools are beside their paths, farther than those of good runs.
+    """Return the band for a run whose tools are farther beside their paths than in good runs.
 
-    Moments are found by where on its path a tool is. One that is beside it may as well be earlier
-    or later, by as long as it takes for that way.
+    Moments are found by the place of a tool on its path. A tool beside its path may as well be
+    earlier or later, by the time it takes for that distance.
     """
     away, passed = np.zeros((2, len(times_s)))
     for motion in reference.motions:
@@ -577,14 +581,14 @@ def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.
     return band._replace(signals={**band.signals, _TIME_LOST: wider})
 
 
-def _tell_times_by_place(places: Sequence[Context]) -> bool:
-    """Return whether so many good runs have another one of their place that these tell of times."""
+def _can_judge_times_by_place(places: Sequence[Context]) -> bool:
+    """Return whether enough good runs share their place with another to judge times by place."""
     return len(set(places)) > 1 and sum(
         list(places).count(it) > 1 for it in places) >= MIN_RUNS
 
 
 def _without_place(good: _Good, reference: Run) -> Columns:
-    """Return what a good run tells of all places: not where the tools are, if it is another one."""
+    """Return the columns of a good run that hold for all places: no tool places of another one."""
     if good.run.place == reference.place:
         return good.columns
     return {signal: values for signal, values in good.columns.items()
@@ -592,9 +596,9 @@ def _without_place(good: _Good, reference: Run) -> Columns:
 
 
 def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
-    """Return where the tools are, as far as that is the same at all places; empty without such.
+    """Return the tools' places where they are the same for all places; empty without any such.
 
-    One run in five may be elsewhere there, as it may be none.
+    One run in five may be elsewhere, as it may not be good.
     """
     found: List[Columns] = [{} for _ in good]
     if all(it.run.place == good[0].run.place for it in good):
@@ -612,13 +616,13 @@ def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
 
 
 def _context_text(context: Context) -> str:
-    """Return what decides what is expected, and its value, in words."""
+    """Return a context in words: what determines the expectation, and its value."""
     return ', '.join(f'{name} {"unknown" if value is None else format(value, "g")}'
                      for name, value in context) or 'no variant'
 
 
 def _wait_anchors(reference: Run, run: Run) -> List[Anchor]:
-    """Return begins and ends of waits, whose length says nothing about equal moments."""
+    """Return anchors at the starts and ends of waits, whose duration is arbitrary."""
     mine, theirs = reference.waits_s, run.waits_s
     if len(mine) != len(theirs):
         return []
@@ -630,7 +634,7 @@ def _wait_anchors(reference: Run, run: Run) -> List[Anchor]:
 
 
 def _distinct(runs: Sequence[Run]) -> List[Run]:
-    """The runs, each once: the same twice would look like two that agree."""
+    """Return each run once: the same run twice would look like two that agree."""
     found: Dict[bytes, Run] = {}
     for run in runs:
         found.setdefault(fingerprint(run), run)
@@ -642,7 +646,7 @@ def _state_keys(reference: Run) -> List[Key]:
 
 
 def _states(reference: Run, run: Run, alignment: Alignment) -> Dict[Key, States]:
-    """The states of a run, by the reference's clock."""
+    """Return the states of a run on the reference's clock."""
     found, theirs = {}, run.by_key
     for key in _state_keys(reference):
         if key not in theirs:
@@ -665,7 +669,7 @@ def _state_departure(key: Key, fault: StateFault, end_s: float) -> Departure:
 
 def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Columns,
               band: Band) -> Tuple[Unjudged, ...]:
-    """Return where the good runs have data of a channel or tool, and the run has none."""
+    """Return where good runs have data for a channel or tool, and the run has none."""
     run_s = alignment.time_map.to_run(times_s)
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
     found: List[Unjudged] = []
@@ -691,7 +695,7 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
 
 
 def _unknown_states(run: Run, signal: Signal) -> Iterator[Unjudged]:
-    """Yield from when on a state is not known, because its messages ended."""
+    """Yield the time from which a state is unknown because its messages ended."""
     channel = run.by_key.get((signal.device, signal.label))
     if channel is not None and states(channel).until_s < run.duration_s:
         yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
@@ -699,7 +703,7 @@ def _unknown_states(run: Run, signal: Signal) -> Iterator[Unjudged]:
 
 
 def _pace(alignment: Alignment) -> List[str]:
-    """Return how much longer or shorter the motion took, if that is worth a word."""
+    """Return how much longer or shorter the motion took, if the difference is worth reporting."""
     reference_s, run_s = (float(it[-1] - it[0]) for it in alignment.time_map)
     longer_s = run_s - reference_s
     if reference_s <= 0.0 or abs(longer_s) < max(_MIN_LONGER_S, _MIN_PACE * reference_s):

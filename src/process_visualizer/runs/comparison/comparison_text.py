@@ -56,7 +56,7 @@ def _table(comparison: Comparison) -> List[str]:
 
 
 def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
-    """Return the same as JSON: times in s from the begin of each run's recording."""
+    """Return the same as JSON: times in s from the start of each run's recording."""
     return json.dumps({
         'reference': good.reference.name,
         'band': {'runs': good.band.runs, 'rate': good.band.rate}, 'notes': list(good.notes),
@@ -68,7 +68,7 @@ def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
 
 
 def cause_counts(comparisons: Sequence[Comparison]) -> Dict[str, int]:
-    """Return how many runs left their band with each signal first, the most frequent one first."""
+    """Return how many runs left their band first with each signal, the most frequent one first."""
     found = Counter(it.departures[0].signal.name for it in comparisons if it.departures)
     return dict(found.most_common())
 

@@ -12,7 +12,7 @@ from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.deviation.signals import Signal, SignalKind
 from process_visualizer.runs.run import Run
 
-# Numbers for a table: how long each phase of a run took, and what each channel had in it.
+# Numbers for a table: the duration of each phase of a run, and each channel's values in it.
 
 WHOLE = 'whole run'
 _HEAD = ('run', 'begin_s', 'verdict', 'phase', 'duration_s', 'device', 'channel', 'unit', 'least',
@@ -20,7 +20,7 @@ _HEAD = ('run', 'begin_s', 'verdict', 'phase', 'duration_s', 'device', 'channel'
 
 
 class Stretch(NamedTuple):
-    """A part of a run [s from its begin] with a name."""
+    """A named part of a run [s from its start]."""
 
     name: str
     begin_s: float
@@ -28,7 +28,7 @@ class Stretch(NamedTuple):
 
 
 def stretches(run: Run) -> List[Stretch]:
-    """Return the configured phases of a run, else those between its events, and the whole of it."""
+    """Return the configured phases of a run, else those between its events, and the whole run."""
     found = [Stretch(phase.name, *it) for phase in run.phases
              for it in run.between_s(phase.begin, phase.end)]
     if not found:
@@ -68,18 +68,18 @@ def _rows(comparison: Comparison) -> Iterator[Tuple[str, ...]]:
                    channel.unit, *(f'{it:.6g}' for it in numbers))
 
 
-# Drift: growth or fall from run to run of one recording, before any is out of range.
+# Drift: growth or fall from run to run of one recording, before any run is out of range.
 
 _MIN_RUNS, _MIN_RISING = 8, 6
 _SURE = 6.0
-"""So many times its own uncertainty is a slope that is told: there are many signals and places."""
+"""Minimum slope of a drift, in its own uncertainties: many signals and starts are tried."""
 _MIN_SHARE = 0.25
-"""In all it must change by this share of the band's width at least, else nobody needs to know."""
+"""Minimum change in total, as a share of the band's half width; less need not be reported."""
 _KINDS = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.PLACE, SignalKind.NOISE)
 
 
 class Drift(NamedTuple):
-    """A signal that changes by so much from run to run, since a run of a name."""
+    """A signal that changes by ``per_run`` from run to run, since the run named ``since``."""
 
     signal: Signal
     per_run: float
@@ -88,10 +88,10 @@ class Drift(NamedTuple):
 
 
 def drifts(comparisons: Sequence[Comparison]) -> List[Drift]:
-    """Return what drifts over the runs of each recording, the most in terms of its band first.
+    """Return the drifts over the runs of each recording, the largest in terms of its band first.
 
-    The mean of a run beside the middle of the band is taken as constant up to some run, and as
-    changing evenly from it on (least squares).
+    The mean distance of a run from the middle of the band is taken as constant up to some run, and
+    as changing evenly from there on (least squares).
     """
     recordings: Dict[Tuple[str, ...], List[Comparison]] = {}
     for it in comparisons:
@@ -129,7 +129,7 @@ def _mean_away(comparison: Comparison, signal: Signal) -> float:
 
 
 def _bend(values: np.ndarray) -> Tuple[int, float, float]:
-    """The run since which values (n,) change evenly, by how much, and that in uncertainties."""
+    """Return the row from which values (n,) change evenly, the slope, and that in uncertainties."""
     rows = np.arange(len(values), dtype=float)
     best = (0, 0.0, 0.0)
     least = np.inf

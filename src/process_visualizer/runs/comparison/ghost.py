@@ -37,13 +37,13 @@ from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.run import Channel, Run, ToolForce, ToolMotion
 
 Models = Mapping[str, RobotDescription]
-"""By the names of their devices."""
+"""Models of robots, by the names of their devices."""
 
 
 def robot_models(cell: Cell) -> Models:
-    """Return the models that can be used; the cell itself tells of the others."""
+    """Return the models that can be used; the cell itself reports the others."""
     robots = [it for it in cell.devices if it.type is DeviceType.ROBOT]
-    with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
+    with ThreadPoolExecutor(2) as pool:  # most of the time is spent in xacro processes
         found: Dict[str, Optional[RobotDescription]] = dict(
             zip((it.name for it in robots), pool.map(usable_description, robots)))
     return {name: model for name, model in found.items() if model is not None}
@@ -52,7 +52,7 @@ def robot_models(cell: Cell) -> Models:
 # The robots of the reference, in step with the runs of a recording that were compared with it.
 
 _MAX_TRACK_ROWS = 60_000
-"""Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
+"""Maximum rows of a robot: eight minutes at 125 Hz; more are thinned to every second, third, …"""
 
 
 class GhostTrack(NamedTuple):
@@ -69,7 +69,7 @@ class GhostTrack(NamedTuple):
 
 def ghost_tracks(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
                  models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
-    """Return a track of each robot whose joints are in the reference; without models loads them.
+    """Return a track of each robot whose joints are in the reference; loads models if not given.
 
     Between two runs there is a row without positions.
     """
@@ -80,14 +80,14 @@ def ghost_tracks(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
 
 def reference_tracks(cell: Cell, reference: Run,
                      models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
-    """Return the same over the time of the reference itself, without any other run."""
+    """Return the tracks over the time of the reference itself, without any other run."""
     return tuple(it.track(times_s, it.positions(times_s), np.empty((0, len(it.joints))))
                  for it in _robots(cell, reference, models)
                  for times_s in [_times_s(it.channels, 1)])
 
 
 class _Robot(NamedTuple):
-    """A robot's joints in the reference; ``offsets`` [rad or m] lead to those of its model."""
+    """A robot's joints in the reference; adding ``offsets`` [rad or m] gives those of its model."""
 
     device: str
     tool: str
@@ -96,11 +96,11 @@ class _Robot(NamedTuple):
     offsets: np.ndarray
 
     def positions(self, times_s: np.ndarray) -> np.ndarray:
-        """The joints (n, k) as recorded, at times [s] of the reference (n,)."""
+        """Return the joints (n, k) as recorded, at times [s] of the reference (n,)."""
         return np.stack([_at(channel, times_s) for channel in self.channels], axis=1)
 
     def track(self, times_s: np.ndarray, there: np.ndarray, here: np.ndarray) -> GhostTrack:
-        """Return a track out of joints as recorded."""
+        """Return a track from joints as recorded."""
         return GhostTrack(self.device, self.tool,
                           JointTrack(self.joints, times_s, there + self.offsets),
                           here + self.offsets)
@@ -130,7 +130,7 @@ def _track(robot: _Robot, comparisons: Sequence[Comparison]) -> GhostTrack:
     times_s = _times_s(robot.channels, len(comparisons))
     parts = [_part(robot, times_s, it) for it in _in_order(comparisons)]
     columns = [np.concatenate(column) for column in zip(*parts)]
-    rising = columns[0] >= np.maximum.accumulate(columns[0])  # where runs overlap, the first one
+    rising = columns[0] >= np.maximum.accumulate(columns[0])  # the first of overlapping runs
     times_s, there, here = (column[rising] for column in columns)
     return robot.track(times_s, there, here)
 
@@ -140,14 +140,14 @@ def _in_order(comparisons: Sequence[Comparison]) -> List[Comparison]:
 
 
 def _times_s(channels: Sequence[Channel], runs: int) -> np.ndarray:
-    """The times of the reference's messages, all of them if there are not too many."""
+    """Return the times of the reference's messages, all of them unless there are too many."""
     times_s = max((it.times_s for it in channels), key=len)
     return times_s[::max(1, math.ceil(len(times_s) * runs / _MAX_TRACK_ROWS))]
 
 
 def _part(robot: _Robot, reference_s: np.ndarray, comparison: Comparison
           ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
+    """Return times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
 
     The last row ends the run.
     """
@@ -170,7 +170,7 @@ def _at(channel: Optional[Channel], times_s: np.ndarray) -> np.ndarray:
 
 
 def _tool(device: Device, description: RobotDescription) -> str:
-    """The link of the model that carries the tool."""
+    """Return the link of the model that carries the tool."""
     tool = tool_frame(device, description)
     return next((it for it in (tool.frame, tool.parent) if it in description.links), '')
 
@@ -178,7 +178,7 @@ def _tool(device: Device, description: RobotDescription) -> str:
 # The robots of a cell with the frames that the configuration fixes to their links.
 
 class GhostArm(NamedTuple):
-    """A robot, its links and frames, the one that carries all, and its tool frame."""
+    """A robot, its links and frames, its root link, and its tool frame."""
 
     device: Device
     kinematics: Kinematics
@@ -186,7 +186,7 @@ class GhostArm(NamedTuple):
     tool: str
 
     def fixed(self, frame: str) -> Optional[Tuple[str, Placement]]:
-        """Return a link of the model, and where a frame is in it; None for other frames."""
+        """Return the link that a frame is fixed to, and its place in it; None for other frames."""
         if not self.kinematics.connects(frame, self.root):
             return None
         link = self.kinematics.fixed_to(frame, self.root)
@@ -218,15 +218,15 @@ def _placement(pose: Pose) -> Placement:
 # The arrows of the reference, in step with the runs of a recording that were compared with it.
 
 _MAX_ARROW_ROWS = 20_000
-"""Of an arrow: of more, every second or third, ..."""
+"""Maximum rows of an arrow; more are thinned to every second, third, …"""
 
 
 class ReferenceArrow(NamedTuple):
     """A quantity of the reference as an arrow over the time of the recording.
 
-    ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn; NaN: there is
-    none. The arrow begins at ``foot`` (3,) [m] in ``foot_frame``. Both frames are links of one
-    robot's model, which the ghost moves, or one and the same other frame.
+    ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn, NaN without an
+    arrow. The arrow begins at ``foot`` (3,) [m] in ``foot_frame``. Both frames are links of one
+    robot's model, which the ghost moves, or they are the same other frame.
     """
 
     name: str
@@ -239,10 +239,10 @@ class ReferenceArrow(NamedTuple):
 
 def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
                  models: Optional[Models] = None) -> Tuple[ReferenceArrow, ...]:
-    """Return tool velocity, force and variables of the reference; without models loads them.
+    """Return arrows of the reference's tool velocities, forces and variables.
 
-    Only what RViz shows of the run itself has an arrow. Between two runs there is a row without
-    one.
+    The models are loaded if not given. Only quantities that RViz shows for the run itself have an
+    arrow. Between two runs there is a row without one.
     """
     if not comparisons:
         return ()
@@ -251,7 +251,7 @@ def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
 
 
 def run_arrows(cell: Cell, run: Run, models: Optional[Models] = None) -> Tuple[ReferenceArrow, ...]:
-    """Return the same of any run over its own time."""
+    """Return the arrows of any run over its own time."""
     known = arms(cell, robot_models(cell) if models is None else models)
     return tuple(it for device in cell.devices for it in (
         *_robot_arrows(device, known, run), *_variable_arrows(device, known, run)))
@@ -272,7 +272,7 @@ def _robot_arrows(
 
 
 def _velocity_arrow(arm: GhostArm, motion: ToolMotion) -> ReferenceArrow:
-    """It is in the base frame, as the robot processor has it."""
+    """Return the velocity arrow in the base frame, as the robot processor has it."""
     times_s, slopes = velocity_rows(motion.times_s, motion.positions)
     base = arm.device.base
     turn = np.eye(3) if base is None else matrix_from_quaternion(quaternion_from_ypr(base.pose.ypr))
@@ -293,7 +293,7 @@ def _force_arrow(arm: GhostArm, force: ToolForce) -> ReferenceArrow:
 
 def _tool_arrow(arm: GhostArm, quantity: str, frame: str, times_s: np.ndarray,
                 vectors: np.ndarray) -> ReferenceArrow:
-    """Return the arrow: at the tool for a frame that the arm does not move, else in its frame."""
+    """Return the arrow: at the tool for a frame that the arm does not move, else in that frame."""
     link, place = arm.fixed(frame) or (frame, Placement())
     is_carried = not arm.kinematics.connects(frame, arm.root) or arm.kinematics.moves(
         frame, arm.root)
@@ -304,7 +304,7 @@ def _tool_arrow(arm: GhostArm, quantity: str, frame: str, times_s: np.ndarray,
 
 
 def _drawn(vectors: np.ndarray, style: ArrowStyle) -> np.ndarray:
-    """Vectors (n, 3) as long as motion.arrows.arrow_length makes them; NaN below the threshold."""
+    """Return vectors (n, 3) as long as arrow_length makes them; NaN below the threshold."""
     size = np.linalg.norm(vectors, axis=1)
     is_shown = size > style.threshold  # not for NaN
     length_m = np.clip(size * style.scale_m, style.min_m, style.max_m)
@@ -340,7 +340,7 @@ def _unit(variable: Variable) -> np.ndarray:
 
 
 def _over_recording(arrow: ReferenceArrow, comparisons: Sequence[Comparison]) -> ReferenceArrow:
-    """The arrow, so far over the time of the reference, over that of the recording."""
+    """Return an arrow over the time of the recording, given it over that of the reference."""
     step = max(1, math.ceil(len(arrow.times_s) * len(comparisons) / _MAX_ARROW_ROWS))
     times_s, vectors = arrow.times_s[::step], arrow.vectors[::step]
     parts: List[Tuple[np.ndarray, np.ndarray]] = []
@@ -351,21 +351,24 @@ def _over_recording(arrow: ReferenceArrow, comparisons: Sequence[Comparison]) ->
         parts.append((it.run.begin_s + np.append(run_s[inside], end_s),
                       np.vstack((vectors[inside], np.full(3, np.nan)))))
     recorded_s, drawn = (np.concatenate(column) for column in zip(*parts))
-    rising = recorded_s >= np.maximum.accumulate(recorded_s)  # where runs overlap, the first one
+    rising = recorded_s >= np.maximum.accumulate(recorded_s)  # the first of overlapping runs
     return arrow._replace(times_s=recorded_s[rising], vectors=drawn[rising])
 
 
-# A good run beside which a live one can be followed: its robots, and when its events come.
+# A good run as the reference of a live one: its robots, and the times of its events.
 
 class ReferenceEvent(NamedTuple):
-    """An event that can be seen live, and when [s] the reference has it."""
+    """An event that can be seen live, and its times in the reference [s]."""
 
     event: ProcessEvent
     times_s: Tuple[float, ...]
 
 
 class LiveReference(NamedTuple):
-    """``tracks`` count from the reference's begin; without any there is nothing to follow."""
+    """A reference for live runs; ``tracks`` count from its start, and may be empty.
+
+    Without tracks, there is nothing to follow.
+    """
 
     tracks: Tuple[GhostTrack, ...]
     events: Tuple[ReferenceEvent, ...] = ()
@@ -373,9 +376,9 @@ class LiveReference(NamedTuple):
 
 
 def live_reference(cell: Cell, run: Run) -> LiveReference:
-    """Return what is needed to follow live robots beside a run; loads the robots' models.
+    """Return a run as the reference for live robots; loads the robots' models.
 
-    Marks are no events here: nobody has set them yet. A span between them is left out.
+    Marks are no events here, because nobody has set them yet. A span between marks is left out.
     """
     events = tuple(ReferenceEvent(event, tuple(it.time_s for it in run.events
                                                if it.name == event.name))

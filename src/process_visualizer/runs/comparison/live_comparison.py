@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell compared with good runs: what is out of their band now, and since when."""
+"""A running cell compared with good runs: the signals out of their band now, and since when."""
 from __future__ import annotations
 
 from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
@@ -16,13 +16,13 @@ from process_visualizer.runs.run import Key
 from process_visualizer.runs.series import moving_mean
 
 _NEWEST_S = 1.5
-"""A value that is older tells nothing about now."""
-_TOLD_AFTER_S = 0.2
-"""What is out for a shorter time is not told."""
+"""Maximum age of a value that says something about now [s]."""
+_REPORTED_AFTER_S = 0.2
+"""Minimum time out of the band that is reported [s]."""
 
 
 class LiveDeparture(NamedTuple):
-    """A channel that is out of the band now: ``beyond`` is how far [its unit], below 0: under it.
+    """A channel that is out of the band now, by ``beyond`` [its unit]; below 0: under it.
 
     ``since_s`` is on the clock of its values.
     """
@@ -33,10 +33,10 @@ class LiveDeparture(NamedTuple):
 
 
 class LiveComparison:
-    """Judges values by the band of good runs at the moments of the reference that belong to them.
+    """Comparison of live values with the band of good runs at corresponding moments.
 
-    What is judged is what the live curves have: variables, forces and speeds. As these moments are
-    found while they pass, the band is that of 0.1 s before to 0.1 s later.
+    The channels of live curves are judged: variables, forces and speeds. As moments of the
+    reference are found while they pass, the band covers 0.1 s before to 0.1 s after them.
     """
 
     def __init__(self, good: GoodRuns) -> None:
@@ -56,8 +56,8 @@ class LiveComparison:
              column_s: float) -> Optional[TimelineBand]:
         """Return the band of a channel at moments of the reference (n,), for drawing it.
 
-        ``values`` (n,) are those of the running cell, one in each ``column_s``. None: it has no
-        band, or not there.
+        ``values`` (n,) are those of the running cell, one per ``column_s`` [s]. None if the channel
+        has no band, or not at these moments.
         """
         limits = self._limits_at(key, reference_s)
         if limits is None or not np.isfinite(limits.middle).any():
@@ -68,21 +68,21 @@ class LiveComparison:
 
     def departures(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                    reference_s: np.ndarray) -> Tuple[LiveDeparture, ...]:
-        """Return what is out of its band at the last time, the one that left first at first.
+        """Return the channels that are out of their band at the last time, in the order of leaving.
 
         Args:
-            times_s: (n,) of the values, even, as many a second as the band has; the last is now.
+            times_s: (n,) of the values, even, at the rate of the band; the last one is now.
             values: (n,) of each channel, NaN where it has none.
-            reference_s: (n,) the moments of the reference that belong to the times.
+            reference_s: (n,) the corresponding moments of the reference.
         """
         found = [self._departure(key, times_s, values[key], reference_s)
                  for key in self._signals if key in values]
         return tuple(sorted((it for it in found if it is not None), key=lambda it: it.since_s))
 
     def lost(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> FrozenSet[Key]:
-        """Return the channels whose values are too old to tell anything about now.
+        """Return the channels whose values are too old to say anything about now.
 
-        Times and values are those of ``departures``.
+        Times and values are as for ``departures``.
         """
         recent = times_s >= times_s[-1] - _NEWEST_S
         return frozenset(key for key in self._signals if key not in values or not np.isfinite(
@@ -91,7 +91,7 @@ class LiveComparison:
     def known_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> Optional[float]:
         """Return the time of the newest value of all channels; None without any.
 
-        Times and values are those of ``departures``.
+        Times and values are as for ``departures``.
         """
         known = [np.isfinite(values[key]) for key in self._signals if key in values]
         rows = np.flatnonzero(np.any(known, axis=0)) if known else np.zeros(0, int)
@@ -107,7 +107,7 @@ class LiveComparison:
             return None
         is_out = np.abs(deviation[rows]) > limits.half_width[rows]
         since = outside_since(is_out)
-        if since is None or times_s[rows[-1]] - times_s[rows[since]] < _TOLD_AFTER_S:
+        if since is None or times_s[rows[-1]] - times_s[rows[since]] < _REPORTED_AFTER_S:
             return None
         worst = rows[np.flatnonzero(is_out)[-1]]
         beyond = abs(deviation[worst]) - limits.half_width[worst]
@@ -123,13 +123,13 @@ class LiveComparison:
 
 
 def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:
-    """The rows behind the last moment at which the reference began anew."""
+    """Return the rows after the last moment at which the reference started again."""
     back = np.flatnonzero(np.diff(reference_s[rows]) < 0.0)
     return rows[back[-1] + 1:] if len(back) else rows
 
 
 def departure_text(departure: LiveDeparture, now_s: float) -> str:
-    """Return which channel is how far out of the band, and for how long."""
+    """Return which channel is out of the band, how far, and for how long."""
     return f'{departure.signal.name} {beyond_text(departure)} {lasting_text(departure, now_s)}'
 
 
@@ -144,25 +144,25 @@ def beyond_text(departure: LiveDeparture) -> str:
     return f'{quantity(departure.signal, departure.beyond, sign=True, digits=2)} {side} range'
 
 
-# The runs of a cell that is followed live: when each began and ended, and its verdict.
+# The runs of a live cell: when each began and ended, and its verdict.
 
 _AGAIN_S = 1.0
-"""A moment of the reference that is so much earlier belongs to another run."""
+"""A moment of the reference that is earlier by this much belongs to another run [s]."""
 _UNKNOWN_S = 1.0
-"""A run is over when no moment of the reference has been known for so long."""
+"""Time without a known moment of the reference after which a run is over [s]."""
 _MIN_S = 1.0
 _LOST_S = 5.0
-"""A run is over when there have been no values for so long."""
+"""Time without values after which a run is over [s]."""
 _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
-"""How much of the reference may be missing at the end of a whole run."""
+"""Parts of the reference that may be missing at the beginning and end of a whole run [s]."""
 
 
 class FinishedRun(NamedTuple):
     """A run that is over; times in s since the epoch. ``departed`` names what was out of range.
 
-    ``broken_off_s`` is the moment of the reference at which it ended too early; None if it did not.
-    ``seen_from_s`` is the one from which on it was compared; None if that is the beginning.
-    ``lost_from_s`` is the one from which on there were no values to its end; None if there were.
+    Three moments of the reference [s] may be None: ``broken_off_s``, at which the run ended too
+    early; ``seen_from_s``, from which on it was compared, if not from the beginning;
+    ``lost_from_s``, from which on there were no values until its end.
     """
 
     began_s: float
@@ -176,12 +176,12 @@ class FinishedRun(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Return whether it was judged, to its end, and nothing was out of range."""
+        """Return whether the run was judged to its end, and nothing was out of range."""
         return self.is_judged and not self.departed and self.broken_off_s is None
 
     @property
     def verdict(self) -> str:
-        """Return what is to be said of it."""
+        """Return the verdict in words."""
         end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
         if not self.is_judged:
             return ', '.join(['no data', *end])
@@ -192,15 +192,15 @@ class FinishedRun(NamedTuple):
                           else f'in range{since}', *end])
 
     def settings(self) -> Dict[str, Any]:
-        """Return what ``finished_run`` needs."""
+        """Return the settings that ``finished_run`` needs."""
         return dict(self._asdict(), departed=list(self.departed))
 
 
 def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
-    """Return what ``settings`` returned.
+    """Return the run whose ``settings`` are given.
 
     Raises:
-        KeyError, TypeError, ValueError: it is something else.
+        KeyError, TypeError, ValueError: these are not the settings of a run.
     """
     broken_off_s, seen_from_s, lost_from_s = (
         None if it is None else float(it) for it in (
@@ -218,10 +218,10 @@ class _Run(NamedTuple):
 
 
 class LiveRuns:
-    """Follows the moments of a reference, and what is out of range at them."""
+    """Tracker of live runs, by the moments of a reference and the departures at them."""
 
     def __init__(self, reference: str, duration_s: float) -> None:
-        """Take the reference's name and how long it is."""
+        """Take the reference's name and duration."""
         self._reference, self._duration_s = reference, duration_s
         self._run: Optional[_Run] = None
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
@@ -235,7 +235,7 @@ class LiveRuns:
         return bool(self._departed)
 
     def at(self, stamp_s: float, reference_s: Optional[float]) -> Optional[FinishedRun]:
-        """Take which moment of the reference it is [s]; return the run that is over by that."""
+        """Take the current moment of the reference [s]; return the run that this ends, if any."""
         run = self._run
         if self._is_lost and run is not None:
             self._lost = lost = self._lost or run
@@ -258,7 +258,7 @@ class LiveRuns:
         return finished
 
     def judge(self, departures: Iterable[LiveDeparture]) -> None:
-        """Take what is out of range now; the farthest of each channel counts."""
+        """Take the current departures; the farthest of each channel counts."""
         was_lost, self._is_lost = self._is_lost, False
         self._lost, self._is_waiting = None, False
         run = self._run
@@ -274,15 +274,15 @@ class LiveRuns:
                 self._departed[it.signal.name] = it, from_s
 
     def lose(self) -> None:
-        """Take that nothing is known of the values until ``judge`` is called again.
+        """Note that values are unknown until ``judge`` is called again.
 
-        A run in which nothing was out of range before was compared only from then on. One that
-        is lost for long is over.
+        A run without departures so far counts as compared only from then on. A run that is lost for
+        long is over.
         """
         self._is_lost, self._is_judged = True, bool(self._departed)
 
     def end(self) -> Optional[FinishedRun]:
-        """Return the run that was going on, which is over; None without one."""
+        """End the current run, and return it; None without one."""
         run, departed, is_judged = self._run, self._departed, self._is_judged
         lost, self._lost = self._lost, None
         self._run, self._departed, self._is_judged = None, {}, False

@@ -14,13 +14,13 @@ from process_visualizer.runs.deviation.signals import RATE_HZ, SignalKind
 from process_visualizer.runs.run import Key, Run
 
 SHOWN = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.STATE)
-"""What has curves."""
+"""The kinds of signals that have curves."""
 
 
 class TimelineBand(NamedTuple):
-    """The band in each of the columns of equal time (n,) of a recording; NaN outside of the runs.
+    """The band in each column of equal duration (n,) of a recording; NaN outside the runs.
 
-    ``departed`` tells in which columns the run is outside of it.
+    ``departed`` marks the columns in which the run is outside the band.
     """
 
     low: np.ndarray
@@ -33,10 +33,10 @@ def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], durat
     """Return the bands by device and label; where runs overlap, the later one's.
 
     Args:
-        times_s: (t,) those of the reference's clock.
+        times_s: (t,) times on the reference's clock.
         comparisons: of runs of one recording.
-        duration_s: of the recording, which has so many columns.
-        columns: at least one.
+        duration_s: the duration of the recording.
+        columns: the number of columns of the recording, at least one.
     """
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
     found: Dict[Key, TimelineBand] = {}
@@ -48,7 +48,7 @@ def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], durat
             if signal.kind not in SHOWN or signal.over_s or signal not in comparison.columns:
                 continue
             it = found.setdefault((signal.device, signal.label), _empty(columns))
-            times_s = np.arange(len(band.middle)) / RATE_HZ  # of runs of another group, another one
+            times_s = np.arange(len(band.middle)) / RATE_HZ  # another group has its own
             is_out = outside(comparison.columns[signal], band)
             it.low[rows] = np.interp(at_s, times_s, band.middle - band.half_width, np.nan, np.nan)
             it.high[rows] = np.interp(at_s, times_s, band.middle + band.half_width, np.nan, np.nan)
@@ -75,7 +75,7 @@ class MomentKind(Enum):
 
 
 class ReferenceMoment(NamedTuple):
-    """A moment of the reference [s], and where in the recording [s] a run has it.
+    """A moment of the reference [s], and its position in a run of the recording [s].
 
     ``run`` is the number of the run among those that were compared.
     """
@@ -88,7 +88,7 @@ class ReferenceMoment(NamedTuple):
 
 
 class AnchoredRun(NamedTuple):
-    """The result for a run, its number, and what the operator said of its alignment."""
+    """The result for a run, its number, and the operator's anchors of its alignment."""
 
     number: int
     comparison: Comparison
@@ -96,7 +96,7 @@ class AnchoredRun(NamedTuple):
 
 
 def timeline_moments(reference: Run, runs: Sequence[AnchoredRun]) -> Tuple[ReferenceMoment, ...]:
-    """Return the reference's events, each run's departures and anchors, in the order of time."""
+    """Return the reference's events, each run's departures and anchors, in order of time."""
     return tuple(sorted((it for run in runs for it in _moments(reference, run)),
                         key=lambda it: it.position_s))
 

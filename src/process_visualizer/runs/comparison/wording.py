@@ -15,7 +15,7 @@ _NEAR_EVENT_S = 60.0
 _SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
           'tool sideways': ('to the left of its path', 'to the right of its path'),
           'tool up': ('above its path', 'below its path')}
-"""Of where a tool is: the words for values above 0, and below."""
+"""Words for the place of a tool: for values above 0, and below."""
 
 
 def clock(time_s: float) -> str:
@@ -27,7 +27,7 @@ def clock(time_s: float) -> str:
 def moment(comparison: Comparison, reference_s: float) -> str:
     """Return a time of the reference as the run's, with the event before it.
 
-    The clock is that of the run's recording, so that the player finds the moment.
+    The clock is that of the run's recording, so that the moment can be found in the player.
     """
     run = comparison.run
     run_s = comparison.run_s(reference_s)
@@ -40,7 +40,7 @@ def moment(comparison: Comparison, reference_s: float) -> str:
 
 
 def unjudged_texts(comparison: Comparison) -> List[str]:
-    """Return a sentence for each signal of which the run has no data somewhere."""
+    """Return a sentence for each signal for which the run lacks data somewhere."""
     stretches: Dict[str, List[str]] = {}
     seldom = [_named(it.signal) for it in comparison.unjudged if it.too_seldom]
     for it in comparison.unjudged:
@@ -57,7 +57,7 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
 
 
 def nearest_text(comparison: Comparison) -> str:
-    """Return what came nearest to leaving its band, how near, and in which phase; may be empty."""
+    """Return which signal came nearest to leaving its band, how near, and in which phase, or ''."""
     nearest = comparison.nearest
     if nearest is None or comparison.why_not:
         return ''
@@ -67,12 +67,12 @@ def nearest_text(comparison: Comparison) -> str:
 
 
 def _named(signal: Signal) -> str:
-    """Return what a signal is called beside anything but its value: '2 % slower' has no name."""
+    """Return the name of a signal without its value: '2 % slower' has no name beside it."""
     return 'pace' if signal.label == SLOWER_LABEL else signal.name
 
 
 def amount(departure: Departure) -> str:
-    """Return how far a signal was out at the worst, and how wide the band is there."""
+    """Return how far a signal was out at its worst, and how wide the band is there."""
     signal, value, half = departure.signal, departure.deviation, departure.half_width
     if departure.words:
         return departure.words
@@ -96,7 +96,7 @@ def amount(departure: Departure) -> str:
 
 
 def said(departure: Departure) -> str:
-    """Return what was out, and how far: where a tool was is said in one."""
+    """Return which signal was out, and how far; for the place of a tool as one phrase."""
     signal = departure.signal
     if signal.label in _SIDES and signal.kind is SignalKind.PLACE and not departure.words:
         return f'{signal.device} tool {amount(departure)}'.strip()
@@ -127,7 +127,7 @@ _MAX_FOLLOWERS = 2
 
 
 def verdict(comparison: Comparison) -> str:
-    """Return whether, when and with what a run left the band first, and what followed."""
+    """Return whether a run left the band, when and with which signal first, and what followed."""
     found = comparison.departures
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
@@ -149,7 +149,7 @@ def _later(seconds: float) -> str:
 
 
 def band_text(band: Band) -> str:
-    """Return what a band is made of."""
+    """Return in words what a band is made of."""
     if band.rate is None:
         runs = 'one good run' if band.runs == 1 else f'{band.runs} good runs'
         return f'what {runs} did, and a tolerance around it'
