@@ -18,24 +18,24 @@ from process_visualizer.runs.deviation.signals import (
 )
 from process_visualizer.runs.series import moving_maximum, moving_mean
 
-# The spread of one signal of good runs: around their common part, by place and by run.
+# The spread of one signal of good runs around their common part, by moment and by run.
 
 EDGE_ROWS = 5
-"""An edge may come so many rows earlier or later: 0.1 s."""
+"""Rows by which an edge may come earlier or later: 0.1 s."""
 _SPREAD_ROWS = 25
 _ROWS_ALIKE = 12.0
-"""The spread that is usual for a signal counts as much as so many runs at one place."""
+"""Weight of the usual spread of a signal, in runs at one moment."""
 _WINDOW_RUNS = 3.0
-"""Of values without a window around them, the moments near by tell as much as so many runs."""
+"""Weight of nearby moments, in runs, for values without a window around them."""
 _SHARE_OF_EDGE = 0.1
 _KEPT_SHARE, _OF_KEPT = 0.8, 2.28
-"""Where one run may be none, the largest deviations do not count; the rest counts for them."""
+"""Share of the deviations that counts if a run may be an outlier, and the factor for the rest."""
 
 
 class Spread(NamedTuple):
-    """The common part of good runs at each time (t,), and the spread of a single one.
+    """The common part of good runs at each time (t,), and the spread of a single run.
 
-    ``low`` and ``high`` are the least and the greatest of what is usual within 0.1 s.
+    ``low`` and ``high`` are the minimum and the maximum of the usual value within 0.1 s.
     """
 
     low: np.ndarray
@@ -44,7 +44,7 @@ class Spread(NamedTuple):
 
 
 def envelope(usual: np.ndarray, rows: int = EDGE_ROWS) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the least and the greatest (…, t) of values so many rows before and behind."""
+    """Return the minimum and the maximum (…, t) of values within some rows before and after."""
     known = np.isfinite(usual)
     high = moving_maximum(np.where(known, usual, -np.inf), rows)
     low = -moving_maximum(np.where(known, -usual, -np.inf), rows)
@@ -86,11 +86,12 @@ def usual_square(squares: np.ndarray, robust: bool) -> np.ndarray:
 
 def smoothed(square: np.ndarray, level: np.ndarray, runs: int, has_window: bool,
              least: float) -> np.ndarray:
-    """Return the standard deviation (…, t) out of mean squares at each place.
+    """Return the standard deviation (…, t) from the mean squares at each moment.
 
-    Few runs tell little of a single place. So what they say is joined with what is usual for the
-    signal: a spread that is constant, and one that grows with the signal's level (t,). Where that
-    changes, most runs deviate by nothing and a few by much: there is a part of the change more.
+    Few runs say little about a single moment. So their spread is combined with the one that is
+    usual for the signal: a constant part, and one that grows with the signal's level (t,). Where
+    the level changes, most runs do not deviate and a few deviate much: a share of the change is
+    added.
     """
     local = moving_mean(square, _SPREAD_ROWS)
     usual = _usual(local, level)
@@ -103,7 +104,7 @@ def smoothed(square: np.ndarray, level: np.ndarray, runs: int, has_window: bool,
 
 
 def _usual(local: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """The squares as a constant and a share of the squared level, by least squares; (…, t)."""
+    """Return squares (…, t) as a constant and a share of the squared level, by least squares."""
     known = np.isfinite(local) & np.isfinite(level)
     count = np.maximum(known.sum(axis=-1, keepdims=True), 1)
     x = np.where(known, level * level, 0.0)
@@ -119,7 +120,7 @@ def _usual(local: np.ndarray, level: np.ndarray) -> np.ndarray:
 
 
 def sustained(ratio: np.ndarray) -> np.ndarray:
-    """Return for each run (n, t) the greatest of what lasts for three rows; 0 without any."""
+    """Return for each run (n, t) the greatest value that lasts for three rows; 0 without any."""
     known = np.where(np.isfinite(ratio), ratio, 0.0)
     if known.shape[-1] < 3:
         result: np.ndarray = known.max(axis=-1)
@@ -130,17 +131,16 @@ def sustained(ratio: np.ndarray) -> np.ndarray:
 
 
 def student_quantile(rate: float, freedom: float) -> float:
-    """Return what Student's t exceeds at a rate (Cornish and Fisher 1937, three terms)."""
+    """Return the value that Student's t exceeds at a rate (Cornish and Fisher 1937, 3 terms)."""
     z = NormalDist().inv_cdf(1.0 - rate)
     return float(z + (z ** 3 + z) / (4.0 * freedom)
                  + (5.0 * z ** 5 + 16.0 * z ** 3 + 3.0 * z) / (96.0 * freedom ** 2))
 
 
 def highest_of_runs(mean: np.ndarray, spread: np.ndarray, quantile: float) -> np.ndarray:
-    """Return what the scores (s,) of further runs exceed as rarely as a normal number a quantile.
+    """Return the score (s,) that further runs exceed as rarely as normal numbers do a quantile.
 
-    Scores are not negative, and skew: they are taken as gamma distributed (Wilson and Hilferty
-    1931).
+    Scores are not negative, and skewed: a gamma distribution is assumed (Wilson and Hilferty 1931).
     """
     ninth = (spread / np.maximum(mean, 1e-9)) ** 2 / 9.0
     result: np.ndarray = mean * (1.0 - ninth + quantile * np.sqrt(ninth)) ** 3
@@ -148,20 +148,20 @@ def highest_of_runs(mean: np.ndarray, spread: np.ndarray, quantile: float) -> np
 
 
 MIN_RUNS = 3
-"""Good runs of which a spread can be known, each from the others."""
+"""Minimum number of good runs for a spread, each judged by the others."""
 USUAL_RATE = 0.05
-"""How often a good run leaves its band, where no rate was asked for."""
+"""Default rate at which a good run leaves its band."""
 _ENOUGH_FOR_MEDIAN = 7
-"""From so many good runs on, what is usual is their median while it is not known if one is none."""
+"""Number of good runs from which the median is the usual value while outliers are sought."""
 _OUTSTANDING = 1.8
-"""A run that is so many times as far away as a good one may be is none."""
+"""A run is an outlier if it is this many times as far away as a good one may be."""
 _COARSE_ROWS = 3
-"""To find a run that is none, so much fewer moments do."""
-_MAX_OUTSTANDING, _SHARE_OF_NONE = 0.25, 0.1
+"""Step in rows while outliers are sought: fewer moments are enough."""
+_MAX_OUTSTANDING, _SHARE_OF_OUTLIERS = 0.25, 0.1
 _SURE_SHARE = 0.4
-"""Of the rate is aimed at, so that it holds for most sets of good runs and not on average."""
+"""Share of the rate that is aimed at, so that it holds for most sets of good runs."""
 _RUNS_ALIKE, _MIN_SCORE = 8.0, 0.2
-"""What is usual for signals of one sort counts as much as so many runs."""
+"""Weight of the usual scores of one sort of signals, in runs, and the minimum score."""
 _MIN_SPREAD: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.005, SignalKind.PLACE: 1e-4, SignalKind.NOISE: 0.05,
     SignalKind.JOINT: 2e-4}
@@ -170,30 +170,33 @@ _TOLERANCES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
 _TURNED_DEG, _TURNED_DEG_OF_ONE = 10.0, 20.0
-"""A single run says nothing of how a force that sets in turns from run to run."""
+"""Tolerances of a force's direction, with several good runs and with one.
+
+A single run does not show how the direction of a force that sets in varies from run to run.
+"""
 RELATIVE_TOLERANCE = 0.1
-"""Of the range of the good runs' values, where the configuration gives no tolerance."""
+"""Default tolerance, as a share of the range of the good runs' values."""
 _SHARE_OF_SIZE = 0.3
-"""A signal counts as having a range of this share of its greatest value at least."""
+"""Minimum range of a signal, as a share of its greatest absolute value."""
 _EDGE_ROWS_OF_ONE = 7
-"""One run does not tell how much earlier or later an edge may come."""
+"""EDGE_ROWS for a single run, which does not show how much earlier or later an edge may come."""
 _MIN_MARGIN_SHARE = 0.04
 _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
-"""Of the tolerance of one good run; no number of good runs makes the margin smaller."""
+"""Minimum margin, as a share of the tolerance of one good run, for any number of good runs."""
 _NOISE_SPREADS = 6.0
 _TIMES_FARTHEST = 3.0
-"""No band is more times as wide as the farthest of the good runs was from the others."""
+"""Maximum margin, as a multiple of the distance of the farthest good run from the others."""
 
 
 class TooFewRuns(ValueError):
-    """An error: so few good runs cannot support a rate; the text says how many could."""
+    """Error: there are too few good runs for a rate; the text says how many it takes."""
 
 
 class SignalBand(NamedTuple):
-    """The values of good runs: in the middle, and half as wide as ``half_width``; both (t,).
+    """The band of a signal: ``middle`` plus and minus ``half_width``, both (t,).
 
-    ``usual`` (t,) is what they have in common; the middle is that of what they have within 0.1 s.
+    ``usual`` (t,) is the mean of the good runs; ``middle`` is centered in its range within 0.1 s.
     """
 
     middle: np.ndarray
@@ -213,27 +216,27 @@ class Band(NamedTuple):
 
 
 def fewest_runs(rate: float) -> int:
-    """Return how many good runs a rate needs: of N+1 equal runs each is the worst once."""
+    """Return how many good runs a rate needs: of N+1 equal runs, each is the worst once."""
     return max(math.ceil(1.0 / rate - 1e-9) - 1, MIN_RUNS)
 
 
 def most_of(runs: int) -> int:
-    """Return how many of so many good runs may be none, and be left out."""
+    """Return the maximum number of outliers among some good runs."""
     return max(int(_MAX_OUTSTANDING * runs), 1)
 
 
 class BandLearner:
-    """Learns the band of good runs, without those that are none, also with one more left out."""
+    """Learner of the band of good runs, without outliers, and optionally without one more run."""
 
     def __init__(self, good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE,
                  most_left_out: Optional[int] = None) -> None:
-        """Take at least one run on one reference's clock.
+        """Take at least one run; all are on the clock of one reference.
 
         Args:
-            good: their signals.
-            most_left_out: how many of them may be none; default: a quarter.
-            relative: the tolerance of values as a share of their range, for as long as there is
-                one good run; what many runs did needs less of it.
+            good: the signals of each run.
+            most_left_out: the maximum number of outliers; default: a quarter.
+            relative: the tolerance of values as a share of their range with one good run; with
+                more runs, less is needed.
         """
         self._count = len(good)
         self._signals = [LearnedSignal(signal, _stacked(good, signal), relative)
@@ -248,26 +251,26 @@ class BandLearner:
 
     @property
     def kept(self) -> int:
-        """Return how many runs count."""
+        """Return the number of runs that count."""
         return int(self._kept.sum())
 
     def outstanding(self) -> Tuple[Tuple[int, Signal], ...]:
         """Return the runs that are far from all others, and the signal in which they are.
 
-        Such a run would make the band so wide that it hides what it should show: it is left out.
+        Such a run is left out: it would make the band so wide that it hides what it should show.
         """
         return tuple(self._left_out)
 
     def band(self, rate: Optional[float] = None, without: Optional[int] = None) -> Band:
         """Return the band that a further good run leaves, anywhere, at a rate.
 
-        Each good run is judged by the others. The score of a signal is the greatest deviation over
-        all times, in spreads of that place. Each signal has its own limit: the score that a
-        further run exceeds at its share of the rate, as the scores of the good runs spread.
+        Each good run is judged by the others. The score of a signal is its greatest deviation over
+        all times, in spreads at that time. Each signal has its own limit: the score that a further
+        run exceeds at the signal's share of the rate, given the spread of the good runs' scores.
 
         Args:
-            rate: from 0 to 1; without one it is about the usual one, as far as the runs tell.
-            without: the number of a run that is to be judged itself, and so does not count.
+            rate: from 0 to 1; default: about the usual one, as far as the runs allow.
+            without: the number of a run that does not count because it is to be judged itself.
 
         Raises:
             TooFewRuns: there are fewer runs than the rate needs.
@@ -294,7 +297,7 @@ class BandLearner:
         return scores
 
     def _find_outstanding(self) -> None:
-        """Leave out the run that is farthest from the others, for as long as one is none."""
+        """Leave out the run that is farthest from the others, as long as that is an outlier."""
         robust = self._count >= _ENOUGH_FOR_MEDIAN
         scores = np.empty((0, 0))
         while self.kept > MIN_RUNS and len(self._left_out) < self._most_left_out:
@@ -310,15 +313,15 @@ class BandLearner:
             self._kept[numbers[worst]] = False
 
     def _ratios(self, scores: np.ndarray) -> np.ndarray:
-        """Return how many times as far as the others may be each run is (s, n)."""
+        """Return the score of each run (s, n), as a multiple of what the others allow."""
         rows = np.arange(scores.shape[1])
         known = np.nan_to_num(scores)
         return np.stack([known[:, row] / self._usual_highest(scores[:, rows != row])
                          for row in rows], axis=1)
 
     def _usual_highest(self, scores: np.ndarray) -> np.ndarray:
-        """Return how far (s,) good runs are; of ten, one beside the judged one may be none."""
-        others = int(_SHARE_OF_NONE * (scores.shape[1] + 1) + 1e-9)
+        """Return the greatest usual scores (s,); one in ten of the other runs may be an outlier."""
+        others = int(_SHARE_OF_OUTLIERS * (scores.shape[1] + 1) + 1e-9)
         return np.maximum(_limits(scores, self._signals, USUAL_RATE, True),
                           np.sort(np.nan_to_num(scores), axis=1)[:, -1 - others])
 
@@ -342,20 +345,20 @@ def _stacked(good: Sequence[Columns], signal: Signal) -> np.ndarray:
 
 
 def _state_band(values: np.ndarray) -> SignalBand:
-    """Return values of good runs within 0.1 s, for display; states are judged by order."""
+    """Return the range of good runs within 0.1 s, for display; states are judged by order."""
     low, high = envelope(np.fmin.reduce(values))[0], envelope(np.fmax.reduce(values))[1]
     return SignalBand(0.5 * (low + high), 0.5 * (high - low) + 0.5)
 
 
 def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
             robust: bool = False) -> np.ndarray:
-    """Return how many spreads (s,) a signal of a further run exceeds at its share of the rate.
+    """Return the score (s,) that each signal of a further run exceeds at its share of the rate.
 
     Args:
-        scores: (s, n) those of the good runs.
-        signals: whose they are.
+        scores: (s, n) of the good runs.
+        signals: (s) of the scores.
         rate: of all signals together.
-        robust: one of the runs may be none.
+        robust: allow for an outlier among the runs.
     """
     known = np.isfinite(scores)
     runs = known.sum(axis=1)
@@ -402,7 +405,7 @@ class LearnedSignal:
         self._relative = relative
 
     def scores(self, kept: np.ndarray, robust: bool) -> np.ndarray:
-        """Return the score of each kept run by the others."""
+        """Return the score of each kept run, judged by the others."""
         values = self._values[kept]
         if robust:
             values = values[:, ::_COARSE_ROWS]
@@ -416,15 +419,15 @@ class LearnedSignal:
             count = known.sum(axis=0) - known
             total = np.where(known, squares, 0.0)
             square = np.where(count > 0, (total.sum(axis=0) - total) / np.maximum(count, 1), np.nan)
-        spread = smoothed(square, usual, max(_telling(values) - 1, 1), self.signal.over_s > 0.0,
-                          self._least)
+        spread = smoothed(square, usual, max(_with_values(values) - 1, 1),
+                          self.signal.over_s > 0.0, self._least)
         with np.errstate(invalid='ignore'):
             found = sustained(np.abs(deviation) / spread)
-        found[~np.isfinite(deviation).any(axis=1)] = np.nan  # of what it has not, it tells nothing
+        found[~np.isfinite(deviation).any(axis=1)] = np.nan  # missing data stays missing
         return found
 
     def band(self, kept: np.ndarray, limit: float) -> SignalBand:
-        """Return the band of so many spreads of the kept runs."""
+        """Return the band of the kept runs, up to ``limit`` spreads."""
         values = self._values[kept]
         edge_rows = self._edge_rows
         if len(values) == 1:
@@ -433,7 +436,7 @@ class LearnedSignal:
         margin = self._margin(values)
         if len(values) > 1:
             usual, deviation = self._deviation(values, False)
-            spread = smoothed(common(deviation * deviation), usual, _telling(values),
+            spread = smoothed(common(deviation * deviation), usual, _with_values(values),
                               self.signal.over_s > 0.0, self._least)
             farthest = float(sustained(np.abs(deviation)).max())
             margin = np.maximum(margin, np.minimum(limit * spread, _TIMES_FARTHEST * farthest))
@@ -446,7 +449,7 @@ class LearnedSignal:
         return 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
 
     def _deviation(self, values: np.ndarray, robust: bool) -> Tuple[np.ndarray, np.ndarray]:
-        """Return what is usual (t,), and how far each run is from that of the others (n, t)."""
+        """Return the usual value (t,), and each run's distance from that of the others (n, t)."""
         if robust:
             usual = _median(values)
             return usual, beyond(values, *envelope(usual, self._edge_rows // _COARSE_ROWS + 1))
@@ -454,9 +457,9 @@ class LearnedSignal:
                                                         self._edge_rows))
 
     def _margin(self, values: np.ndarray) -> float:
-        """Return how far a run may be from good ones at least, in the signal's unit.
+        """Return the minimum margin around good runs, in the signal's unit.
 
-        What one good run is not to be taken at its word for is known better of many.
+        Many good runs show what may differ, while a single one needs a wider margin.
         """
         given = self.signal.tolerance
         if given is not None:
@@ -473,13 +476,13 @@ class LearnedSignal:
         return max(margin, _NOISE_SPREADS * _fine_spread(values))
 
 
-def _telling(values: np.ndarray) -> int:
-    """Return how many runs (n, t) have any value."""
+def _with_values(values: np.ndarray) -> int:
+    """Return the number of runs (n, t) that have any value."""
     return int(np.isfinite(values).any(axis=1).sum())
 
 
 def _median(values: np.ndarray) -> np.ndarray:
-    """The median (t,) of what is known (n, t); NaN where nothing is."""
+    """Return the median (t,) of the known values (n, t); NaN where none is known."""
     count = np.isfinite(values).sum(axis=0)
     ordered = np.sort(values, axis=0)  # NaN comes last
     columns = np.arange(values.shape[1])
@@ -489,14 +492,14 @@ def _median(values: np.ndarray) -> np.ndarray:
 
 
 def _fine_spread(values: np.ndarray) -> float:
-    """Return the standard deviation of the differences of values 0.1 s apart."""
+    """Return the standard deviation of the noise, from second differences over 0.1 s."""
     steps = np.abs(values[:, 10:] - 2.0 * values[:, 5:-5] + values[:, :-10])
     known = steps[np.isfinite(steps)]
     return float(np.median(known)) / 0.6745 / math.sqrt(6.0) if len(known) else 0.0
 
 
 def least_spread(signal: Signal, values: np.ndarray) -> float:
-    """Return below which spread runs count as equal, in the signal's unit."""
+    """Return the spread below which runs count as equal, in the signal's unit."""
     if signal.kind in _MIN_SPREAD:
         return _MIN_SPREAD[signal.kind]
     return max(_MIN_SHARE_OF_RANGE * value_range(values), 1e-12)
@@ -505,7 +508,7 @@ def least_spread(signal: Signal, values: np.ndarray) -> float:
 def value_range(values: np.ndarray) -> float:
     """Return the difference of the greatest and the least value; 0 without any.
 
-    A signal that hardly changes counts as having a range that is a share of its size.
+    The range of a signal that hardly changes counts as a share of its size.
     """
     known = values[np.isfinite(values)]
     if not len(known):
@@ -514,7 +517,7 @@ def value_range(values: np.ndarray) -> float:
 
 
 def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE) -> Band:
-    """Return the band of a few good runs: what they did, how they spread, and a tolerance.
+    """Return the band of a few good runs: what they did, their spread, and a tolerance.
 
     Args:
         good: at least one run, on one reference's clock.
@@ -525,7 +528,7 @@ def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE
 
 
 def widened(band: SignalBand) -> SignalBand:
-    """Return the band of 0.1 s before to 0.1 s later, for what is known no better in time."""
+    """Return the band from 0.1 s before to 0.1 s later, for signals with inexact times."""
     low, _ = envelope(band.middle - band.half_width)
     _, high = envelope(band.middle + band.half_width)
     return SignalBand(0.5 * (low + high), 0.5 * (high - low))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults of one channel that no band shows: a sensor that is stuck, and what vibrates."""
+"""Faults of one channel that no band shows: stuck sensors, and vibrations."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, Iterator, NamedTuple, Optional, Sequence, Tuple
@@ -22,7 +22,7 @@ from process_visualizer.runs.series import (
 
 _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE}
 _SLOWEST_S = 0.1
-"""What comes more seldom may well have the same value a few times."""
+"""Signals slower than this may repeat a value a few times by chance [s]."""
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
 _NEAR_ROWS = int(0.5 * RATE_HZ)
 _KNOWN_S = 0.02
@@ -48,7 +48,7 @@ class StuckSensors:
                                 _NEAR_ROWS) for key, it in self._longest_s.items()}
 
     def departures(self, run: Run, time_map: TimeMap) -> Iterator[Departure]:
-        """Yield a departure for each channel that is stuck, since its value was last another."""
+        """Yield a departure for each stuck channel, from the last change of its value on."""
         run_s = time_map.to_run(self._times_s)
         inside = (run_s >= 0.0) & (run_s <= run.duration_s)
         for channel in _measured(run.channels):
@@ -81,7 +81,7 @@ def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_
 
 
 def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
-    """Those that are measured often: not states, and nothing that only follows from the motion."""
+    """Yield channels that are measured often: no states, and none that follow from the motion."""
     for channel in channels:
         if channel.kind in _KINDS and len(channel.times_s) > 1 and not is_sequence(channel) \
                 and period_s(channel.times_s) <= _SLOWEST_S:
@@ -91,8 +91,8 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
 def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return how long (t,) [s] messages have had the same value at times of the run (t,).
 
-    Besides, whether (t,) that is known: of what was so from the first message on, it is only known
-    that it was so no shorter.
+    Also return whether this is known (t,): for a value that has not changed since the first
+    message, it is only a lower bound.
     """
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
@@ -119,18 +119,18 @@ class UsualCourse(NamedTuple):
 
 def rough_since_s(channel: Channel, about_s: float, left_s: float,
                   usual: UsualCourse) -> Optional[float]:
-    """Return since when [s of the run] a channel is rougher than usual; None if it is not clear.
+    """Return the time [s of the run] since which a channel is rougher than usual; None if unclear.
 
-    Roughness is that of the last half second, which tells late when it began. The moment is the one
-    before and behind which the squares of the fine part, in terms of what is usual, are most likely
-    those of two normal distributions. An edge is rough for half a second; what is usual behind it
-    counts.
+    Roughness covers the last half second, so it shows late when it began. The moment is chosen so
+    that the squares of the fine part, relative to the usual, are most likely those of two normal
+    distributions, one before and one after it. An edge is rough for half a second; the usual
+    roughness after the edge counts.
 
     Args:
         channel: of the run.
-        about_s: when it began, give or take some tenths of a second [s of the run].
-        left_s: when its roughness left the band.
-        usual: what good runs have.
+        about_s: the beginning, give or take some tenths of a second [s of the run].
+        left_s: the time at which the roughness left the band [s of the run].
+        usual: the course of good runs.
     """
     inside = np.isfinite(channel.values) & (channel.times_s >= about_s - _LOOK_BEFORE_S) & (
         channel.times_s <= left_s + _LOOK_BEHIND_S)
@@ -157,13 +157,16 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
 _BEFORE_S, _FEWEST = 0.5, 32
 _MIN_HZ, _PERIODS = 2.0, 4.0
 _PEAK = 12.0
-"""Of white noise, one of some hundred frequencies has seldom so many times the usual power."""
+"""Minimum ratio of a peak to the usual power.
+
+White noise seldom reaches it at any of some hundred frequencies.
+"""
 
 
 def vibration_hz(channel: Channel, begin_s: float, end_s: float) -> Optional[float]:
     """Return the frequency [Hz] of a vibration between two times of a run [s]; None without one.
 
-    It is that of the highest peak of the power over frequencies, if that is clearly one.
+    This is the frequency of the highest peak of the power spectrum, if the peak is clear.
     """
     usual_s = period_s(channel.times_s)
     inside = np.isfinite(channel.values) & (channel.times_s >= begin_s - _BEFORE_S) \

@@ -22,15 +22,15 @@ from process_visualizer.runs.series import ROUGH_S, moving_maximum, spans
 
 _BEFORE_S, _MIN_BEFORE_S, _BEHIND_S = 4.0, 0.5, 0.4
 _SMALL = 0.3
-"""The deviation was small where it was this share of what it is when it leaves."""
+"""A deviation is small up to this share of its size when it leaves the band."""
 _MIN_ROWS = 8
 _JUMP_S, _JUMP_SHARE = 0.1, 0.6
 _MIN_LEVEL, _LEVEL_CHANGES = 0.2, 1.2
-"""A share of a level is known where that is so far from zero; it tells more if that changes."""
+"""Minimum level, as a share of its maximum, for shares of it, and change that makes them useful."""
 _AS_EVEN = 1.5
-"""So much greater errors may be those of the same noise, of a dozen independent values (F test)."""
+"""Maximum ratio of errors by the same noise, with a dozen independent values (F test)."""
 _WORSE = 1.5
-"""Moments at which a fit is so much worse than the best, per degree of freedom, are possible."""
+"""Maximum error above the best fit's, per degree of freedom, of a moment that is possible."""
 
 
 class Onset(NamedTuple):
@@ -44,18 +44,19 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
           level: Optional[np.ndarray] = None) -> Onset:
     """Return when a deviation began that leaves the band at a row.
 
-    Where most of the deviation came at one jump, that is the moment. Otherwise, from as long before
-    the last small deviation as it grew since, the deviation is taken as constant before, and as
-    stepping or beginning to grow evenly there; the moment is that of the better fit (least
-    squares). If it was as even before that, an even growth is seen better from as long before it
-    began as it has grown since. What is wrong by a share steps where its level does, without
-    anything beginning there: the same is fitted to shares of the level.
+    If most of the deviation came in one jump, the onset is the jump. Otherwise two courses are
+    fitted by least squares, and the better fit gives the onset: constant and then a step, or
+    constant and then even growth. The fit starts as long before the last small deviation as the
+    deviation has grown since. If the deviation was as even before that, even growth shows better in
+    a fit that starts as long before the onset as it has grown since. A relative error steps where
+    the level of its signal does, without anything beginning there: so the same courses are fitted
+    to the deviation as a share of the level.
 
     Args:
         times_s: (t,), even.
         deviation: (t,), NaN where unknown; signed.
         left_row: where it leaves.
-        level: (t,) of what is usual, in the deviation's unit.
+        level: (t,) the usual level, in the deviation's unit.
     """
     rate_hz = 1.0 / (times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
     reach = int(_BEHIND_S * rate_hz)
@@ -69,7 +70,7 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
         last_small = min(last_small, _last_small(share, row, rate_hz))
         end = max(end, min(_peak(share, row, reach) + 1, len(times_s)))
     least = int(_MIN_BEFORE_S * rate_hz)
-    grew = int((left_row - last_small) / (1.0 - _SMALL))  # of an even growth a part was small
+    grew = int((left_row - last_small) / (1.0 - _SMALL))  # a part of even growth was small
     shorter = max(last_small - max(left_row - last_small, least), 0)
     longer = max(min(left_row - 2 * grew, last_small - least), 0)
     if jump is not None and (share is None or _jump(share, max(jump - 1, 0), left_row, rate_hz)
@@ -84,7 +85,7 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
 
 
 class _Fit(NamedTuple):
-    """When it began by a fit, how well that is known, and the squared error of a row."""
+    """The onset by a fit, its uncertainty [s], and the squared error per row."""
 
     time_s: float
     uncertainty_s: float
@@ -93,7 +94,7 @@ class _Fit(NamedTuple):
 
 def _fit(times_s: np.ndarray, deviation: np.ndarray, share: Optional[np.ndarray],
          level: Optional[np.ndarray], rows: np.ndarray, left_row: int) -> Optional[_Fit]:
-    """Return the best fit to some rows; None of too few."""
+    """Return the best fit to some rows; None if they are too few."""
     if len(rows) < _MIN_ROWS or left_row - rows[0] < 2:
         return None
     known_s, moments_s = times_s[rows], times_s[rows[0]:min(left_row, rows[-1]) + 1]
@@ -110,10 +111,10 @@ def _fit(times_s: np.ndarray, deviation: np.ndarray, share: Optional[np.ndarray]
 
 def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sign: float,
                   over_s: float) -> Onset:
-    """Return when a deviation began that is seen only in means over a longer time.
+    """Return when a deviation began that shows only in means over a longer time.
 
-    The moment is the one before which the mean is least, and behind which it is greatest; if
-    there is none, the deviation was there from the beginning.
+    The onset is the moment with the least mean before it and the greatest mean after it; without
+    one, the deviation was there from the beginning.
 
     Args:
         times_s, deviation: as for ``onset``.
@@ -132,7 +133,7 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
 
 
 def _last_small(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
-    """Return the last row at which the deviation was small; if none, the first that counts."""
+    """Return the last row at which the deviation was small; without one, the first considered."""
     first = max(left_row - int(_BEFORE_S * rate_hz), 0)
     away = deviation[first:left_row + 1] * np.sign(deviation[left_row])
     with np.errstate(invalid='ignore'):
@@ -141,9 +142,9 @@ def _last_small(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
 
 
 def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float) -> Optional[int]:
-    """The row of the greatest jump before the band was left, if it explains that.
+    """Return the row of the greatest jump before the band was left, if it explains that.
 
-    What was small again afterwards does not.
+    A jump after which the deviation was small again does not.
     """
     half = max(int(0.5 * _JUMP_S * rate_hz), 1)
     rows = np.arange(max(last_small - half, 3 * half), min(left_row + 1, len(deviation) - 3 * half))
@@ -160,22 +161,22 @@ def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float)
     jumps = np.nan_to_num(behind - before, nan=-np.inf)
     best = int(jumps.argmax())
     is_one = jumps[best] > _JUMP_SHARE * abs(deviation[left_row]) and \
-        before[best] < _SMALL * jumps[best]  # otherwise it had begun to grow
+        before[best] < _SMALL * jumps[best]  # otherwise it had begun to grow before
     return int(rows[best]) if is_one else None
 
 
 def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
-    """Return where it is greatest soon after it has left, by when it is known whether it steps."""
+    """Return the row of the greatest deviation soon after leaving, which shows whether it steps."""
     after = np.nan_to_num(np.abs(deviation[row:row + reach + 1]), nan=0.0)
     return row + int(after.argmax())
 
 
 def _share(deviation: np.ndarray, level: np.ndarray, left_row: int,
            rate_hz: float) -> Optional[np.ndarray]:
-    """Return the deviation as a share of the level (t,); None where that tells nothing else.
+    """Return the deviation as a share of the level (t,); None if this says nothing more.
 
-    It does where the level changed, since it was near zero. At the change itself it is not known:
-    that may come a little earlier or later.
+    It does where the level has changed since it was near zero. At the change itself the share is
+    unknown, as the change may come a little earlier or later.
     """
     first = max(left_row - int(2.0 * _BEFORE_S * rate_hz), 0)
     end = left_row + int(_BEHIND_S * rate_hz) + 1
@@ -194,9 +195,9 @@ def _share(deviation: np.ndarray, level: np.ndarray, left_row: int,
 
 def _fit_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
                 weight: np.ndarray) -> np.ndarray:
-    """The squared errors (m,) of the better fit from each moment on: a step, or an even growth.
+    """Return the squared errors (m,) of the better fit from each moment on: step or even growth.
 
-    Moments at which no value is known are in between those of the values (n,).
+    Moments without a known value lie between those of the values (n,).
     """
     behind = np.searchsorted(times_s, moments_s)
     return np.minimum(_step_errors(values, weight)[behind],
@@ -204,7 +205,7 @@ def _fit_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
 
 
 def _step_errors(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """The squared errors (n,) of a constant before each row and another one from it on."""
+    """Return the squared errors (n,) of a constant before each row and another one from it on."""
     count = np.cumsum(weight)
     first, square = np.cumsum(weight * values), np.cumsum(weight * values * values)
     before = square - first * first / count
@@ -217,7 +218,7 @@ def _step_errors(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
 
 def _bend_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
                  weight: np.ndarray) -> np.ndarray:
-    """The squared errors (m,) of a constant up to each moment and a straight line from it on."""
+    """Return the squared errors (m,) of a constant up to each moment, then a straight line."""
     rise = np.maximum(times_s[np.newaxis, :] - moments_s[:, np.newaxis], 0.0)
     whole = weight.sum()
     inner = rise - (rise @ weight / whole)[:, np.newaxis]
@@ -232,31 +233,30 @@ def _bend_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
 
 _HAS_LEVEL = (SignalKind.VARIABLE, SignalKind.FORCE)
 MIN_LASTING_ROWS = 3
-"""What is outside for fewer rows is no departure."""
+"""Minimum rows outside the band for a departure."""
 _BACK_ROWS = 10
-"""What is inside for fewer rows is not back; longer stretches outside need more."""
+"""Minimum rows inside the band to be back; after longer stretches outside it takes more."""
 _SAME_TIME_S = 0.25
 _ONE_EVENT_S = 2.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
-"""A departure so faint comes last beside one that is twice as strong: it may be chance."""
+"""Severity below which a departure comes last beside one twice as strong: it may be chance."""
 BESIDE = ('tool sideways', 'tool up')
 _LESS_EXACT_S = 0.08
-"""Noise of a time around a jump leaves before the value itself does."""
+"""Noise covers a window, so at a jump it leaves the band before the value itself does."""
 _EDGE_ROWS = 25
 _EARLIER_SHARE, _SOONER_S = 0.6, 0.5
-"""Of the strongest departure of a channel; one that left earlier must not be fainter."""
+"""Minimum severity of an earlier departure, as a share of the strongest, and minimum lead [s]."""
 _RANK = {kind: number for number, kind in enumerate(SignalKind)}
 
 
 class Departure(NamedTuple):
     """A signal that leaves its band; times [s] are the reference's.
 
-    It leaves at ``left_s``, ``back_s`` is when it is back (None: not again), and the deviation
-    began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
-    from the middle of a band of ``half_width``, in the signal's unit. Of a state, ``words`` say
-    what is wrong; one that only ``is_late`` follows from what took longer. Of time that was lost,
-    ``in_all_s`` is how much it was until the signal was back. Noise that is a vibration has a
-    frequency.
+    The signal leaves at ``left_s`` and is back at ``back_s`` (None: never). Its deviation began at
+    ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away from the
+    middle of a band of ``half_width``, in the signal's unit. For a state, ``words`` say what is
+    wrong; a state that only ``is_late`` follows from something that took longer. For time lost,
+    ``in_all_s`` is the total until the signal was back. A vibration has a frequency.
     """
 
     signal: Signal
@@ -274,7 +274,7 @@ class Departure(NamedTuple):
 
     @property
     def severity(self) -> float:
-        """Return how many times as far from the middle as the band is wide."""
+        """Return the distance from the middle, in half widths of the band."""
         return abs(self.deviation) / self.half_width
 
 
@@ -282,14 +282,14 @@ def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
                band: Band) -> Tuple[Departure, ...]:
     """Return the first departure of each signal, the likely cause first.
 
-    They are in the order in which they began; of those that began together, timing comes before
-    place, variables, forces, speeds, joints and noise, then the one that is farther outside.
-    Faint ones come after clear ones.
+    Departures are in order of onset. Of those that began together, timing comes before place,
+    variables, forces, speeds, joints and noise, then the one that is farther outside. Faint
+    departures come after clear ones.
 
     Args:
         times_s: (t,) of the reference.
         run: the signals of the run to judge.
-        band: what good runs do.
+        band: of good runs.
     """
     found = [it for signal, limits in band.signals.items()
              if signal in run and signal.kind is not SignalKind.STATE
@@ -298,7 +298,7 @@ def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
 
 
 class Nearness(NamedTuple):
-    """The nearest approach of a run to leaving its band: time of the reference, and share."""
+    """The nearest approach of a signal to leaving its band: its share, and the reference's time."""
 
     signal: Signal
     share: float
@@ -308,7 +308,7 @@ class Nearness(NamedTuple):
 def nearness(times_s: np.ndarray, run: Mapping[Signal, np.ndarray], band: Band) -> List[Nearness]:
     """Return how near each signal of a run came to leaving its band, the nearest first.
 
-    As in what is a departure, only what lasts for three rows counts.
+    As for departures, only values that last for three rows count.
     """
     found = []
     for signal, limits in band.signals.items():
@@ -325,16 +325,16 @@ def nearness(times_s: np.ndarray, run: Mapping[Signal, np.ndarray], band: Band) 
 
 
 def outside(values: np.ndarray, limits: SignalBand) -> np.ndarray:
-    """Return where (t,) (bool) values are outside of the band."""
+    """Return where (t,) (bool) values are outside the band."""
     with np.errstate(invalid='ignore'):
         result: np.ndarray = np.abs(values - limits.middle) > limits.half_width
     return result
 
 
 def outside_since(is_outside: np.ndarray) -> Optional[int]:
-    """Return since which row (of t) values are outside, at the last one; None if they are not.
+    """Return the row (of t) since which values are outside until the last one; None if it is not.
 
-    Here, too, what swings back for a moment is not back.
+    Here, too, a short swing inside does not end it.
     """
     found, count = spans(is_outside), len(is_outside)
     return next((begin for begin, end in (_for_good(found, it, count) for it in found)
@@ -362,8 +362,8 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     back_s = float(times_s[end]) if end < len(times_s) else None
     in_all_s, onset_s = None, since.time_s
     if signal.label == TIMING_LABEL:
-        # where a clock stands still, the moment before is meant; and within half a second it may
-        # be more than at the end
+        # where a clock stands still, the moment before it counts; and the loss within half a
+        # second may exceed that in all
         onset_s = min(onset_s, float(times_s[max(begin - 1, 0)]))
         in_all_s = max(float(deviation[worst]), lost_s(deviation[begin:end]), key=abs)
     return Departure(signal, float(times_s[begin]), back_s, onset_s, since.uncertainty_s,
@@ -381,7 +381,7 @@ def _usual_width(limits: SignalBand) -> np.ndarray:
 
 def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
               count: int) -> Tuple[int, int]:
-    """The stretch with those that follow it closely: what swings back for a moment is not back."""
+    """Return a stretch joined with those that follow closely: a short swing inside is no end."""
     begin, end = first
     for other in stretches:
         if end <= other[0] <= end + max(end - begin, _BACK_ROWS):
@@ -390,7 +390,7 @@ def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
 
 
 def _agreed(found: Sequence[Departure]) -> List[Departure]:
-    """Value and noise of a channel that depart together began when the first of them says."""
+    """Return departures; if value and noise of a channel depart together, the first dates both."""
     agreed = []
     for it in found:
         twins = [other for other in found if _channel(other) == _channel(it)
@@ -407,7 +407,7 @@ def _channel(departure: Departure) -> Tuple[str, str]:
 
 
 def _of_channels(found: Sequence[Departure]) -> List[Departure]:
-    """One departure of each channel: the strongest of its values and means, since the first."""
+    """Return one departure per channel: the strongest of values and means, with the first onset."""
     best: Dict[Tuple[str, str], Departure] = {}
     for it in found:
         key = it.signal.device, it.signal.label
@@ -416,7 +416,7 @@ def _of_channels(found: Sequence[Departure]) -> List[Departure]:
             best[key] = it
             continue
         strong, weak = (it, other) if _clearness(it) > _clearness(other) else (other, it)
-        if _tells_onset(weak, strong):
+        if _determines_onset(weak, strong):
             strong = strong._replace(onset_s=weak.onset_s, uncertainty_s=weak.uncertainty_s,
                                      left_s=min(weak.left_s, strong.left_s))
         best[key] = strong
@@ -424,12 +424,12 @@ def _of_channels(found: Sequence[Departure]) -> List[Departure]:
 
 
 def _clearness(departure: Departure) -> Tuple[bool, float]:
-    """Return what is seen without a mean, and clearly, is told as such."""
+    """Return a sort key: clear departures without a mean are the clearest, then severity counts."""
     return (not departure.signal.over_s and departure.severity >= _FAINT, departure.severity)
 
 
-def _tells_onset(it: Departure, other: Departure) -> bool:
-    """Return whether it left first; a signal without a window around it is more exact."""
+def _determines_onset(it: Departure, other: Departure) -> bool:
+    """Return whether ``it`` left first; a signal without a window around it is more exact."""
     if it.signal.over_s:
         return (it.severity > _EARLIER_SHARE * other.severity
                 and it.left_s < other.left_s - _SOONER_S)
@@ -443,7 +443,7 @@ def ranked(found: Sequence[Departure],
     """Return departures in the order in which they began, faint ones last.
 
     ``to_run`` maps times of the reference to those of the run. Where the run leaves out a part of
-    the reference, what began together in the run is apart in the reference.
+    the reference, departures that began together in the run are apart in the reference.
     """
     strongest = max((it.severity for it in found), default=0.0)
     faint = [it for it in found if it.severity < min(_FAINT, _FAINT_SHARE * strongest)]
@@ -452,21 +452,21 @@ def ranked(found: Sequence[Departure],
 
 
 def _size(departure: Departure) -> float:
-    """Return what is greater comes first: distances are compared as such."""
+    """Return the size by which departures are ranked; distances are compared in m."""
     return abs(departure.deviation) if departure.signal.kind is SignalKind.PLACE \
         else departure.severity
 
 
 _TORQUES = {'tool torque': 'tool force', TORQUE_DIRECTION: FORCE_DIRECTION}
 _AS_CLEAR = 0.5
-"""A force that is at least so clear, in terms of the torque, explains it."""
+"""Minimum severity of a force, as a share of the torque's, to explain the torque."""
 
 
 def _rank(departure: Departure, beside: float, together: Sequence[Departure]) -> float:
-    """Its place among what began together.
+    """Return the rank of a departure among those that began together.
 
-    A tool beside its path seems early or late, too: time is not the cause where it is less clear.
-    A force at the end of a tool is a torque at its sensor.
+    A tool beside its path seems early or late, too: time is not the cause if it is less clear. A
+    force at the end of a tool is a torque at its sensor.
     """
     kind, signal = departure.signal.kind, departure.signal
     force = _TORQUES.get(signal.label)
@@ -479,9 +479,9 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
 
 
 def _began_s(it: Departure, found: Sequence[Departure]) -> float:
-    """Return its begin; a mean over a longer time may be clearer elsewhere in it.
+    """Return when a departure began; in a mean over a longer time, a clearer one may show it.
 
-    Noise is that of the last half second, and is dated no better beside other signals.
+    Noise covers the last half second, and its start is known no better relative to other signals.
     """
     if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
         return min(it.left_s, it.onset_s + ROUGH_S)

@@ -60,7 +60,7 @@ def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 def tool_speed(motion: ToolMotion, times_s: np.ndarray) -> np.ndarray:
-    """Return the greatest speed (t,) [m/s] of a tool within 0.1 s of even times (t,) [s]."""
+    """Return the maximum speed (t,) [m/s] of a tool within 0.1 s of even times (t,) [s]."""
     steps = np.diff(known_at(times_s, motion.times_s, motion.positions), axis=0, prepend=np.nan)
     speed = np.nan_to_num(np.sqrt((steps * steps).sum(axis=1)) * RATE_HZ)
     return moving_maximum(speed, MEAN_ROWS)
@@ -68,17 +68,17 @@ def tool_speed(motion: ToolMotion, times_s: np.ndarray) -> np.ndarray:
 
 RATE_HZ = 50.0
 MEAN_ROWS = int(0.1 * RATE_HZ)
-"""Each value is the mean of so many."""
+"""Rows over which each value is averaged."""
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
-"""What comes more seldom, or so few times, has the value that holds."""
+"""A channel with a longer period, or fewer values, is slow: it has no means and no noise."""
 _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
-"""A direction is that of a mean, of a force of this share of the greatest at least."""
+"""Rows over which a direction is averaged, and the minimum force as a share of the greatest."""
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
-"""A clock that runs so slowly stands still; by motion one is a third as fast as the other."""
+"""A clock this slow stands still; by motion, one clock is at least a third as fast as the other."""
 _NEAR_GAP_S = 0.4
-"""So near to a gap in the motion it is not known well which moment of the reference it is."""
+"""Time around a gap in the motion in which the moment of the reference is uncertain [s]."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
@@ -103,10 +103,10 @@ _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKi
 
 
 class Signal(NamedTuple):
-    """One compared quantity; ``device`` is empty for the whole run's.
+    """One compared quantity; ``device`` is empty for signals of the whole run.
 
-    ``tolerance`` and ``max_tolerance`` are the configuration's, None where it gives none. With
-    ``over_s`` it is the mean over the last so many seconds.
+    ``tolerance`` and ``max_tolerance`` are the configured ones, if any. With ``over_s``, the signal
+    is the mean over that many past seconds.
     """
 
     device: str
@@ -124,7 +124,7 @@ class Signal(NamedTuple):
 
 
 Columns = Dict[Signal, np.ndarray]
-"""The values (t,) of each signal, NaN where the run has none; float32, as there may be many."""
+"""Values (t,) of each signal, NaN where the run has none; float32, as there may be many."""
 
 
 def grid_s(reference: Run) -> np.ndarray:
@@ -137,12 +137,12 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
     """Return the signals of a run on the reference's clock.
 
     A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
-    Time lost is how much longer the run needed for the last half second of the reference than it
-    usually needs; how much longer that is than the reference's, is how much slower it is. With
-    ``usual``, the map of a run that goes the same way, what that one needed counts instead of the
-    half second: of another way the map itself is less exact, and equally so for both. Noise is the
-    natural logarithm of the roughness of a channel: 0.7 more is twice as rough. What lasts is
-    seen in means over longer times. States have the value that holds.
+    *Time lost* is the time that the run needed for the last half second of the reference, minus
+    what it usually needs for one. What it usually needs, relative to half a second, shows how much
+    slower the run is. With ``usual``, the map of a run that goes the same way, the time needed by
+    that run counts instead of the half second: the map to another way is less exact, and equally so
+    for both. Noise is the natural logarithm of the roughness of a channel: 0.7 more is twice as
+    rough. Lasting deviations show in means over longer times. States have the value that holds.
     """
     times_s = grid_s(reference)
     run_s = time_map.to_run(times_s)
@@ -169,13 +169,13 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
             values = _channel(channel, theirs[channel.key], run_s)
             found.update(values if _is_slow(channel) else _with_means(own, values))
     for signal, values in found.items():
-        if signal.kind is SignalKind.NOISE:  # a second is none of the reference's there
+        if signal.kind is SignalKind.NOISE:  # a wait has no common clock
             values[_waits(reference, times_s, _NEAR_WAIT_S)] = np.nan
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
 def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) -> np.ndarray:
-    """Return where (t,) (bool) no tool tells which moment of the run it is: data are missing."""
+    """Return where (t,) (bool) missing data of all tools make the moment of the run uncertain."""
     found = np.zeros(len(times_s), bool)
     for moments_s, motions in ((times_s, reference.motions), (run_s, run.motions)):
         gaps = [inside(moments_s, data_gaps(it.times_s), _NEAR_GAP_S) for it in motions
@@ -186,7 +186,7 @@ def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) ->
 
 
 def _passed_over(run_s: np.ndarray) -> np.ndarray:
-    """Return where (t,) (bool) the reference does what the run does not: there its clock stands."""
+    """Return where (t,) (bool) the run skips a part of the reference: its clock stands still."""
     stands = np.zeros(len(run_s) + 1, bool)
     with np.errstate(invalid='ignore'):
         stands[1:-1] = np.diff(run_s) < _STANDS / RATE_HZ
@@ -203,9 +203,10 @@ def _waits(reference: Run, times_s: np.ndarray, behind_s: float) -> np.ndarray:
 
 def _timing(times_s: np.ndarray, run_s: np.ndarray, usual_s: np.ndarray, unsure: np.ndarray,
             waits: np.ndarray) -> Columns:
-    """How much longer the last half second took than usual, and how much slower the whole run was.
+    """Return the time lost in the last half second, and how much slower the whole run was.
 
-    What a wait took is not judged, but what follows is from its end on: a robot that starts late.
+    The duration of a wait is not judged, but what follows its end is, such as a robot that starts
+    late.
     """
     rows, here = int(_LOST_WITHIN_S * RATE_HZ), np.arange(len(times_s))
     last_wait = np.maximum.accumulate(np.where(waits, here, -1))
@@ -225,9 +226,9 @@ def _timing(times_s: np.ndarray, run_s: np.ndarray, usual_s: np.ndarray, unsure:
 
 
 def lost_s(deviation: np.ndarray) -> float:
-    """Return how much time was lost in rows that follow each other, from *time lost* (t,) [s].
+    """Return the time lost in consecutive rows [s], from *time lost* (t,) [s].
 
-    Each row tells what was lost within the half second before it.
+    Each row has the time lost within the half second before it.
     """
     return float(np.nansum(deviation)) / int(_LOST_WITHIN_S * RATE_HZ)
 
@@ -244,10 +245,10 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
 
 def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
                run_s: np.ndarray) -> np.ndarray:
-    """Return how far (t,) [°] a force is turned from the reference's, where it is no small one.
+    """Return the angle (t,) [°] between a force and the reference's; NaN where either is small.
 
-    Where it turns by itself, such as while it sets in, it may do so up to 0.1 s earlier or later:
-    the nearest direction that the reference has within that time counts.
+    A force that turns by itself, such as while it sets in, may do so up to 0.1 s earlier or later:
+    the nearest direction of the reference within that time counts.
     """
     mine, theirs = (moving_mean(known_at(at_s, it.times_s, it.vectors.astype(float)).T, _TURN_ROWS)
                     for it, at_s in ((reference, times_s), (run, run_s)))
@@ -278,7 +279,7 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
                     reference.tolerance, max_tolerance=reference.max_tolerance)
     if not len(reference.values) and is_sequence(run):
-        return {}  # such as a counter that was sent at the end of the first run: nothing tells
+        return {}  # such as a counter that was first sent at the end of the first run
     if is_sequence(reference):
         return {Signal(reference.device, reference.label, '', SignalKind.STATE): held_at(
             run_s, times_s, values)}
@@ -299,7 +300,7 @@ def _is_slow(channel: Channel) -> bool:
 
 
 def _with_means(reference: Columns, found: Columns) -> Columns:
-    """The signals of a channel and their means over longer times."""
+    """Return the signals of a channel and their means over longer times."""
     means: Columns = {}
     for signal, values in found.items():
         for over_s in _OVER_S.get(signal.kind, ()):
@@ -311,17 +312,17 @@ def _with_means(reference: Columns, found: Columns) -> Columns:
 
 
 def _mean_beside(reference: np.ndarray, values: np.ndarray, rows: int) -> np.ndarray:
-    """The means (n,) of the reference over so many rows, and of how far the values are from it.
+    """Return the mean (n,) of the reference over some rows, plus the values' mean distance from it.
 
-    Only what both have counts. Where one has no data, the other one may have an edge, and what is
-    beside the gap says less of the run than all that is known in the window.
+    Only rows that both have count. Where one has no data, the other one may have an edge, and the
+    values beside the gap say less about the run than all that is known in the window.
     """
     result: np.ndarray = mean_of_last(reference, rows) + mean_of_last(values - reference, rows)
     return result
 
 
 def usual_signals(columns: Sequence[Mapping[Signal, np.ndarray]]) -> List[Signal]:
-    """Return the signals that most of these have, in the order in which they come."""
+    """Return the signals that most runs have, in order of appearance."""
     counts: Dict[Signal, int] = {}
     for it in columns:
         for signal in it:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States and bits of a run, compared with good runs: those that never came, or came late."""
+"""States and bits of a run compared with good runs: those that are wrong, missing or late."""
 from __future__ import annotations
 
 from collections import Counter
@@ -12,20 +12,20 @@ from process_visualizer.runs.series import States, edits
 
 Order = Tuple[float, ...]
 _MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
-"""A state that is later or earlier by less is not, of many good runs and of a single one."""
+"""Minimum delay or lead of a state that is reported [s], with many good runs and with one."""
 _MIN_SPREAD_S = 0.03
 _RUNS_ALIKE = 4.0
 _RATE_OF_ONE = 1e-3
 _FEW = 5
-"""Of fewer good runs each may be different for a reason."""
-_SHARE_OF_NONE = 0.1
-"""Of the good runs; so many, and one more, may agree on an order that is none."""
+"""Number of good runs below which each may differ for a reason."""
+_SHARE_OF_OUTLIERS = 0.1
+"""Share of the good runs that may, with one more, agree on a wrong order."""
 
 
 def _completed(states: States, orders: Set[Order]) -> States:
-    """The states with the one before the first message, where others tell which that is.
+    """Return the states with the one before the first message, if other runs show which that is.
 
-    Of the first run of a recording it is not known.
+    It is unknown for the first run of a recording.
     """
     longer = [it for it in orders if it[1:] == states.values and len(it) > 1]
     if not longer or not states.values or states.values in orders and len(longer) != 1:
@@ -41,7 +41,7 @@ def _steps(order: Order) -> Order:
 class StateFault(NamedTuple):
     """A fault of a state, in words, from a time of the reference [s] on.
 
-    Of one that comes late, ``late_s`` is by how much, and ``limit_s`` what is usual.
+    For a late state, ``late_s`` is the delay, and ``limit_s`` the usual limit.
     """
 
     words: str
@@ -54,7 +54,7 @@ class StateOrder:
     """The order of states in good runs of one channel, and their times."""
 
     def __init__(self, good: Sequence[States], names: Mapping[float, str]) -> None:
-        """Take the states of good runs, with times of the reference, and what values are called."""
+        """Take the states of good runs, with times of the reference, and the names of values."""
         self._names = dict(names)
         whole = {it.values for it in good}
         good = [_completed(it, whole) for it in good]
@@ -69,21 +69,21 @@ class StateOrder:
 
     @property
     def is_known(self) -> bool:
-        """Return whether good runs agree on an order; without that, only values are judged."""
+        """Return whether good runs agree on an order; if not, only values are judged."""
         return self._count >= 0.5 * len(self._orders) or len(self._orders) < 3
 
     def outstanding(self) -> Dict[int, str]:
-        """Return which good runs have another order than most, if these agree."""
+        """Return the good runs with another order than most, and the difference, if most agree."""
         alone = [row for row, it in enumerate(self._orders) if it != self._usual]
         if len(self._orders) < 4 or len(alone) > 0.25 * len(self._orders):
             return {}
         times = Counter(self._orders)
-        most = 1 + int(_SHARE_OF_NONE * len(self._orders))
+        most = 1 + int(_SHARE_OF_OUTLIERS * len(self._orders))
         return {row: self._difference(self._orders[row], ())[0].words for row in alone
                 if times[self._orders[row]] <= most}
 
     def fault(self, run: States, end_s: float) -> Optional[StateFault]:
-        """Return what is wrong with a run's states; None: nothing.
+        """Return what is wrong with a run's states; None if nothing is.
 
         ``end_s`` is where the run ends, on the reference's clock.
         """
@@ -100,7 +100,7 @@ class StateOrder:
         return found[0] if found else None
 
     def _comparable(self, run: States, end_s: float) -> Tuple[Order, Tuple[float, ...]]:
-        """The run's order; where its messages end, what is usual goes on."""
+        """Return the run's order and times; after its messages end, the usual order goes on."""
         if run.until_s >= end_s or not self._usual:
             return run.values, run.since_s
         usual = self._usual_times()
@@ -165,7 +165,7 @@ class StateOrder:
         return f'{value:g}' if name is None else f'{value:g} ({name})'
 
     def _late(self, order: Order, times_s: Sequence[float]) -> Optional[StateFault]:
-        """A change that comes later or earlier than it does in the good runs, the first one."""
+        """Return the first change that comes later or earlier than in the good runs."""
         alike = np.array([it for known, it in zip(self._orders, self._times) if known == order])
         if len(order) < 2:
             return None
@@ -195,10 +195,10 @@ class StateOrder:
 
 def _shift(values: Order, times_s: Sequence[float], begin: int, end: int,
            kept_s: Sequence[float]) -> int:
-    """Return by how many places a block of the values lies better farther to the left.
+    """Return the number of places to the left at which a block of values fits better.
 
-    Without ``values[begin:end]`` the same remains as without the block that lies one place to the
-    left, if the values at both ends are the same: 0 1 0 1 0 has 0 1 or 1 0 once more. What remains
+    Without ``values[begin:end]``, the same remains as without the block one place to the left, if
+    the values at both ends are the same: in 0 1 0 1 0, either 0 1 or 1 0 is extra. What remains
     shows which: the values before the block are those of the other run at its times ``kept_s``.
     """
     best, more_s, least_s = 0, 0.0, 0.0
