@@ -7,23 +7,23 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 _BOUNCE_S = 0.05
-"""A contact that is back after a shorter time, and then stays where it went, bounces."""
+"""A contact that returns within this time, and then stays where it went first, bounces [s]."""
 
 
 def passages_s(times_s: np.ndarray, values: np.ndarray, threshold: float, is_above: bool,
                hysteresis: float, lasting_s: float = 0.0) -> np.ndarray:
-    """Return when a number comes to lie beyond a threshold [s] (k,), rising.
+    """Return the times [s] (k,), ascending, at which a number passes a threshold.
 
-    It counts as having left only when it is back by the hysteresis. A number that begins beyond
-    the threshold does not come to lie there. Of a contact that bounces, the first passage counts.
+    The number counts as back only after it has returned by the hysteresis. A number that begins
+    beyond the threshold does not pass it. Of a contact that bounces, the first passage counts.
 
     Args:
-        times_s: (n,), rising.
-        values: (n,); NaN is passed over.
+        times_s: (n,), ascending.
+        values: (n,); NaN is skipped.
         threshold: in the unit of the values.
-        is_above: beyond means above; otherwise below.
+        is_above: above the threshold is beyond it; otherwise below.
         hysteresis: not negative, in the unit of the values.
-        lasting_s: for how long it must lie beyond the threshold, or not, to count.
+        lasting_s: the minimum time beyond the threshold, or not beyond it, that counts.
     """
     is_known = np.isfinite(values)
     times_s, values = times_s[is_known], values[is_known]
@@ -38,7 +38,7 @@ def passages_s(times_s: np.ndarray, values: np.ndarray, threshold: float, is_abo
 
 
 _Change = Tuple[float, bool]
-"""When a state begins, and which."""
+"""The time at which a state begins, and whether it is beyond the threshold."""
 
 
 def _levels(times_s: np.ndarray, is_beyond: np.ndarray) -> List[_Change]:
@@ -46,7 +46,7 @@ def _levels(times_s: np.ndarray, is_beyond: np.ndarray) -> List[_Change]:
 
 
 def _calm(changes: Sequence[_Change]) -> List[_Change]:
-    """The changes without bouncing: of short states that end elsewhere than they began, one.
+    """Return the changes without bouncing: a burst that ends in its first state becomes one change.
 
     A pulse, after which everything is as before, stays.
     """
@@ -65,27 +65,27 @@ def _calm(changes: Sequence[_Change]) -> List[_Change]:
 
 
 def _lasting(changes: Sequence[_Change], lasting_s: float) -> List[_Change]:
-    """The changes to what stays for so long; what comes for a shorter time is passed over."""
+    """Return the changes to states that last long enough; shorter ones are skipped."""
     found: List[_Change] = []
     for row, (time_s, is_beyond) in enumerate(changes):
         is_long = row + 1 == len(changes) or changes[row + 1][0] - time_s >= lasting_s
         if is_long and (not found or found[-1][1] != is_beyond):
             found.append((time_s, is_beyond))
-    if found and changes and found[0][1] != changes[0][1]:  # it never came to lie elsewhere before
+    if found and changes and found[0][1] != changes[0][1]:  # the state at the beginning
         found = found[1:]
     return found
 
 
 class Passages:
-    """The same of numbers that come one by one."""
+    """Detector of passages for numbers that come one by one."""
 
     def __init__(self, threshold: float, is_above: bool, hysteresis: float) -> None:
-        """Take what ``passages_s`` takes."""
+        """Take the threshold as in ``passages_s``."""
         self._threshold, self._is_above, self._hysteresis = threshold, is_above, hysteresis
         self._is_beyond: Optional[bool] = None
 
     def take(self, value: float) -> bool:
-        """Take the next number; return whether with it the event comes."""
+        """Take the next number; return whether it passes the threshold."""
         beyond = value - self._threshold if self._is_above else self._threshold - value
         before = self._is_beyond
         if beyond > 0.0:
@@ -96,7 +96,7 @@ class Passages:
 
 
 class Cycle(NamedTuple):
-    """From a begin to an end [s]; one that was broken off has none, but another begin."""
+    """A cycle from a begin to an end [s], or to another begin if it was broken off."""
 
     begin_s: float
     end_s: float
@@ -105,11 +105,11 @@ class Cycle(NamedTuple):
 
 def cycles(begins_s: Sequence[float], ends_s: Sequence[float],
            shortest_s: float = 0.0) -> Tuple[Cycle, ...]:
-    """Return the cycles from each begin to the first end behind it.
+    """Return the cycles from each begin to the first end after it.
 
-    A begin that is followed by another one before the end is a cycle that was broken off: it ends
-    there, or after the longest whole one. The last one without an end is left out, as is what is
-    shorter than ``shortest_s``.
+    A begin that is followed by another one before an end is a cycle that was broken off: it ends
+    there, or after the duration of the longest whole cycle. A last cycle without an end is left
+    out, and so are cycles shorter than ``shortest_s``.
     """
     moments = sorted([(time_s, False) for time_s in ends_s]
                      + [(time_s, True) for time_s in begins_s])

@@ -9,13 +9,13 @@ from typing import Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 _SELDOM_HZ = 4.0
-"""What has fewer values has one that holds until the next."""
+"""A channel with fewer values per second holds each value until the next."""
 Key = Tuple[str, str]
 """A channel: the device and the label."""
 
 
 Context = Tuple[Tuple[str, Optional[float]], ...]
-"""What decides what is expected of a run, such as the variant, and its value there."""
+"""Conditions that determine the expected course of a run, such as its variant, with values."""
 
 
 class ChannelKind(Enum):
@@ -28,16 +28,16 @@ class ChannelKind(Enum):
 
     @property
     def is_motion(self) -> bool:
-        """Return whether it follows from where the robot is at which time."""
+        """Return whether the channel follows from the places of the robot over time."""
         return self in (ChannelKind.SPEED, ChannelKind.JOINT)
 
 
 class Channel(NamedTuple):
-    """Numbers of one quantity: ``times_s`` (n,), rising, from the run's begin, ``values`` (n,).
+    """Numbers of one quantity: ``times_s`` (n,), ascending, from the run's start, ``values`` (n,).
 
-    ``tolerance`` is how far two good runs may differ, in ``unit``, and ``max_tolerance`` how far a
-    run may never be from good ones; None: not given. ``value_names`` are what the configuration
-    calls some values.
+    ``tolerance`` is how far two good runs may differ, in ``unit``, and ``max_tolerance`` the hard
+    limit on the distance from good runs; None if not given. ``value_names`` are the configured
+    names of values.
     """
 
     device: str
@@ -53,7 +53,7 @@ class Channel(NamedTuple):
 
     @property
     def key(self) -> Key:
-        """Return what makes it the same channel in another run."""
+        """Return the key by which the channel is found in another run."""
         return self.device, self.label
 
 
@@ -68,7 +68,7 @@ class ToolMotion(NamedTuple):
 class ToolForce(NamedTuple):
     """The force or torque at a robot's tool: ``vectors`` (n, 3) [N or Nm] at ``times_s`` (n,).
 
-    ``frame`` is what the messages name, empty where they name none.
+    ``frame`` is the one that the messages name; empty if they name none.
     """
 
     device: str
@@ -78,7 +78,7 @@ class ToolForce(NamedTuple):
 
 
 class RunEvent(NamedTuple):
-    """A moment of the process in a run [s from the run's begin]."""
+    """A moment of the process in a run [s from the run's start]."""
 
     name: str
     time_s: float
@@ -97,7 +97,7 @@ DAMAGED = 'a part of its recording cannot be read; "cell report" says which'
 
 
 class Run(NamedTuple):
-    """A run; its times count from its begin, which is at ``begin_s`` of its recording.
+    """A run; its times count from its start, which is at ``begin_s`` of its recording.
 
     ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
     were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
@@ -126,12 +126,12 @@ class Run(NamedTuple):
 
     @property
     def waits_s(self) -> Tuple[Tuple[float, float], ...]:
-        """Begin and end [s] of each phase that may take any time."""
+        """Return start and end [s] of each phase that may take any time."""
         return tuple(sorted(it for phase in self.phases if phase.is_wait
                             for it in self.between_s(phase.begin, phase.end)))
 
     def between_s(self, begin: str, end: str) -> Tuple[Tuple[float, float], ...]:
-        """Return begin and end [s] of each stretch between two events of these names."""
+        """Return start and end [s] of each stretch between two events of these names."""
         found = []
         ends = [it.time_s for it in self.events if it.name == end]
         begins = [it.time_s for it in self.events if it.name == begin]
@@ -148,7 +148,7 @@ class Run(NamedTuple):
 
 
 def fingerprint(run: Run) -> bytes:
-    """Return what two runs have in common only if their channels have the same numbers."""
+    """Return a digest that is equal only for runs whose channels have the same numbers."""
     digest = hashlib.blake2b()
     for channel in run.channels:
         digest.update(repr(channel.key).encode())
@@ -176,9 +176,10 @@ def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
 
 
 def _cut_channel(channel: Channel, begin_s: float, end_s: float) -> Channel:
-    """Cut a channel; if it is seldom, keep the value that holds at the begin as well.
+    """Cut a channel; if it is rarely sent, keep the value that holds at the start as well.
 
-    It is for what is sent only when it changes; a measurement has its first value until then.
+    This is for channels that are sent only when they change; a measurement has its first value
+    before its first message.
     """
     rows = _rows(channel.times_s, begin_s, end_s)
     times_s, values = channel.times_s[rows] - begin_s, channel.values[rows]

@@ -13,33 +13,33 @@ from process_visualizer.runs.run import Channel, ChannelKind
 # Parts of a series in which nothing is known: data are missing there, or came late.
 
 _MISSED, _MIN_GAP_S, _MAX_GAP_S = 5.0, 0.1, 0.5
-"""Data are missing where so many periods have nothing, if that is neither so short nor so long."""
+"""Number of periods without data that make a gap, and limits to its duration [s]."""
 _HELD_UP, _MIN_HELD_UP_S = 4.0, 0.025
-"""Data were held up where so many periods have nothing, and what follows comes at once."""
+"""Minimum pause, in periods and in s, after which data that come at once were held up."""
 _AT_ONCE = 0.4
-"""Of a period; what comes so closely together was held up."""
+"""Maximum distance of values that come at once, as a share of a period."""
 _MAX_PERIOD_S = 0.1
-"""Of a series of slower ones it is not told whether they were held up."""
+"""Maximum period of a series for which data that were held up are recognized [s]."""
 _BUNCH = 200
 _TIE_S = 1e-6
-"""A gap that is only the rounding of stamps longer than a limit is none."""
+"""Rounding of stamps: a gap that exceeds a limit by less does not count [s]."""
 _NONE = np.empty((0, 2))
 
 
 def period_s(times_s: np.ndarray) -> float:
-    """Return the usual time between two values [s]; 0 of fewer than two values."""
+    """Return the usual time between two values [s]; 0 with fewer than two values."""
     return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
 
 
 def data_gaps(times_s: np.ndarray) -> np.ndarray:
-    """Return the gaps of a series, (k, 2) [s]: begin and end of each.
+    """Return the gaps of a series, (k, 2) [s]: start and end of each.
 
-    A driver, network or disk that was held up for a moment delivers afterwards what it owes,
-    all at once. Where messages carry no stamp, nobody knows when these values were measured: they
-    belong to the gap.
+    A driver, network or disk that was held up for a moment delivers everything afterwards, all at
+    once. If messages have no stamp, nobody knows when these values were measured: they belong to
+    the gap.
 
     Args:
-        times_s: (n,), rising.
+        times_s: (n,), ascending.
     """
     usual_s = period_s(times_s)
     if usual_s <= 0.0:
@@ -59,7 +59,7 @@ def data_gaps(times_s: np.ndarray) -> np.ndarray:
 
 
 def inside(times_s: np.ndarray, gaps: np.ndarray, margin_s: float = 0.0) -> np.ndarray:
-    """Return which times (m,) lie in a gap (bool), or so near to one; those that are NaN do not."""
+    """Return which times (m,) lie in a gap, or within a margin of one (bool); NaN does not."""
     result = np.zeros(len(times_s), bool)
     with np.errstate(invalid='ignore'):
         for begin_s, end_s in gaps:
@@ -68,10 +68,10 @@ def inside(times_s: np.ndarray, gaps: np.ndarray, margin_s: float = 0.0) -> np.n
 
 
 def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (m, k) at times (m,), NaN in gaps and where the time is.
+    """Return values (m, k) at times (m,), NaN in gaps and for times that are NaN.
 
     Args:
-        times_s: (m,), NaN where there is no such time.
+        times_s: (m,), NaN for no time.
         known_s, values: the series, (n,) and (n, k).
     """
     gaps = data_gaps(known_s)
@@ -83,10 +83,10 @@ def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np
 
 
 def slow_values(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (m,) at times (m,) of a series (n,) that comes seldom, NaN where it has none.
+    """Return values (m,) at times (m,) of a slow series (n,), NaN where it has none.
 
-    Between two values there is a straight line; the first and the last hold as long as the series
-    usually has none.
+    Between two values there is a straight line; the first and the last value hold for five usual
+    periods.
     """
     if not len(known_s):
         return np.full(len(times_s), np.nan)
@@ -112,7 +112,7 @@ _MIN_SHARE = 3e-3
 
 
 def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
-    """Return the means (..., n) over so many rows around each of the last axis, without NaN.
+    """Return the means (..., n) over ``rows`` values around each along the last axis, ignoring NaN.
 
     At the ends the window is cut off; where a value is NaN, so is its mean.
     """
@@ -128,11 +128,11 @@ def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
 
 
 def moving_maximum(values: np.ndarray, reach: int) -> np.ndarray:
-    """Return the greatest of so many values (..., n) before and behind each, and of itself."""
+    """Return the maximum (..., n) of each value and of ``reach`` values before and after it."""
     result = values
     left = min(reach, values.shape[-1] - 1)
     step = 1
-    while left > 0:  # the greatest of what reaches so far already, moved by as much again
+    while left > 0:  # the maxima so far, shifted by their own reach
         step = min(step, left)
         wider = result.copy()
         np.maximum(wider[..., step:], result[..., :-step], out=wider[..., step:])
@@ -144,9 +144,9 @@ def moving_maximum(values: np.ndarray, reach: int) -> np.ndarray:
 
 
 def mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
-    """Return the means (n,) of what is known of so many values up to each.
+    """Return the means (n,) of the known values among the last ``rows`` at each.
 
-    NaN where the value is, and before half of a window.
+    NaN where the value is NaN, and before half of a window.
     """
     known = np.isfinite(values)
     total, count = (_running(np.where(known, it, 0.0)) for it in (values, known.astype(float)))
@@ -159,7 +159,7 @@ def mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
 
 
 def spans(is_true: np.ndarray) -> List[Tuple[int, int]]:
-    """Return the rows of each stretch that is true (n,), the end not included."""
+    """Return the first row of each stretch that is true (n,), and the row after it."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], is_true, [False])).astype(np.int8)))
     return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
 
@@ -170,7 +170,7 @@ def _running(values: np.ndarray) -> np.ndarray:
 
 
 def fine_part(values: np.ndarray, rows: int) -> np.ndarray:
-    """Return the distance of values (n,) from their mean over so many rows around."""
+    """Return the distance of values (n,) from their mean over some rows around them."""
     result: np.ndarray = values - moving_mean(values, rows)
     return result
 
@@ -179,9 +179,9 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
     """Return the logarithm (n,) of the RMS distance from the moving mean in the last 0.5 s.
 
     Args:
-        times_s: (n,), rising, about even.
+        times_s: (n,), ascending, about even.
         values: (n,), finite.
-        value_range: what is much finer than this range counts as equally smooth.
+        value_range: anything much finer than this range counts as equally smooth.
     """
     if len(values) < 2 or times_s[-1] <= times_s[0]:
         return np.zeros(len(values))
@@ -194,7 +194,7 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
 
 
 def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
-    """The means of so many values up to each; the first have that of the first whole window."""
+    """Return means of the last ``rows`` values; the first get that of the first whole window."""
     total = _running(values)
     end = np.maximum(np.arange(len(values)) + 1, min(rows, len(values)))
     begin = np.maximum(end - rows, 0)
@@ -205,15 +205,18 @@ def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
 # Channels of whole numbers and bits: which value holds when.
 
 _MAX_CHANGES, _FEW_CHANGES = 0.2, 3
-"""Whole numbers that change more often, as a share of their messages, are measurements."""
+"""Maximum changes of a sequence, as a share of its messages, and in number if they are few.
+
+Whole numbers that change more often are measurements.
+"""
 _CYCLIC_S, _MISSED_PERIODS = 0.5, 10.0
-"""What comes at least so often is there no more when so many periods have nothing."""
+"""Maximum period [s] of a cyclic channel, and number of periods without data that end it."""
 
 
 class States(NamedTuple):
     """The values (k,) that hold one after the other, each from ``since_s`` (k,) [s] on.
 
-    Of what is sent all the time, nothing is known from ``until_s`` on.
+    The state of a channel that is sent all the time is unknown from ``until_s`` on.
     """
 
     values: Tuple[float, ...]
@@ -222,7 +225,7 @@ class States(NamedTuple):
 
 
 def is_sequence(channel: Channel) -> bool:
-    """Return whether a channel is one of states or bits: whole numbers that hold for a while."""
+    """Return whether a channel has states or bits: whole numbers that hold for a while."""
     values = channel.values[np.isfinite(channel.values)]
     if channel.kind is not ChannelKind.VARIABLE or channel.unit or not len(values):
         return False
@@ -234,7 +237,7 @@ def is_sequence(channel: Channel) -> bool:
 
 
 def states(channel: Channel) -> States:
-    """Return which values a channel has one after the other."""
+    """Return the values that a channel has one after the other."""
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
     if not len(values):
@@ -247,10 +250,10 @@ def states(channel: Channel) -> States:
 
 
 def edits(mine: Sequence[float], other: Sequence[float]) -> List[Tuple[str, int, int, int, int]]:
-    """Return what makes one order of values the other, as ``difflib`` names it.
+    """Return the edits that turn one order of values into the other, as ``difflib`` names them.
 
-    Each is what to do, the rows of the first order, and those of the second. What comes once more
-    is the later one: until it comes, nothing is wrong.
+    Each edit is an operation, the rows of the first order, and those of the second. Of values that
+    come twice, the later ones are extra: until they come, nothing is wrong.
     """
     same = next((row for row, (one, two) in enumerate(zip(mine, other)) if one != two),
                 min(len(mine), len(other)))
@@ -261,9 +264,9 @@ def edits(mine: Sequence[float], other: Sequence[float]) -> List[Tuple[str, int,
 
 
 def held_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the value (m,) that holds at times (m,): the newest one, before the first the first.
+    """Return the values (m,) that hold at times (m,): the newest; before the first, the first.
 
-    NaN where a time is, or where there is no value at all.
+    NaN for times that are NaN, or if there is no value at all.
     """
     if not len(known_s):
         return np.full(len(times_s), np.nan)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs out of recordings."""
+"""Runs read from recordings."""

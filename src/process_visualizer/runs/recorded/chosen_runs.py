@@ -21,19 +21,19 @@ from process_visualizer.runs.event import Cycle, cycles
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Context, Run, part_of
 
-# The runs of a recording: its cycles, by what the configuration says a run is.
+# The runs of a recording: its cycles, as the configuration defines a run.
 
 class NoCycle(ValueError):
-    """A recording has none; the text says which event is missing."""
+    """A recording has no cycle; the text says which event is missing."""
 
 
 def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
     """Return the cycles of a recording, named NAME#1, NAME#2 …; without a span, all as one run.
 
-    What belongs to a run before its begin and behind its end is cut off where the recording ends.
+    The margins before and after a cycle end where the recording ends.
 
     Raises:
-        NoCycle: the recording does not contain a whole one.
+        NoCycle: the recording contains no whole cycle.
     """
     if span is None:
         return (whole,)
@@ -65,7 +65,7 @@ def _context(run: Run, what: str) -> Context:
 
 
 def _usual_value(run: Run, what: str) -> Optional[float]:
-    """The value that a run has most often of a channel, by its label or topic."""
+    """Return the most frequent value of a run's channel, given its label or topic."""
     for channel in run.channels:
         if what.strip('/') in (channel.label, channel.topic.strip('/')):
             values = channel.values[np.isfinite(channel.values)]
@@ -76,13 +76,13 @@ def _usual_value(run: Run, what: str) -> Optional[float]:
 
 @contextmanager
 def recorded_cell(recording: Recording) -> Iterator[Cell]:
-    """Yield the cell; while it is used, the models beside its configuration exist.
+    """Yield the recorded cell; the models stored with its configuration exist meanwhile.
 
-    Nothing in it may run but nodes of packages that the user trusts.
+    It may run nothing but nodes of packages that the user trusts.
 
     Raises:
         BagError: the recording holds no configuration.
-        ConfigurationError: it is none on this machine.
+        ConfigurationError: the configuration is not valid on this machine.
         OSError: its files cannot be written, or the list of trusted packages cannot be read.
     """
     stored = recorded_configuration(recording)
@@ -95,29 +95,29 @@ def recorded_cell(recording: Recording) -> Iterator[Cell]:
 
 _CYCLE = re.compile(r'(.+)#(\d+)(?:-(\d+))?\Z')
 Numbers = Tuple[int, int]
-"""The first and the last one of a range."""
+"""The first and the last number of a range."""
 
 
 class ChosenRuns:
-    """Reads recordings, each once, and returns runs of them."""
+    """Reader of runs; it reads each recording once."""
 
     def __init__(self, cell: Optional[Cell] = None,
                  is_cancelled: Callable[[], bool] = lambda: False) -> None:
-        """Take the cell; without one, each recording's own configuration is used."""
+        """Take the cell; default: each recording's own configuration."""
         self._cell = cell
         self._is_cancelled = is_cancelled
         self._read: Dict[Tuple[str, ...], Tuple[Run, ...]] = {}
 
     def runs(self, words: Sequence[str]) -> List[Run]:
-        """Return the runs of some recordings: of BAG all cycles, of BAG#N one, of BAG#N-M some.
+        """Return the runs of some recordings: for BAG all cycles, for BAG#N one, for BAG#N-M some.
 
-        A recording in parts is named by its first one; the others, if they are named behind it,
-        count no more.
+        A recording in parts is named by its first part; other parts that are named after it are
+        ignored.
 
         Raises:
             BagError: a file cannot be read as a bag, or holds no configuration.
-            ReadingCancelled: is_cancelled() has become true.
-            ConfigurationError: the configuration in a bag is none on this machine.
+            ReadingCancelled: is_cancelled() has returned true.
+            ConfigurationError: the configuration in a bag is not valid on this machine.
             NoCycle: a recording holds no whole run.
             ValueError: there is no cycle of that number.
             OSError: the files of a configuration cannot be written.
@@ -146,7 +146,7 @@ class ChosenRuns:
 
     @contextmanager
     def cell_of(self, run: Run) -> Iterator[Cell]:
-        """Yield the cell that a run was made of; while it is used, its models exist.
+        """Yield the cell of a run; its models exist meanwhile.
 
         Raises:
             BagError, ConfigurationError, OSError: as ``runs``.
@@ -190,7 +190,7 @@ class ChosenRuns:
 
 
 def _path_and_numbers(word: str) -> Tuple[str, Optional[Numbers]]:
-    """Return what BAG#N or BAG#N-M names; no numbers if it is BAG."""
+    """Return the path and the numbers in BAG#N or BAG#N-M; no numbers for BAG."""
     match = None if os.path.exists(word) else _CYCLE.match(word)
     if match is None:
         return word, None

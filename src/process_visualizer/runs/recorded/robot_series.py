@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Series of robots that no configuration lists: joints, how far each lags, torques at the tool."""
+"""Series of robots that no configuration lists: joints, their lags, and torques at the tool."""
 from __future__ import annotations
 
 from typing import Dict, Iterator, List, Optional, Sequence, Tuple
@@ -25,15 +25,15 @@ from process_visualizer.robot.joints import JointMatching
 _COLOR = (0.5, 0.5, 0.5)
 CONTROLLER_STATE = 'control_msgs/JointTrajectoryControllerState'
 _CONTROLLER_STATES = (CONTROLLER_STATE, 'pr2_controllers_msgs/JointTrajectoryControllerState')
-"""They hold where joints shall be, and where they are."""
+"""Message types with the desired and the actual positions of joints."""
 _LOOKED_AT = 5
 
 
 def robot_series(recording: Recording, devices: Sequence[Device]) -> List[Series]:
     """Return the series of the robots among the devices, as far as a recording has them.
 
-    Of each joint of a model that can be loaded the position, and how far it lags behind its
-    command where a controller sends both; of each force sensor the torque.
+    These are, for each joint of a model that can be loaded, its position and its lag behind the
+    command, if a controller sends both; and the torque of each force sensor.
     """
     robots = [it for it in devices if it.type is DeviceType.ROBOT]
     found: List[Series] = []
@@ -93,7 +93,7 @@ def _lags(recording: Recording, device: Device,
 
 
 def _controlled(recording: Recording, number: int, matching: JointMatching) -> Dict[str, int]:
-    """The joints of a robot in the messages of a controller, with their rows."""
+    """Return the joints of a robot in the messages of a controller, with their rows."""
     connection = recording.index.connections[number]
     kind = short_name(connection.type)
     for position in recording.index.positions(number)[:_LOOKED_AT].tolist():

@@ -37,12 +37,12 @@ from process_visualizer.runs.run import (
     ToolMotion,
 )
 
-# Sources that the configuration names and a recording does not have.
+# Configured sources that a recording does not have.
 
 class Absent(NamedTuple):
-    """A source without data: what is wrong, and the name that may be meant; empty if none is.
+    """A source without data: its name, what is wrong, and whether a name is misspelled.
 
-    Of a topic whose messages have no such field, the text says so.
+    If the messages of the topic do not have the field, the text says so.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Absent(NamedTuple):
 
 def absent_sources(recording: Recording, wanted: Sequence[CurveSource],
                    series: Sequence[Series]) -> Tuple[Absent, ...]:
-    """Return which of the wanted sources of numbers a recording does not have, given its series."""
+    """Return the wanted sources of numbers that a recording does not have, given its series."""
     topics = {it.topic for it in recording.index.connections}
     found = [it.source for it in series if _has_field(recording, it)]
     return tuple(_absent(source, topics) for source in wanted
@@ -60,7 +60,7 @@ def absent_sources(recording: Recording, wanted: Sequence[CurveSource],
 
 
 def _has_field(recording: Recording, series: Series) -> bool:
-    """Return whether the first messages have the number; without any, nothing is known."""
+    """Return whether the first messages have the number; unknown without any, so true."""
     if series.source.quantity is not Quantity.NUMBER:
         return True
     for number, locator in series.locators.parts[0].items():
@@ -89,13 +89,13 @@ def _absent(source: CurveSource, topics: Set[str]) -> Absent:
 # The pose, in the global frame, of the frame in which a recorded tool position is given.
 
 _FRAME_OFFSET = 12
-"""In a std_msgs/Header, behind sequence number and stamp."""
+"""Offset of the frame in a std_msgs/Header, after sequence number and stamp."""
 
 
 def tool_base(recording: Recording, cell: Cell, source: CurveSource) -> Placement:
-    """Return the place of the frame of a source's positions; an unknown frame counts as global.
+    """Return the pose of the frame of a source's positions; an unknown frame counts as global.
 
-    The frame is that of the messages, otherwise the one that the configuration names.
+    The messages name the frame, or else the configuration.
     """
     device = cell.device(source.device)
     topic = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
@@ -135,11 +135,11 @@ _KINDS: Dict[Quantity, ChannelKind] = {
 def read_run(recording: Recording, cell: Cell,
              on_progress: Optional[Callable[[float], None]] = None,
              is_cancelled: Callable[[], bool] = lambda: False) -> Run:
-    """Return a whole recording as a run; what it does not have, the run has not either.
+    """Return a whole recording as a run; missing data stays missing.
 
     Raises:
-        ReadingCancelled: is_cancelled() has become true.
-        BagError: a file cannot be read, of marks or as a bag.
+        ReadingCancelled: is_cancelled() has returned true.
+        BagError: a bag or a file of marks cannot be read.
     """
     devices = cell.devices
     configured = [*curve_sources(devices), *map(_event_source, cell.events)]
@@ -167,9 +167,9 @@ def read_run(recording: Recording, cell: Cell,
 
 
 def as_received(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Run:
-    """Return what a recording has as numbers that hold from when they came, as RViz shows them.
+    """Return a recording as a run whose numbers hold from their arrival on, as in RViz.
 
-    Its times are those of the recording, of speeds when they were measured.
+    Its times are those of the recording; for speeds, those of measurement.
     """
     return Run(os.path.basename(recording.paths[0]),
                (recording.end_ns - recording.begin_ns) / 1e9, _distinct(samples),
@@ -178,7 +178,7 @@ def as_received(recording: Recording, cell: Cell, samples: Sequence[Samples]) ->
 
 
 def _is_unmeasured(samples: Samples) -> bool:
-    """Return whether a sensor of forces only sends no torques, or no joint has a command."""
+    """Return whether a force sensor sends no torques, or no joint has a command."""
     return samples.source.quantity in (Quantity.TORQUE, Quantity.LAG) and not bool(
         np.nan_to_num(sampled(samples)[1]).any())
 
@@ -198,7 +198,7 @@ def _event_source(event: ProcessEvent) -> CurveSource:
 
 
 def _distinct(samples: Sequence[Samples]) -> Tuple[Channel, ...]:
-    """The channels; what has the label of another one of its device has its topic too."""
+    """Return the channels; a label that another channel of the device has gets the topic added."""
     found: Dict[Key, Channel] = {}
     for it in samples:
         channel = _channel(it)
@@ -212,7 +212,7 @@ def _distinct(samples: Sequence[Samples]) -> Tuple[Channel, ...]:
 
 def _channel(samples: Samples) -> Channel:
     source = samples.source
-    with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+    with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         times_s, values = (samples.times_s, samples.values[:, -1]) \
             if source.quantity is Quantity.JOINT else sampled(samples)
     order = np.argsort(times_s, kind='stable')
@@ -233,7 +233,7 @@ def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Li
 
 def _forces(recording: Recording, samples: Sequence[Samples],
             quantity: Quantity) -> Iterator[ToolForce]:
-    """Forces or torques, in single precision, as there may be many."""
+    """Yield forces or torques, in single precision, as there may be many."""
     for it in samples:
         if it.source.quantity is quantity:
             order = np.argsort(it.times_s, kind='stable')
