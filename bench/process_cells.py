@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of five cells with six-axis robots, good ones and faulty ones, made from seeds alone.
+"""Good and faulty runs of five cells with six-axis robots, made from seeds alone.
 
-A cell is a list of steps: where the tool goes, how long it takes, and what the process has
-meanwhile. Each run has its own pace, steps that take longer or shorter, gains, a temperature that
-rises over the shift, and noise; messages without a stamp are held up now and then. It shares
-nothing with the sewing cell's simulator.
+A cell is a list of steps: where the tool goes, how long it takes, and the values of the process
+meanwhile. Each run has its own pace, longer and shorter steps, gains, a temperature that rises over
+the shift, and noise; messages without a stamp are held up now and then. The runs share nothing with
+the sewing cell's simulator.
 """
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ Point = Tuple[float, float, float]
 
 
 class Step(NamedTuple):
-    """A step: ``to`` [m] is where the tool goes; ``values`` are what quantities have meanwhile.
+    """A step: the tool goes to ``to`` [m], while quantities have ``values``.
 
-    A value is a number, or two between which it rises. A step that is a ``wait`` takes any time.
+    A value is a number, or two between which it rises. A step that ``is_wait`` takes any time.
     """
 
     state: int
@@ -53,9 +53,9 @@ class Step(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """What went wrong: ``wanted`` are endings of the signals at fault, ``begin_s`` [s of the run].
+    """A fault: ``wanted`` are endings of the signals at fault, ``begin_s`` is when it begins [s].
 
-    NaN: it is so from the beginning.
+    NaN: the fault is there from the beginning of the run.
     """
 
     kind: str
@@ -65,14 +65,14 @@ class Fault(NamedTuple):
 
 
 class MadeRun(NamedTuple):
-    """A run; what is wrong with it."""
+    """A run, and its fault, if it has one."""
 
     run: Run
     fault: Optional[Fault] = None
 
 
 class ProcessCell(NamedTuple):
-    """A cell: its steps by the number that decides variant or place, and what can go wrong."""
+    """A cell: its steps by the number that decides variant or place, and its possible faults."""
 
     name: str
     steps: Callable[[int], List[Step]]
@@ -160,7 +160,7 @@ _SIZES: Dict[str, Tuple[float, float, float]] = {
 _NEEDED = {'vibration': 'force', 'contact_lost': 'force', 'force_noise': 'force',
            'force_turned': 'force', 'force_stuck': 'force', 'current_drift': 'current',
            'torque_once': 'torque', 'late_flow': 'flow'}
-"""What a step must have for a fault to show."""
+"""The quantity that a step must have for a fault to show."""
 _PLACE = ('tool along', 'tool sideways', 'tool up', 'place')
 _WANTED: Dict[str, Tuple[str, ...]] = {
     'temperature': ('temperature',), 'ok_missing': ('ok',), 'late_ok': ('ok',),
@@ -181,7 +181,7 @@ def good_run(cell: ProcessCell, seed: int) -> MadeRun:
 
 
 def faulty_run(cell: ProcessCell, kind: str, size: str, seed: int) -> MadeRun:
-    """Return a run with a fault of a kind and size, somewhere where the seed draws it."""
+    """Return a run with a fault of a kind and size, in a step drawn by the seed."""
     return _Maker(cell, seed, kind, size).run()
 
 
@@ -297,7 +297,7 @@ class _Maker:
         return result
 
     def _arrivals_s(self, times_s: np.ndarray) -> np.ndarray:
-        """Messages without a stamp: now and then some are held up, and then come at once."""
+        """Return arrival times of messages without a stamp: some are held up, then come at once."""
         begin_s = self._random.uniform(0.0, self.duration_s)
         held = (times_s >= begin_s) & (times_s < begin_s + 2.0 * _HELD_UP_S)
         result: np.ndarray = np.where(
@@ -322,7 +322,7 @@ class _Maker:
         return found
 
     def _level(self, quantity: str, times_s: np.ndarray) -> np.ndarray:
-        """The value without noise, with edges that come a little earlier or later."""
+        """Return the values without noise, with edges that come a little late."""
         found = np.zeros(len(times_s))
         for row, (step, begin_s, took_s) in enumerate(zip(self._steps, self._starts_s,
                                                           self._durations_s)):
@@ -430,7 +430,7 @@ def _low_pass(values: np.ndarray, times_s: np.ndarray) -> np.ndarray:
 
 
 def _joints(positions: np.ndarray) -> np.ndarray:
-    """The joints of an arm with two links of 0.6 m whose tool points down."""
+    """Return the joints of an arm with two links of 0.6 m whose tool points down."""
     x, y, z = positions.T
     reach = np.hypot(x, y)
     far = np.clip(np.hypot(reach, z), 0.05, 1.19)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Three usual ways to judge a run by good ones, to be held beside ours.
+"""Three usual ways to judge a run by good ones, for comparison with ours.
 
-Each takes the good runs, and says of a run which channel is out of range, or None. Places count as
-three channels of each tool. Their limits are those of textbooks.
+Each takes the good runs, and returns the channel of a run that is out of range, or None. A place
+counts as three channels of each tool. The limits are those of textbooks.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Series = Tuple[np.ndarray, np.ndarray]
 
 
 class Peer(Protocol):
-    """A way to judge."""
+    """A way to judge runs."""
 
     def cause(self, run: Run) -> Optional[str]:
         """Return the channel that is out of range, or None."""
@@ -45,7 +45,7 @@ def _by_events(reference: Run, run: Run) -> TimeMap:
 
 
 class EventsAndSigmas:
-    """Aligned at events, each channel within mean and 3 standard deviations at each moment."""
+    """Alignment at events; each channel within 3 standard deviations of the mean at each moment."""
 
     def __init__(self, good: Sequence[Run]) -> None:
         self._reference = good[0]
@@ -75,7 +75,7 @@ class EventsAndSigmas:
 class WarpedDistance:
     """The distance of dynamic time warping to the nearest good run, and a threshold.
 
-    The threshold is the largest distance of a good run to the nearest other one, and a tenth.
+    The threshold is the largest distance of a good run to the nearest other one, plus a tenth.
     """
 
     def __init__(self, good: Sequence[Run]) -> None:
@@ -93,12 +93,12 @@ class WarpedDistance:
                          else np.zeros(_WARPED_ROWS) for name in self._names], axis=1)
 
     def _distances(self, run: np.ndarray) -> np.ndarray:
-        """To each good run (g,)."""
+        """Return the distances to each good run (g,)."""
         cost = np.square(self._good[:, :, np.newaxis, :] - run).sum(axis=3)
         count = _WARPED_ROWS
         total = np.full((len(cost), count + 1, count + 1), np.inf)
         total[:, 0, 0] = 0.0
-        for diagonal in range(2 * count - 1):  # all cells of one follow from the two before it
+        for diagonal in range(2 * count - 1):  # its cells follow from the two diagonals before
             i = np.arange(max(0, diagonal - count + 1), min(diagonal, count - 1) + 1)
             j = diagonal - i
             total[:, i + 1, j + 1] = cost[:, i, j] + np.minimum(
@@ -115,7 +115,7 @@ class WarpedDistance:
 
 
 class FeatureTable:
-    """Mean, least, largest and duration of each part between events, each within 3 sigma."""
+    """Mean, minimum, maximum and duration of each part between events, each within 3 sigma."""
 
     def __init__(self, good: Sequence[Run]) -> None:
         self._reference = good[0]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Verdicts on five cells whose truth is known, by the number of good runs they are judged by.
+"""Verdicts on five cells with known faults, by the number of good runs they are judged by.
 
     bench/run verdicts [--references 1 5 25] [--cells grinding …] [--good 20] [--bad 0] [--seed 1]
                        [--peers] [--sets N]
 
-Prints what was found, whether the right cause came first, and how many good runs "leave".
-``--bad`` is the share of the references that are none. With ``--sets`` it draws so many sets of
-references for each cell instead, and prints how many good runs leave each of them.
+Prints which faults were found, whether the right cause came first, and how many good runs leave
+their band. ``--bad`` is the share of the references that are faulty. With ``--sets N``, it draws N
+sets of references for each cell instead, and prints how many good runs leave the band of each.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _REFERENCE_SEED, _FAULT_SEED, _GOOD_SEED, _BAD_SEED = 1_000, 20_000, 40_000, 60_
 
 
 class Tried(NamedTuple):
-    """What came of a faulty run: whether anything left, the right thing first, and when [s]."""
+    """The result for a faulty run: found or not, right cause first or not, onset error [s]."""
 
     fault: Fault
     is_found: bool
@@ -34,9 +34,9 @@ class Tried(NamedTuple):
 
 
 def references(cell: ProcessCell, count: int, bad: float, seed: int) -> List[MadeRun]:
-    """Good runs; of which a share is none."""
+    """Return good runs, a share of which has large faults."""
     found = [good_run(cell, _REFERENCE_SEED * seed + number) for number in range(count)]
-    random = np.random.default_rng([seed, count, 3, CELLS.index(cell)])  # others in each cell
+    random = np.random.default_rng([seed, count, 3, CELLS.index(cell)])  # they differ between cells
     for number in random.choice(count, int(bad * count), replace=False).tolist():
         kind = cell.kinds[int(random.integers(len(cell.kinds)))]
         found[number] = faulty_run(cell, kind, 'large', _BAD_SEED + 100 * seed + number)
@@ -44,7 +44,7 @@ def references(cell: ProcessCell, count: int, bad: float, seed: int) -> List[Mad
 
 
 def tried(made: MadeRun, comparison: Comparison) -> Tried:
-    """What a comparison says of a faulty run."""
+    """Return the result for a faulty run, given its comparison."""
     fault, found = made.fault, comparison.departures
     assert fault is not None
     if not found:
@@ -56,7 +56,7 @@ def tried(made: MadeRun, comparison: Comparison) -> Tried:
 
 
 def judged(cell: ProcessCell, good: GoodRuns, seed: int) -> List[Tried]:
-    """Each kind and size once."""
+    """Return the results for faulty runs, one of each kind and size."""
     found = []
     for number, kind in enumerate(cell.kinds):
         for place, size in enumerate(SIZES):
@@ -66,14 +66,14 @@ def judged(cell: ProcessCell, good: GoodRuns, seed: int) -> List[Tried]:
 
 
 def alarms(cell: ProcessCell, good: GoodRuns, count: int, seed: int) -> List[str]:
-    """What good runs are said to leave with, for each that is."""
+    """Return the first signal that left its band in each good run that did not stay in range."""
     found = [good.compare(good_run(cell, _GOOD_SEED * seed + number).run)
              for number in range(count)]
     return [it.departures[0].signal.name for it in found if it.departures]
 
 
 def judged_by(cell: ProcessCell, peer: Peer, good: int, seed: int) -> Tuple[int, int, int, int]:
-    """Of middle and large faults: how many, found, the right cause; and good runs that leave."""
+    """Return the middle and large faults: all, found, right cause; and good runs that leave."""
     count = found = right = 0
     for number, kind in enumerate(cell.kinds):
         for place in (1, 2):
