@@ -97,7 +97,7 @@ class AlignmentMethod(Enum):
     EVENTS = 'their events'
     STATES = 'their states'
     ANCHORS = 'what the operator says'
-    BEGIN = 'their begin'
+    BEGIN = 'their start'
 
 
 class Alignment(NamedTuple):

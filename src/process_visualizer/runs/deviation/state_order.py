@@ -155,7 +155,7 @@ class StateOrder:
             return f'{self._named(came)} instead of {self._named(expected)}'
         return f'{self._named(came)} {"comes" if len(came) == 1 else "come"} once more' \
             if all(it in self._usual for it in came) else \
-            f'{self._named(came)} {"comes" if len(came) == 1 else "come"} besides'
+            f'{self._named(came)} {"comes" if len(came) == 1 else "come"} in addition'
 
     def _named(self, values: Order) -> str:
         return ', '.join(self._name(it) for it in values[:3]) + (' …' if len(values) > 3 else '')
