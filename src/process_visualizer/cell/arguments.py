@@ -12,7 +12,7 @@ from process_visualizer.cell.substitution import Arguments
 
 def read_arguments(root: Element, given: Mapping[str, str],
                    problems: ProblemList) -> Arguments:
-    """Values of the arguments in file order, as in roslaunch: an argument may use earlier ones."""
+    """Return the values of the arguments in file order; an argument may use earlier ones."""
     values: Dict[str, Optional[str]] = {}
     for element in root.children:
         if element.tag != 'arg':
@@ -47,7 +47,7 @@ def report_unknown(given: Mapping[str, str], root: Element, place: Optional[Pars
                    problems: ProblemList) -> None:
     """Report values for arguments that a file does not declare.
 
-    ``place`` is the ``<include>`` that gives them; None for those of a command line.
+    ``place`` is the ``<include>`` that gives the values; None for a command line.
     """
     declared = [element.attributes.get('name', '') for element in root.children
                 if element.tag == 'arg']
@@ -64,7 +64,7 @@ def _place_of(name: str, parent: Parsed) -> Location:
 
 
 def passed_arguments(parsed: Parsed, problems: ProblemList) -> Dict[str, str]:
-    """Name and value of each ``<arg>`` of an ``<include>`` or ``<launch>``."""
+    """Return name and value of each ``<arg>`` of an ``<include>`` or ``<launch>``."""
     values: Dict[str, str] = {}
     for child in parsed.all('arg'):
         name = child.values['name']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builds the model from the elements of a file."""
+"""Builds the model of the cell from the elements of a file."""
 from __future__ import annotations
 
 import os
@@ -42,7 +42,7 @@ _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 're
 
 
 def build_device(parsed: Parsed, global_frame: str) -> Device:
-    """The device of a ``<device>`` element, whose wrong type or missing name is guessed."""
+    """Return the device of a ``<device>`` element; a wrong type or a missing name is guessed."""
     name = parsed.values['name'] or str(parsed.location)
     return Device(
         type=_device_type(parsed),
@@ -68,14 +68,14 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
 
 
 def _device_type(parsed: Parsed) -> DeviceType:
-    """Its type; if that is wrong, the one that was probably meant."""
+    """Return the type of a device; if it is wrong, the type that was probably meant."""
     types = [one.value for one in DeviceType]
     found = parsed.values['type'] or nearest(parsed.given.get('type', ''), types)
     return DeviceType(found or DeviceType.OTHER.value)
 
 
 def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
-    """An element that is passed on to roslaunch, with its substitution arguments resolved."""
+    """Return an element to pass on to roslaunch, with its substitution arguments resolved."""
     attributes = {name: text for name, text in parsed.given.items() if name not in CONDITIONS}
     return RoslaunchElement(parsed.tag, attributes, parsed.text, parsed.location)
 
@@ -170,7 +170,7 @@ def _passed_arguments(parsed: Parsed) -> Tuple[Tuple[str, str], ...]:
 
 
 def absolute_topic(namespace: str, name: str) -> str:
-    """The absolute name of a topic, with its namespace."""
+    """Return the absolute name of a topic in a namespace."""
     return '/' + '/'.join(part.strip('/') for part in (namespace, name) if part.strip('/'))
 
 
@@ -228,7 +228,7 @@ def _color_scale(values: Dict[str, Any]) -> Optional[ColorScale]:
 
 
 def build_event(parsed: Parsed) -> ProcessEvent:
-    """The moment of an ``<event>`` element."""
+    """Return the event of an ``<event>`` element."""
     values = parsed.values
     is_above = values['above'] is not None
     return ProcessEvent(values['name'], absolute_topic('', values['topic']), values['field'],
@@ -237,7 +237,7 @@ def build_event(parsed: Parsed) -> ProcessEvent:
 
 
 def build_run(parsed: Parsed) -> RunSpan:
-    """Return what one run is, by a ``<run>`` element."""
+    """Return the definition of a run in a ``<run>`` element."""
     values = parsed.values
     return RunSpan(values['begin'], values['end'], values['before'], values['after'],
                    parsed.location, values['shortest'], values['group'] or '',
@@ -245,7 +245,7 @@ def build_run(parsed: Parsed) -> RunSpan:
 
 
 def build_phase(parsed: Parsed) -> ProcessPhase:
-    """The part of a run of a ``<phase>`` element."""
+    """Return the phase of a ``<phase>`` element."""
     values = parsed.values
     return ProcessPhase(
         values['name'], values['from'], values['to'], values['wait'], parsed.location
@@ -253,5 +253,5 @@ def build_phase(parsed: Parsed) -> ProcessPhase:
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:
-    """The correct ``<machine>`` elements of a configuration."""
+    """Return the valid ``<machine>`` elements of a configuration."""
     return tuple(build_roslaunch_element(machine) for machine in machines if machine.sound)

@@ -13,7 +13,7 @@ from process_visualizer.cell.model import Cell
 class Changes:
     """Names of devices in the order of the configuration (``removed``: of the old one).
 
-    ``cell_changed`` is about what belongs to no device: the global frame and the machines.
+    ``cell_changed`` is true if the global frame or the machines, which belong to no device, differ.
     """
 
     added: Tuple[str, ...]
@@ -27,9 +27,9 @@ class Changes:
 
 
 def changes(old: Cell, new: Cell) -> Changes:
-    """Compare the contents of two configurations, whatever their place in the files.
+    """Compare the contents of two configurations, regardless of their locations in the files.
 
-    The contents of models and launch files are not compared; a part of a plan includes them
+    The contents of models and launch files are not compared here, but as parts of a plan
     (``Part.digest``).
     """
     before = {device.name: device for device in old.devices}
@@ -44,7 +44,7 @@ def changes(old: Cell, new: Cell) -> Changes:
 
 
 def content(value: Any) -> Any:
-    """A piece of the model as tuples and dictionaries, without places in files."""
+    """Return a piece of the model as tuples and dictionaries, without locations in files."""
     if is_dataclass(value):
         return type(value), {field.name: content(getattr(value, field.name))
                              for field in fields(value)

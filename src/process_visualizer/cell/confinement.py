@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Confinement: removes from a configuration that is data all that could start or read anything.
+"""Confinement: removes everything that could start or read something from untrusted configurations.
 
-This is the one place that decides it. It works on the elements as they are written, before any
-value is resolved, so that whatever reads a cell of a recording has never seen the rest.
+This module alone decides what is removed. It works on the elements as written, before any value is
+resolved, so that no later step ever sees the removed parts of a recorded configuration.
 """
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from process_visualizer.cell.errors import Location, Problem, shortened
 from process_visualizer.cell.trust import Provenance, in_a_package, is_below
 
 _RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
-"""What may be resolved: with anything else a value could be code, or a secret of this computer."""
+"""Substitutions that are resolved; any other could be code, or reveal a secret of this computer."""
 _FOUND = re.compile(r'\$\(find\s+[\w-]+\)')
 _NODE_ATTRIBUTES = ('pkg', 'type', 'name', 'ns', 'output', 'ifstate', 'if', 'unless')
 _LAUNCH_ATTRIBUTES = ('pkg', 'type', 'ifstate', 'if', 'unless')
 _READS_OR_RUNS = ('command', 'textfile', 'binfile')
 _NOT_PLAIN = re.compile(r'[!(&*]')
-"""In YAML: tags, which rosparam evaluates, angles, and references, which multiply."""
+"""YAML syntax that is refused: tags and angles, which rosparam evaluates, and references, which
+can multiply data."""
 _NEVER = {'machine': 'nodes run on this computer only',
           'env': 'it changes how programs run',
           'remap': 'only what this program generates is started'}
@@ -36,9 +37,9 @@ class Removal(NamedTuple):
 
 
 class Confined(NamedTuple):
-    """The rest of a file, and what of it is ignored: where, what, why, and what to do.
+    """The remaining elements of a file, and the ignored parts: where, what, why, and what to do.
 
-    ``removals`` say the same for the bytes of the file.
+    ``removals`` locates the ignored parts in the bytes of the file.
     """
 
     root: Element
@@ -47,7 +48,7 @@ class Confined(NamedTuple):
 
 
 def confined(root: Element, provenance: Provenance) -> Confined:
-    """Return a file's elements without what a configuration of that provenance may not say."""
+    """Return a file's elements without those that are not allowed for this provenance."""
     if not provenance.is_data:
         return Confined(root)
     work = _Work(provenance)
@@ -56,7 +57,7 @@ def confined(root: Element, provenance: Provenance) -> Confined:
 
 def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenance
                        ) -> Tuple[Dict[str, str], Tuple[Problem, ...]]:
-    """Return the values given for arguments without those that would be resolved once more."""
+    """Return the values given for arguments, except those that would be resolved again."""
     if not provenance.is_data:
         return dict(given), ()
     kept = {name: value for name, value in given.items() if '$' not in value}
@@ -67,7 +68,7 @@ def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenan
 
 
 def refused_include(path: str, location: Location, provenance: Provenance) -> Optional[Problem]:
-    """Return the problem of an ``<include>`` of data that is neither beside it nor in a package."""
+    """Return a problem if data includes a file that is neither one of its own nor in a package."""
     if not provenance.is_data or is_below(path, provenance.folder) or in_a_package(path):
         return None
     return _problem(location, 'include', f'"{shortened(path)}" is ignored in {_of(provenance)}: it '
@@ -75,7 +76,7 @@ def refused_include(path: str, location: Location, provenance: Provenance) -> Op
 
 
 class _Work:
-    """Goes through the elements of one file, and notes what is ignored."""
+    """Walks over the elements of one file, and notes the ignored parts."""
 
     def __init__(self, provenance: Provenance) -> None:
         self.ignored: List[Problem] = []
@@ -83,9 +84,9 @@ class _Work:
         self._provenance = provenance
 
     def kept(self, element: Element) -> Element:
-        """The element without the attributes and children that are ignored."""
+        """Return the element without the attributes and children that are ignored."""
         attributes = dict(element.attributes)
-        for name in self._needless(element):
+        for name in self._extra_attributes(element):
             del attributes[name]
             self._ignore(element, f'"{name}" is ignored: only its package is trusted, not what '
                                   f'{_of(self._provenance)} lets it do', name)
@@ -100,7 +101,7 @@ class _Work:
                 children.append(self.kept(child))
         return replace(element, attributes=attributes, children=children)
 
-    def _needless(self, element: Element) -> List[str]:
+    def _extra_attributes(self, element: Element) -> List[str]:
         allowed = {'node': _NODE_ATTRIBUTES, 'launch': _LAUNCH_ATTRIBUTES}.get(element.tag)
         return [] if allowed is None else [it for it in element.attributes if it not in allowed]
 
@@ -133,7 +134,7 @@ class _Work:
 def _unresolvable(element: Element, name: str) -> str:
     text = _RESOLVED.sub('', element.attributes[name])
     if (element.tag, name) == ('include', 'file'):
-        text = _FOUND.sub('', text)  # a file of an installed package is read as data, too
+        text = _FOUND.sub('', text)  # a file of an installed package is also read as data
     return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in files ' \
            'of your own' if '$' in text else ''
 

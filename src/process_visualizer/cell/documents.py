@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Documents of the configuration language, from its table ``elements``: reference, XML schema."""
+"""The reference and the XML schema of the configuration, generated from the table ``elements``."""
 from __future__ import annotations
 
 import re
@@ -17,7 +17,7 @@ from process_visualizer.cell.elements import (
 )
 from process_visualizer.cell.values import AXES, COLORS, PATTERNS, SENSOR_NOISES
 
-# The tables of the reference in the documentation, made from the table ``elements``.
+# The tables of the reference in the documentation.
 
 _BLOCK = re.compile(r'(<!-- begin (\w+) -->\n).*?(<!-- end \2 -->)', re.DOTALL)
 
@@ -34,15 +34,15 @@ _KINDS: Dict[str, str] = {
 
 
 def updated_reference(text: str) -> str:
-    """The text with every block between ``<!-- begin X -->`` and ``<!-- end X -->`` replaced.
+    """Return the text with every block between ``<!-- begin X -->`` and ``<!-- end X -->`` updated.
 
-    ``X`` is a tag, ``display_types`` or ``message_types``; raises KeyError for another.
+    ``X`` is a tag, ``display_types`` or ``message_types``; KeyError for any other name.
     """
     return _BLOCK.sub(lambda match: match[1] + block(match[2]) + match[3], text)
 
 
 def block(name: str) -> str:
-    """One block in Markdown, ending with a newline."""
+    """Return one block in Markdown, ending with a newline."""
     if name == 'display_types':
         return _display_types()
     if name == 'message_types':
@@ -101,9 +101,9 @@ def _table(head: Tuple[str, ...], rows: List[Tuple[str, ...]]) -> str:
 
 # The configuration language as an XML schema (XSD 1.0), for editors and validators.
 #
-# It is generated only from the table ``elements``. The schema accepts whatever the parser accepts,
-# except for nonsense inside an element that ``if`` or ``unless`` drops. It refuses less, since it
-# cannot check other files, the values of ``$(…)``, or relations between elements.
+# The schema accepts whatever the parser accepts, except for nonsense inside an element that ``if``
+# or ``unless`` drops. It rejects less than the parser, since it cannot check other files, the
+# values of ``$(…)``, or relations between elements.
 
 _HEADER = '''<?xml version="1.0" encoding="utf-8"?>
 <!-- Generated from src/process_visualizer/cell/elements.py by scripts/make_reference.py -->
@@ -123,13 +123,13 @@ _TRIPLES = {'plain_vector': 'plain_number', 'plain_size': 'plain_positive',
 
 
 def schema_text() -> str:
-    """The whole schema, ending with a newline."""
+    """Return the whole schema, ending with a newline."""
     parts = [*_value_types(), *_element_types(), _root()]
     return _HEADER + '\n'.join(parts) + '\n</xs:schema>\n'
 
 
 def _value_types() -> Iterator[str]:
-    """One simple type for each kind of attribute; every value may also be a ``$(…)``."""
+    """Yield a simple type for each kind of attribute; every value may also be a ``$(…)``."""
     yield _pattern_type('substitution', _SUBSTITUTION)
     yield ('  <xs:simpleType name="nothing">\n    <xs:restriction base="xs:token">\n'
            '      <xs:length value="0"/>\n    </xs:restriction>\n  </xs:simpleType>')
@@ -180,7 +180,7 @@ def _choice_type(name: str, choices: Mapping[str, object]) -> str:
 
 
 def _tags() -> Dict[str, Tag]:
-    """Every description of an element, by the name of its type in the schema."""
+    """Return the description of every element, by the name of its type in the schema."""
     tags = dict(TAGS)
     for parent, tag in TAGS.items():
         for child, variant in tag.variants.items():
@@ -217,10 +217,11 @@ def _child(name: str, type_name: str) -> Iterator[str]:
 
 
 def _single_children(tag: Tag) -> str:
-    """Constraints that allow one child of a kind.
+    """Return constraints that allow at most one child of a kind.
 
-    XSD 1.0 cannot count children in arbitrary order; but empty ones have equal text, which can be
-    required to be unique. A second one of the others is found only by the parser.
+    XSD 1.0 cannot count children in arbitrary order, but it can require their text to be unique,
+    and children without elements all have the same (empty) text. A second child of another kind is
+    found only by the parser.
     """
     return ''.join(f'        <xs:unique name="single_{child}">\n'
                    f'          <xs:selector xpath="{child}"/>\n'

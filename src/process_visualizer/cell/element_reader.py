@@ -22,22 +22,22 @@ from process_visualizer.cell.values import CONVERTERS
 
 # Reads an XML file into elements with their lines.
 #
-# Only data is read: a document type declaration, and with it every entity that a file could
-# define, is refused, so that neither a local file nor the network nor an expanding entity
-# ("billion laughs") is ever touched. Size and depth are limited, far above anything that a cell
-# needs, so that no file can exhaust the program.
+# Only data is read. A document type declaration is refused, and with it every entity that a file
+# could define: no local file is read, no network accessed, and no entity ("billion laughs")
+# expanded. Size and depth have limits far above the needs of any cell, so that no file can exhaust
+# the program.
 
 _MAX_FILE_BYTES = 10_000_000
 _DEEPEST = 50
 _SCHEMA_ATTRIBUTES = ('xmlns:xsi', 'xsi:noNamespaceSchemaLocation')
-"""Editors find the schema with these; they say nothing about the cell."""
+"""Attributes by which editors find the schema; they do not concern the cell."""
 
 
 @dataclass
 class Element:
     """An XML element: ``attributes`` in file order, ``text`` without the text of its children.
 
-    ``offset`` is the byte of the file at which it begins.
+    ``offset`` is the byte of the file at which the element begins.
     """
 
     tag: str
@@ -49,11 +49,11 @@ class Element:
 
 
 class _RefusedError(Exception):
-    """The file has well-formed XML that is not allowed."""
+    """Raised for well-formed XML that is not allowed."""
 
 
 class _TreeBuilder:
-    """Handlers of an expat parser that build the tree of elements."""
+    """Builds the tree of elements in the handlers of an expat parser."""
 
     def __init__(self, file: str) -> None:
         self._file = file
@@ -94,7 +94,7 @@ class _TreeBuilder:
 
 
 def read_xml(path: str) -> Element:
-    """The root element of the file.
+    """Return the root element of the file.
 
     Raises:
         ConfigurationError: the file cannot be read, is not well-formed XML, or has a
@@ -142,11 +142,11 @@ def _error(location: Location, message: str) -> ConfigurationError:
 class Parsed:
     """An element with its typed values.
 
-    ``readable`` is False when its own attributes are wrong, ``sound`` also when something below it
-    is wrong. ``values`` has every attribute of the tag: for a wrong one the default, or None if
-    there is none. It is ``complete`` if nothing required is missing, so that further problems can
-    be found. ``given`` has the substituted text of the attributes in the file, ``wrong`` the names
-    of those that have no valid value.
+    ``readable`` is False if the element's own attributes are wrong, ``sound`` also if anything
+    below it is wrong. ``values`` has every attribute of the tag; a wrong one has its default, or
+    None without a default. An element is ``complete`` if no required value is missing, so that the
+    search for further problems can go on. ``given`` has the substituted text of the attributes in
+    the file, ``wrong`` the names of those without a valid value.
     """
 
     tag: str
@@ -161,25 +161,25 @@ class Parsed:
     complete: bool = True
 
     def all(self, tag: str) -> List['Parsed']:
-        """The complete children with this tag, in file order."""
+        """Return the complete children with this tag, in file order."""
         return [child for child in self.children if child.tag == tag and child.complete]
 
     def first(self, tag: str) -> Optional['Parsed']:
-        """The first complete child with this tag."""
+        """Return the first complete child with this tag."""
         return next(iter(self.all(tag)), None)
 
 
 class ElementReader:
-    """Reads elements of one file, with the values of its ``<arg>`` elements."""
+    """Reads elements of one file, using the values of its ``<arg>`` elements."""
 
     def __init__(self, arguments: Arguments, problems: ProblemList) -> None:
         self._arguments = arguments
         self._problems = problems
 
     def read(self, element: Element, tag: Optional[Tag] = None) -> Optional[Parsed]:
-        """The element with its descendants, or None when its condition (if, unless) drops it.
+        """Return the element with its descendants, or None if its condition (if, unless) drops it.
 
-        ``tag`` is its description; by default the one of its name.
+        ``tag`` is its description; the default is the description for its name.
         """
         before = len(self._problems)
         tag = tag or TAGS[element.tag]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration language as a table: the tags, and what each may contain.
+"""The configuration language as a table: its elements, and what each may contain.
 
-The parser, the XML schema and the reference in the documentation are generated from it.
+The parser uses the table; the XML schema and the tables of the reference are generated from it.
 """
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from process_visualizer.ros_names import (
 
 # The display types of RViz 1.14: the key of their topic and their default properties.
 #
-# Facts from the RViz sources (noetic-devel); a key that is missing in a file keeps RViz's default.
+# From the RViz sources (noetic-devel); RViz uses its default for a key that a file does not have.
 
 @dataclass(frozen=True)
 class DisplayType:
-    """An RViz display: ``default_topic`` is below the device's name; None if there is no default.
+    """A display type of RViz.
 
-    ``device_names`` are further properties whose values are names below the device's name.
+    ``default_topic`` is relative to the device's name; None: no default. ``device_names`` are
+    further properties whose values are names relative to the device's name.
     """
 
     topic_key: Optional[str]
@@ -56,8 +57,8 @@ _CLOUD = {'Style': 'Points', 'Size_(Pixels)': 4, 'Color_Transformer': 'RGB8',
 
 DISPLAY_TYPES: Dict[str, DisplayType] = {
     'AccelStamped': _stream('geometry_msgs/AccelStamped'),
-    # "Value" is what RViz loads first of all. An Effort display subscribes only when its topic is
-    # loaded while it is enabled already, and "Enabled" is loaded last.
+    # An Effort display subscribes only if it is already enabled when its topic is loaded. RViz
+    # loads "Enabled" last but "Value", which also enables the display, first.
     'Effort': replace(_stream('sensor_msgs/JointState', Value=True),
                       device_names={'Robot Description': 'robot_description'}),
     'FluidPressure': _stream('sensor_msgs/FluidPressure'),
@@ -101,7 +102,7 @@ DISPLAY_TYPES: Dict[str, DisplayType] = {
 
 
 DEFAULT_FRAME = 'world'
-"""The global frame, where a configuration names none."""
+"""The global frame if a configuration names none."""
 
 MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
     'joint_states': (FLOAT_ARRAY, *NAMED_JOINTS),
@@ -112,7 +113,7 @@ MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
     'color_image': ('sensor_msgs/Image',),
     'camera_info': ('sensor_msgs/CameraInfo',),
 }
-"""The message types of topics with a function."""
+"""The message types that each function of a topic accepts."""
 
 
 @dataclass(frozen=True)
@@ -130,9 +131,9 @@ class Attribute:
 class Tag:
     """An element: its attributes and children.
 
-    ``single`` children may occur only once. Of the attributes ``alternatives`` only one may be
-    given, and one must be given if ``needs_alternative``. Text is refused unless ``text``.
-    ``variants`` are children with another meaning than in ``TAGS``.
+    ``single`` children may occur only once. At most one of the attributes ``alternatives`` may be
+    given, exactly one if ``needs_alternative``. Text is allowed only if ``text``. ``variants``
+    describes children that mean something else here than in ``TAGS``.
     """
 
     help: str
@@ -145,7 +146,7 @@ class Tag:
     variants: Mapping[str, 'Tag'] = field(default_factory=dict)
 
     def child(self, name: str) -> 'Tag':
-        """The description of a child.
+        """Return the description of a child.
 
         Raises:
             KeyError: there is no such tag.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks what a cell needs on this computer: packages, models, launch files, executables."""
+"""Checks that everything a cell needs exists here: packages, models, launch files, executables."""
 from __future__ import annotations
 
 import os
@@ -24,10 +24,10 @@ from process_visualizer.cell.substitution import package_advice
 
 def check_environment(cell: Cell, mode: Optional[Mode] = None,
                       devices: Optional[Iterable[str]] = None) -> List[Problem]:
-    """Everything that the devices name and that does not exist, in the order of the file.
+    """Return a problem for everything that devices name but does not exist, in file order.
 
-    ``mode`` leaves out what starts only in the other mode; ``devices`` are names, by default all
-    of them (KeyError for an unknown one). Nodes on other machines are not checked.
+    With ``mode``, whatever starts only in the other mode is skipped. ``devices`` are names; the
+    default is all devices (KeyError for an unknown name). Nodes on other machines are not checked.
     """
     chosen = cell.devices if devices is None else [cell.device(name) for name in devices]
     check = _Check(mode)
@@ -37,7 +37,7 @@ def check_environment(cell: Cell, mode: Optional[Mode] = None,
 
 
 def find_launch_file(package_folder: str, name: str) -> Optional[str]:
-    """The path of a launch file, in the package's folder ``launch`` or in the package itself."""
+    """Return the path of a launch file, in the package's folder ``launch`` or in the package."""
     for path in _launch_file_paths(package_folder, name):
         if os.path.isfile(path):
             return path
@@ -49,7 +49,7 @@ def _launch_file_paths(package_folder: str, name: str) -> Sequence[str]:
 
 
 class _Check:
-    """Collects the problems; packages are looked up once."""
+    """Collects the problems, with a single search for packages."""
 
     def __init__(self, mode: Optional[Mode]) -> None:
         self.problems = ProblemList()
@@ -71,7 +71,7 @@ class _Check:
         return self._mode is None or mode in (None, self._mode)
 
     def _folder(self, package: str, location: Location, element: str) -> Optional[str]:
-        """The folder of the package; None, with a problem, when it does not exist."""
+        """Return the folder of the package; if it does not exist, add a problem and return None."""
         try:
             return str(self._packages.get_path(package))
         except rospkg.ResourceNotFound:
@@ -117,7 +117,7 @@ class _Check:
 
 
 def _executables(package: str, folder: str) -> Iterator[str]:
-    """Names of the executable files of a package."""
+    """Yield the names of the executable files of a package."""
     folders = find_in_workspaces(search_dirs=['libexec'], project=package) + [folder]
     for top in folders:
         for parent, subfolders, files in os.walk(top):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Problems of a configuration file, each with its place."""
+"""Problems of a configuration file, each with its location."""
 from __future__ import annotations
 
 import difflib
@@ -11,13 +11,13 @@ _MAX_QUOTE = 60
 
 
 def shortened(text: str, longest: int = _MAX_QUOTE) -> str:
-    """The text on one line, cut if it is too long for a message."""
+    """Return the text on one line, cut if it is too long for a message."""
     line = ' '.join(text[:4 * longest].split())
     return line if len(line) <= longest else line[:longest - 1] + '…'
 
 
 def quoted(text: str) -> str:
-    """The text in quotation marks, as messages show the content of a file."""
+    """Return the text in quotation marks, as messages show the content of a file."""
     blanks = ' ' * min(len(text), _MAX_QUOTE)
     return f'"{shortened(text) or blanks}"'
 
@@ -35,7 +35,7 @@ class Location:
 
 @dataclass(frozen=True, order=True)
 class Problem:
-    """One problem, its place, and what to write instead."""
+    """A problem: its location, the element, and what to write instead."""
 
     location: Location
     element: str
@@ -65,19 +65,19 @@ class ProblemList:
         return len(self._problems)
 
     def begin_file(self, file: str) -> None:
-        """Note that a file is being read: the problems of earlier files are listed first."""
+        """Note that a file is being read; the problems of earlier files are listed first."""
         self._files.append(file)
 
     def add(self, location: Location, element: str, message: str) -> None:
-        """Remember one problem of an element (its tag, without brackets)."""
+        """Add a problem of an element (its tag, without brackets)."""
         self._problems.append(Problem(location, shortened(element), message))
 
     def extend(self, problems: Iterable[Problem]) -> None:
-        """Remember problems found elsewhere."""
+        """Add problems found elsewhere."""
         self._problems.extend(problems)
 
     def sorted(self) -> List[Problem]:
-        """Return the problems by file and line; files in the order in which they were read."""
+        """Return the problems by file, in the order of reading, and line."""
         found = (problem.location.file for problem in self._problems)
         files = list(dict.fromkeys([*self._files, *found]))
         return sorted(self._problems,
@@ -85,7 +85,7 @@ class ProblemList:
                                            problem.location.line))
 
     def raise_if_any(self) -> None:
-        """Raise ConfigurationError when something was found."""
+        """Raise ConfigurationError if there are problems."""
         if self._problems:
             raise ConfigurationError(self.sorted())
 
@@ -94,7 +94,7 @@ _LIKENESS = 0.6
 
 
 def nearest(word: str, names: Iterable[str]) -> Optional[str]:
-    """The name most similar to ``word`` (ignoring case), or None."""
+    """Return the name most similar to ``word`` (ignoring case), or None."""
     by_lower_case = {name.lower(): name for name in names}
     found = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=_LIKENESS)
     return by_lower_case[found[0]] if found else None
@@ -117,7 +117,7 @@ def root_as_global_frame(device: str, root: str) -> str:
 
 
 def missing_file(path: str) -> str:
-    """A message that the file does not exist, and what to name instead."""
+    """Return a message that the file does not exist, and what to name instead."""
     file = Path(path)
     if not file.parent.is_dir():
         return f'there is no file "{file}", nor its folder; check the path'

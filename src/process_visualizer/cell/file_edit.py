@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Changes to the text of a configuration file that leave everything else in it as it is."""
+"""Edits the text of a configuration file, leaving everything else in it unchanged."""
 from __future__ import annotations
 
 import codecs
@@ -27,9 +27,9 @@ _ATTRIBUTE = re.compile(r'\s+([^\s=/>]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
 
 class StartTag(NamedTuple):
-    """A start tag: its values as XML has them, its line (from 1), and the byte it begins at.
+    """A start tag: its values as parsed from XML, its line (from 1), and its first byte.
 
-    ``parent`` are the attributes of the enclosing element.
+    ``parent`` has the attributes of the enclosing element.
     """
 
     tag: str
@@ -40,9 +40,9 @@ class StartTag(NamedTuple):
 
 
 class TagText(NamedTuple):
-    """The text from a start tag on, with begin and end of each value between its quotes.
+    """The text from a start tag on, with begin and end of each value inside its quotes.
 
-    ``end`` is the place after the last attribute, where another one can be written.
+    ``end`` is the position after the last attribute, where another can be inserted.
     """
 
     text: str
@@ -51,10 +51,10 @@ class TagText(NamedTuple):
 
 
 def start_tags(data: bytes) -> List[StartTag]:
-    """Return all start tags of a document in their order.
+    """Return all start tags of a document in order.
 
     Raises:
-        ValueError: it is not well-formed.
+        ValueError: the document is not well-formed.
     """
     parser = expat.ParserCreate()
     found: List[StartTag] = []
@@ -75,7 +75,7 @@ def start_tags(data: bytes) -> List[StartTag]:
 
 
 def encoding_of(data: bytes) -> str:
-    """Return the name of the encoding of a document that is well-formed."""
+    """Return the name of the encoding of a well-formed document."""
     for mark, name in _BYTE_ORDER_MARKS:
         if data.startswith(mark):
             return name
@@ -87,10 +87,10 @@ def encoding_of(data: bytes) -> str:
 
 
 def tag_text(data: bytes, tag: StartTag) -> TagText:
-    """Return a start tag as it is written.
+    """Return the text of a start tag.
 
     Raises:
-        ValueError: its parts cannot be found in the bytes.
+        ValueError: the parts of the tag cannot be found in the bytes.
     """
     text = data[tag.offset:].decode(encoding_of(data))
     name = _NAME.match(text)
@@ -109,16 +109,16 @@ def tag_text(data: bytes, tag: StartTag) -> TagText:
 
 
 DECIMALS = 6
-"""Of meters and radians: a micrometer."""
+"""Decimals of meters and radians: a resolution of one micrometer."""
 
 
 def number_text(value: float) -> str:
-    """Return a number with at most DECIMALS decimals, such as 0.1 or -3; never -0."""
+    """Return a number as text with at most DECIMALS decimals, such as 0.1 or -3; never -0."""
     text = f'{round(value, DECIMALS) + 0.0:.{DECIMALS}f}'  # -0.0 + 0.0 is 0.0
     return text.rstrip('0').rstrip('.')
 
 
-# Writes the element <tool> of a robot into the text of a configuration.
+# Inserts the element <tool> of a robot into the text of a configuration.
 
 _TAG_END = re.compile(r'\s*>')
 _REST_OF_LINE = re.compile(r'[ \t]*(<!--(?:(?!-->)[^\n])*-->)?[ \t]*(?=\r?\n)')
@@ -127,7 +127,7 @@ _CHILD = re.compile(r'\n([ \t]*)<')
 
 
 def tool_element(frame: str, pose: Pose) -> str:
-    """Return the element as it is written."""
+    """Return the text of the element."""
     parts = [f'frame={quoteattr(frame)}']
     for name, vector in (('xyz', pose.xyz), ('ypr', pose.ypr)):
         numbers = [number_text(value) for value in vector]
@@ -137,10 +137,10 @@ def tool_element(frame: str, pose: Pose) -> str:
 
 
 def with_tool(data: bytes, device: StartTag, frame: str, pose: Pose) -> bytes:
-    """Return a document with a <tool> as the first element of a device that has none.
+    """Return a document with a <tool> inserted as the first element of a device without one.
 
     Raises:
-        ValueError: it cannot be written there; the text says why.
+        ValueError: the element cannot be inserted; the text says why.
     """
     element, encoding = tool_element(frame, pose), encoding_of(data)
     written = tag_text(data, device)
@@ -170,7 +170,7 @@ def _own_line(before: str, after: str, element: str) -> str:
 
 def _check_added(before: List[StartTag], after: List[StartTag], device: StartTag,
                  frame: str) -> None:
-    """Make sure that only the element is new, whatever the file looks like."""
+    """Make sure that nothing but the element was added, whatever the file looks like."""
     index = [it.offset for it in before].index(device.offset) + 1
     added, others = after[index], [*after[:index], *after[index + 1:]]
     if (added.tag, added.attributes.get('frame'), added.parent) != ('tool', frame,
@@ -180,17 +180,17 @@ def _check_added(before: List[StartTag], after: List[StartTag], device: StartTag
         raise ValueError('it cannot be changed without other changes; edit it by hand')
 
 
-# Writes poses of base frames and tools, and boxes, into the configuration file.
+# Writes boxes and the poses of base frames and tools into the configuration file.
 
 _WORD = re.compile(r'\S+')
 
 
 class PoseEditError(ValueError):
-    """A pose was not written; the text says where, why, and what to do."""
+    """Raised if a pose was not written; the text says where, why, and what to do."""
 
 
 class SavedPose(NamedTuple):
-    """A file that was changed, and the backup beside it; ``digest`` is that of the new content."""
+    """A changed file and the backup beside it; ``digest`` is the digest of the new content."""
 
     file: str
     backup: str
@@ -200,12 +200,12 @@ class SavedPose(NamedTuple):
 class PoseEditor:
     """Edits the files of a configuration that has just been parsed.
 
-    Only numbers change in a file, and <tool> is added: comments, layout, quotes, encoding and line
-    ends stay. A file that has been changed in the meantime is not touched.
+    Edits change numbers or add a <tool>; comments, layout, quotes, encoding and line ends stay. A
+    file that has been changed in the meantime is not touched.
     """
 
     def __init__(self, cell: Cell) -> None:
-        """``cell`` must have been parsed just now.
+        """Take a cell that has just been parsed.
 
         Raises:
             PoseEditError: a file can no longer be read.
@@ -214,7 +214,7 @@ class PoseEditor:
         self._digests = {os.path.abspath(file): _digest(_read(file)) for file in cell.files}
 
     def save(self, device: str, pose: Pose) -> Optional[SavedPose]:
-        """Write the pose of a device's base frame; None if the file already has it.
+        """Write the pose of a device's base frame; return None if the file already has it.
 
         Raises:
             KeyError: there is no such device.
@@ -224,7 +224,7 @@ class PoseEditor:
                                   lambda data, tag: with_pose(data, tag, pose))
 
     def save_region(self, device: str, region: RegionOfInterest) -> Optional[SavedPose]:
-        """Write the center and the edge lengths of a depth sensor's box; None if they are there.
+        """Write center and edge lengths of a depth sensor's box; return None if the file has them.
 
         Raises:
             KeyError: there is no such device.
@@ -247,7 +247,7 @@ class PoseEditor:
         return None if changed == data else self._save(here.file, data, changed)
 
     def save_tool(self, device: str, frame: str, pose: Pose) -> SavedPose:
-        """Write the tool of a robot that has none in the file: its pose in a frame.
+        """Write the tool (its pose in a frame) of a robot that has none in the file.
 
         Raises:
             KeyError: there is no such device.
@@ -272,7 +272,7 @@ class PoseEditor:
         return saved
 
     def revert(self, saved: SavedPose) -> None:
-        """Restore a file as it was before it was saved, and remove the backup.
+        """Restore a file to its state before the save, and remove the backup.
 
         Raises:
             PoseEditError: the file has been changed since, or the backup cannot be read.
@@ -300,7 +300,7 @@ class PoseEditor:
         return data
 
     def _tag(self, device: str, name: str, here: Location, data: bytes) -> StartTag:
-        """The start tag of a <base> or <roi> that is not shared with another device."""
+        """Return the start tag of a <base> or <roi> that is not shared with another device."""
         tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == (name, here.line)]
         if len(tags) > 1:
             tags = [tag for tag in tags if tag.parent.get('name') == device]
@@ -319,23 +319,23 @@ class PoseEditor:
 
 
 def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
-    """Return a document with a new pose in a ``<base>``; all other bytes stay.
+    """Return a document with a new pose in a ``<base>``; all other bytes stay the same.
 
     Numbers that are equal when rounded to DECIMALS are left as written; a missing attribute is
     added only if it is not zero.
 
     Raises:
-        ValueError: the pose cannot be written there; the text says why.
+        ValueError: the pose cannot be written; the text says why.
     """
     angles = 'rpy' if 'rpy' in tag.attributes else 'ypr'
     return with_vectors(data, tag, {'xyz': pose.xyz, angles: pose.ypr})
 
 
 def with_vectors(data: bytes, tag: StartTag, vectors: Mapping[str, Vector3]) -> bytes:
-    """Return a document with other numbers in attributes of an element, as `with_pose` does.
+    """Return a document with new numbers in attributes of an element, as `with_pose` does.
 
     Raises:
-        ValueError: they cannot be written there; the text says why.
+        ValueError: the numbers cannot be written; the text says why.
     """
     if not all(math.isfinite(number) for vector in vectors.values() for number in vector):
         raise ValueError('finite numbers are needed')
@@ -349,7 +349,7 @@ def with_vectors(data: bytes, tag: StartTag, vectors: Mapping[str, Vector3]) -> 
 
 
 def _edited(tag: StartTag, written: TagText, name: str, vector: Vector3) -> str:
-    """The new text of an attribute; empty if it is missing and not needed."""
+    """Return the new text of an attribute; empty if it is missing and not needed."""
     value = tag.attributes.get(name)
     new = [number_text(part) for part in vector]
     if value is None:
@@ -381,7 +381,7 @@ def _with_values(written: TagText, edits: Dict[str, str]) -> str:
 
 
 def _check_attributes(before: bytes, after: bytes, tag: StartTag, edits: Dict[str, str]) -> None:
-    """Make sure that only the attributes have changed, whatever the file looks like."""
+    """Make sure that nothing but the attributes has changed, whatever the file looks like."""
     if len(start_tags(before)) != len(start_tags(after)):
         raise ValueError('it cannot be changed without other changes; edit it by hand')
     for old, new in zip(start_tags(before), start_tags(after)):
@@ -407,7 +407,7 @@ def _replace(path: str, before: bytes, after: bytes) -> SavedPose:
 
 
 def _write_backup(path: str, data: bytes) -> str:
-    """Write a backup under the first name that is free."""
+    """Write a backup under the first free name."""
     number = 0
     while True:
         backup = f'{path}.bak{number or ""}'
@@ -424,7 +424,7 @@ def _write_backup(path: str, data: bytes) -> str:
 
 
 def _write(path: str, data: bytes) -> None:
-    """Replace a file (not a link to it) in one step; its permissions stay."""
+    """Replace a file atomically, keeping its permissions and any link to it."""
     real = os.path.realpath(path)
     folder, name = os.path.split(real)
     try:
@@ -465,10 +465,10 @@ class _Cut(NamedTuple):
 
 
 def without(data: bytes, removals: Sequence[Removal]) -> bytes:
-    """Return the bytes of a file without some elements and attributes of it.
+    """Return the bytes of a file without some of its elements and attributes.
 
     Raises:
-        ValueError: they cannot be found in the bytes.
+        ValueError: the elements or attributes cannot be found in the bytes.
     """
     tags = {tag.offset: tag for tag in start_tags(data)}
     ends = _ends(data)
@@ -485,7 +485,7 @@ def without(data: bytes, removals: Sequence[Removal]) -> bytes:
 
 
 def _ends(data: bytes) -> Dict[int, int]:
-    """Return the begin of each element's end tag, or an empty element's end, by its begin."""
+    """Return where the end tag of each element begins (or an empty element ends), by its begin."""
     parser = expat.ParserCreate()
     begun: List[int] = []
     ends: Dict[int, int] = {}
@@ -496,7 +496,7 @@ def _ends(data: bytes) -> Dict[int, int]:
 
 
 def _parts(data: bytes, tag: StartTag) -> Tuple[str, str]:
-    """The start tag up to its last attribute, and what follows it."""
+    """Return the start tag up to its last attribute, and the text that follows."""
     if not data[tag.offset:].startswith(b'<'):
         raise ValueError('its encoding has other bytes than ASCII')
     text = tag_text(data, tag)

@@ -25,7 +25,7 @@ class Mode(Enum):
 
 
 class DeviceType(Enum):
-    """The type of a device; decides which nodes and displays it gets by default."""
+    """The type of a device, which decides the nodes and displays it gets by default."""
 
     ROBOT = 'robot'
     DEPTH_SENSOR = 'depth_sensor'
@@ -48,7 +48,7 @@ ROBOT_FUNCTIONS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
                    TopicFunction.FORCE_SENSOR)
 IMAGE_FUNCTIONS = (TopicFunction.DEPTH_IMAGE, TopicFunction.COLOR_IMAGE,
                    TopicFunction.CAMERA_INFO)
-"""What a cropped cloud is made from in one pass."""
+"""The topics from which a cropped cloud is computed in one pass."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +91,9 @@ class Tool:
 class Model:
     """A URDF or xacro file of a package; without a package the path is absolute.
 
-    ``arguments`` are names and values for a xacro file, ``prefix`` is put before the names of
-    links. One that is ``confined_to`` a folder is data: it is read with limits, and names no file
-    outside of that folder and of installed packages.
+    ``arguments`` are names and values for a xacro file; ``prefix`` is put before the names of
+    links. A model ``confined_to`` a folder is data: it is read with limits, and may name only
+    files in that folder and in installed packages.
     """
 
     package: str
@@ -106,7 +106,7 @@ class Model:
 
 @dataclass(frozen=True)
 class RoslaunchElement:
-    """An element in roslaunch's own words (param, rosparam, remap, env, machine)."""
+    """An element passed on to roslaunch (param, rosparam, remap, env, machine)."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -116,7 +116,7 @@ class RoslaunchElement:
 
 @dataclass(frozen=True)
 class Node:
-    """A node to start with a device; ``attributes`` are roslaunch's remaining ones."""
+    """A node to start with a device; ``attributes`` are the remaining roslaunch attributes."""
 
     package: str
     type: str
@@ -148,9 +148,9 @@ class Topic:
     message_type: Optional[str]
     record: bool
     location: Location
-    frame: Optional[str] = None  # of a tf topic: which frame
-    parent_frame: Optional[str] = None  # in which the values are, where messages name none
-    latency_s: float = 0.0  # by which it was measured before its stamp, or its arrival
+    frame: Optional[str] = None  # for a tf topic: the frame to read
+    parent_frame: Optional[str] = None  # of the values, if messages name none
+    latency_s: float = 0.0  # time from measurement to stamp, or to arrival
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Display:
-    """An RViz display; ``topic`` is None if it is the default of the type."""
+    """An RViz display; ``topic`` is None for the default topic of the type."""
 
     type: str
     name: Optional[str]
@@ -177,7 +177,7 @@ class Display:
 
 @dataclass(frozen=True)
 class Arrow:
-    """The style of an arrow: ``scale`` in m per m/s or m per N, length limits in m.
+    """The style of an arrow: ``scale`` in m per m/s or m per N, limits of the length in m.
 
     None stands for the default of the quantity.
     """
@@ -194,7 +194,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class ColorScale:
-    """Colors by value: linear between the variable's own color at begin and another at end."""
+    """A color scale, linear from the variable's own color at begin to another color at end."""
 
     begin: float
     end: float
@@ -203,7 +203,7 @@ class ColorScale:
 
 @dataclass(frozen=True)
 class WarningLimits:
-    """Values below low or above high have the warning color; None: no such limit."""
+    """Limits: values below low or above high get the warning color; None: no limit."""
 
     low: Optional[float]
     high: Optional[float]
@@ -224,19 +224,19 @@ class Variable:
     offset: float
     label: str
     location: Location
-    offset_param: Optional[str] = None  # a parameter that overrides the offset, live
+    offset_param: Optional[str] = None  # a parameter that overrides the offset at any time
     limits: Optional[WarningLimits] = None
     color_scale: Optional[ColorScale] = None
-    maximum_m: Optional[float] = None  # longest length
-    is_shown: bool = True  # in RViz; limits and curve are independent of it
-    tolerance: Optional[float] = None  # how far a run may be from a good one
+    maximum_m: Optional[float] = None  # length limit
+    is_shown: bool = True  # in RViz; does not affect limits and curve
+    tolerance: Optional[float] = None  # allowed deviation from a good run
     value_names: Tuple[Tuple[float, str], ...] = ()
-    max_tolerance: Optional[float] = None  # however much good runs differ
+    max_tolerance: Optional[float] = None  # limit of the tolerance, however much good runs differ
 
 
 @dataclass(frozen=True)
 class RegionOfInterest:
-    """A box, its center and edge lengths in m in ``frame``, that a cloud is cropped to."""
+    """A box to which a cloud is cropped: center and edge lengths in m, in ``frame``."""
 
     frame: str
     center: Vector3
@@ -246,7 +246,7 @@ class RegionOfInterest:
 
 @dataclass(frozen=True)
 class Fusion:
-    """The depth sensors (their names) whose clouds are joined, and how."""
+    """The names of the depth sensors whose clouds are joined, and how they are joined."""
 
     sensors: Tuple[str, ...]
     voxel_m: float
@@ -256,10 +256,11 @@ class Fusion:
 
 @dataclass(frozen=True)
 class SoughtObjects:
-    """The search for unmodeled objects in a cloud; None stands for the device's own cloud.
+    """The search for unmodeled objects in a cloud; topic None: the device's own cloud.
 
-    Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. Level surfaces of ``surface_m2``
-    and what is in boxes that are expected are none; without a region it is sought everywhere.
+    An object nearer to a robot than ``warn_m`` or ``stop_m`` is marked. Level surfaces of at least
+    ``surface_m2`` and the contents of ``expected`` boxes are not objects. Without a region, the
+    whole cloud is searched.
     """
 
     warn_m: float
@@ -270,12 +271,12 @@ class SoughtObjects:
     region: Optional[RegionOfInterest]
     expected: Tuple[RegionOfInterest, ...]
     location: Location
-    noise_m: Optional[float] = None  # of depths at 1 m; None: it is estimated
+    noise_m: Optional[float] = None  # of depths at 1 m; None: estimated
 
 
 @dataclass(frozen=True)
 class Device:
-    """A device of the cell with everything that belongs to it."""
+    """A device of the cell and everything that belongs to it."""
 
     type: DeviceType
     name: str
@@ -294,30 +295,30 @@ class Device:
     arrows: Tuple[Arrow, ...] = ()
     variables: Tuple[Variable, ...] = ()
     parameters: Tuple[RoslaunchElement, ...] = ()
-    machine: str = ''  # on which its nodes run in real-time mode; empty: this computer
+    machine: str = ''  # that runs its nodes in real-time mode; empty: this computer
 
     def topic_for(self, function: TopicFunction) -> Optional[Topic]:
-        """The topic that has this function, if there is one."""
+        """Return the topic with this function, if there is one."""
         return next((topic for topic in self.topics if topic.function is function), None)
 
     def topics_for(self, function: TopicFunction) -> Tuple[Topic, ...]:
-        """The topics that have this function: several of a robot's joints, else one at most."""
+        """Return the topics with this function: joints may have several, all others at most one."""
         return tuple(topic for topic in self.topics if topic.function is function)
 
     @property
     def has_images(self) -> bool:
-        """Return whether there is everything that a cropped cloud is made from in one pass."""
+        """Return whether the device has all images that a cropped cloud is computed from."""
         return self.roi is not None and None not in map(self.topic_for, IMAGE_FUNCTIONS)
 
     @property
     def has_cloud(self) -> bool:
-        """Return whether there is a cloud: published, made from images, or joined from others."""
+        """Return whether the device has a cloud: published, computed from images, or joined."""
         return self.has_images or self.fusion is not None \
             or self.topic_for(TopicFunction.POINTCLOUD) is not None
 
     @property
     def cloud_topic(self) -> Optional[str]:
-        """The topic of its cloud, cropped or joined if it is, before depth_proc has it."""
+        """The topic of its cloud (cropped or joined, if applicable), as depth_proc receives it."""
         if self.fusion is not None:
             return f'/{self.name}/fused_points'
         if self.roi is not None and self.has_cloud:
@@ -328,10 +329,10 @@ class Device:
 
 @dataclass(frozen=True)
 class ProcessEvent:
-    """A moment of the process: when a number of a topic comes to lie beyond a threshold.
+    """A moment of the process: a number on a topic crosses a threshold.
 
-    It counts as having left only when it is back by the hysteresis, and as being beyond only if it
-    stays there for so long.
+    The number counts as beyond the threshold only if it stays there for ``lasting_s``, and as back
+    only when it has returned by the hysteresis.
     """
 
     name: str
@@ -348,7 +349,8 @@ class ProcessEvent:
 class RunSpan:
     """One run of the process: from one event or mark to another, with some seconds around it.
 
-    ``group`` and ``place`` name what says which good runs one is judged by, empty: nothing does.
+    ``group`` and ``place`` name the values that select the good runs a run is judged by; empty: no
+    selection.
     """
 
     begin: str
@@ -363,7 +365,7 @@ class RunSpan:
 
 @dataclass(frozen=True)
 class ProcessPhase:
-    """A part of a run, from one event or mark to another; a wait may take any time."""
+    """A part of a run, from one event or mark to another; a wait may take any length of time."""
 
     name: str
     begin: str
@@ -377,8 +379,8 @@ class Cell:
     """A whole configuration: the devices and the name of the global frame.
 
     ``files`` are the paths of all files read, ``file`` first; ``arguments`` are values for them as
-    given on a command line. ``provenance`` says where it is from, ``ignored`` what of it is ignored
-    because of that.
+    given on a command line. ``provenance`` is the origin of the configuration; ``ignored`` lists
+    the parts that are ignored because of it.
     """
 
     file: str
@@ -394,10 +396,10 @@ class Cell:
     phases: Tuple[ProcessPhase, ...] = ()
 
     def device(self, name: str) -> Device:
-        """The device of that name.
+        """Return the device of that name.
 
         Raises:
-            KeyError: there is none.
+            KeyError: there is no such device.
         """
         for device in self.devices:
             if device.name == name:

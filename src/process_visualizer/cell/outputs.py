@@ -13,11 +13,11 @@ _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
     DeviceType.ROBOT: ROBOT_OUTPUTS,
     DeviceType.DEPTH_SENSOR: ('points', 'points_age'),
     DeviceType.OTHER: ()}
-"""Topics in the namespace of a device."""
+"""Topics that are published in the namespace of a device, by its type."""
 
 
 def outputs(devices: Iterable[Device]) -> Dict[str, str]:
-    """Return the topics that are published for devices, with the device's name."""
+    """Return the topics that the program publishes for devices, each with its device's name."""
     return {absolute_topic(device.name, output): device.name
             for device in devices for output in _outputs(device)}
 
@@ -29,9 +29,9 @@ def _outputs(device: Device) -> Tuple[str, ...]:
 
 
 def with_variable_topics(devices: Iterable[Device]) -> Tuple[Device, ...]:
-    """Return the devices with the topics of their variables that no <topic> names.
+    """Return the devices, with topics added for variables whose topic no <topic> names.
 
-    Topics that the program itself publishes are left out, as they are not recorded.
+    Topics that the program itself publishes are not added, as they are not recorded.
     """
     found = tuple(devices)
     taken = {topic.name for device in found for topic in device.topics} | set(outputs(found))

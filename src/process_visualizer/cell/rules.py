@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rules about several elements of a configuration."""
+"""Rules that involve several elements of a configuration."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
@@ -56,7 +56,7 @@ from process_visualizer.ros_names import (
     VIEW_RELAY,
 )
 
-MAX_LATENCY_S = 0.5  # with it a stamp still counts, which may be 1 s old
+MAX_LATENCY_S = 0.5  # a corrected stamp stays within the maximum age of 1 s
 
 
 def check_display(display: Display, problems: ProblemList) -> None:
@@ -90,7 +90,7 @@ def _check_properties(display: Display, properties: Sequence[Property],
         _check_properties(display, item.children, problems)
 
 
-# Rules of the elements that are passed on to roslaunch, which would refuse them only later.
+# Rules for elements that are passed on to roslaunch, which would reject them only later.
 
 _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
     'int': (int, 'a whole number'),
@@ -102,9 +102,9 @@ _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
 
 def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
                    problems: ProblemList) -> None:
-    """Check that names of machines are unique, and that all that are named are declared.
+    """Check that machine names are unique, and that every machine used is declared.
 
-    A password is refused: it would stand in launch files, parameters and recordings.
+    A password is refused, as it would appear in launch files, parameters and recordings.
     """
     names: List[str] = []
     for machine in machines:
@@ -131,7 +131,7 @@ def _no_password(machine: Parsed) -> str:
 
 
 def check_node(node: Node, problems: ProblemList) -> None:
-    """Check that attributes and parameters of a node fit together."""
+    """Check that the attributes of a node are consistent, and check its parameters."""
     if all(boolean(node.attributes.get(name, 'False')) for name in ('respawn', 'required')):
         problems.add(node.location, 'node', '"respawn" and "required" cannot both be True; '
                                             'keep one')
@@ -140,7 +140,7 @@ def check_node(node: Node, problems: ProblemList) -> None:
 
 
 def check_parameter(element: RoslaunchElement, problems: ProblemList) -> None:
-    """Check that the value of a ``<param>`` has its type, and that a ``<rosparam>`` is YAML."""
+    """Check that the value of a ``<param>`` fits its type, and that a ``<rosparam>`` is YAML."""
     if element.tag == 'param':
         _check_param(element, problems)
     elif element.tag == 'rosparam':
@@ -198,7 +198,7 @@ _PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_PLAYER, BAG_RECO
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
                   problems: ProblemList) -> None:
-    """Check that names and frames are unique in the cell, and arguments in each launch."""
+    """Check that names and frames are unique in the cell, and arguments in each ``<launch>``."""
     names = [(str(parsed.values['name']), parsed.location, 'device')
              for parsed in parsed_devices if parsed.values.get('name')]
     _report_duplicates(names, 'a device named "{}"', problems)
@@ -228,7 +228,7 @@ def _other_than_global(device: Parsed, child: Parsed) -> str:
 
 
 def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Check that node names are unique in the whole system, whichever devices are chosen."""
+    """Check that node names are unique in the whole system, for any choice of devices."""
     seen: Dict[str, List[Node]] = {}
     for device in devices:
         reserved = _reserved_names(device)
@@ -261,9 +261,9 @@ def _reserved_names(device: Device) -> List[str]:
 
 
 def check_device(device: Device, parsed: Parsed, problems: ProblemList) -> None:
-    """Check that the elements of one device fit together.
+    """Check that the elements of one device are consistent.
 
-    What could not be read has been reported already.
+    Elements that could not be read have been reported already.
     """
     rules: List[Callable[[Device, ProblemList], None]] = [
         _check_model_path, _check_force, _check_topics, _check_arrows]
@@ -306,7 +306,7 @@ def _check_elements_of_type(device: Device, problems: ProblemList) -> None:
 
 
 def _check_model_path(device: Device, problems: ProblemList) -> None:
-    """Check that the model of a package is in that, and that its name is one of a model."""
+    """Check that a package's model is inside the package, and that its file name is valid."""
     model = device.model
     if model is None:
         return
@@ -370,7 +370,7 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
 
 
 def _parts_of_joints(device: Device) -> Tuple[Topic, ...]:
-    """Topics with joints, if there are several and the messages name them."""
+    """Return the topics with joints if there are several and their messages name the joints."""
     topics = device.topics_for(TopicFunction.JOINT_STATES)
     named = all(topic.message_type in (None, *NAMED_JOINTS) for topic in topics)
     return topics if named and len(topics) > 1 else ()
@@ -440,7 +440,7 @@ def _check_arrows(device: Device, problems: ProblemList) -> None:
 
 
 def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
-    """Check the attributes of a ``<variable>`` that depend on each other."""
+    """Check attributes of a ``<variable>`` that depend on each other."""
     values = parsed.values
     scale = {name: values.get(name) for name in ('color_begin', 'color_end', 'end_color')}
     missing = [name for name in scale if name not in parsed.given]
@@ -465,13 +465,14 @@ def _check_tolerances(least: Optional[float], most: Optional[float], location: L
                                         f'({most}); swap them')
 
 
-# Rules about the events of the process, and about what a run is.
+# Rules for the events of the process and the definition of a run.
 
 def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], phases: Sequence[Parsed],
               problems: ProblemList) -> None:
-    """Report events of one name, a second run, and a misspelt event of the run or of a phase.
+    """Report events with the same name, a second run, and misspelled events in runs and phases.
 
-    A run may also begin or end at a mark, whose label only a recording knows.
+    An unknown name is not a problem in itself: a run may begin or end at a mark, and only a
+    recording knows the labels of marks.
     """
     first: Dict[str, Location] = {}
     for event in events:
@@ -495,7 +496,7 @@ def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], phases: Sequence
 
 def check_event_topics(events: Sequence[Parsed], devices: Sequence[Device],
                        problems: ProblemList) -> None:
-    """Report events of topics that no recording would have."""
+    """Report events on topics that are not recorded."""
     recorded = {topic.name for device in devices for topic in device.topics if topic.record}
     for event in events:
         topic = event.values.get('topic')
@@ -517,7 +518,7 @@ _DATA = (TopicFunction.POINTCLOUD, TopicFunction.DEPTH_IMAGE)
 
 
 def check_sensors(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Check that each depth sensor has its own data, and that only clouds are joined."""
+    """Check that each depth sensor has its own topics, and that fusions join only clouds."""
     _check_own_data(devices, problems)
     for device in devices:
         if device.fusion is not None:
@@ -525,7 +526,7 @@ def check_sensors(devices: Sequence[Device], problems: ProblemList) -> None:
 
 
 def _check_own_data(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Two sensors on one topic would be drawn on top of each other, each as a mixture of both."""
+    """Report sensors that share a topic: each would be drawn as a mixture of both."""
     owners: Dict[str, Device] = {}
     for device in devices:
         for topic in device.topics:
@@ -554,9 +555,9 @@ def _check_fusion(device: Device, fusion: Fusion, devices: Sequence[Device],
 
 
 def check_outputs(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Report topics that are outputs: a node would mistake its own messages for a driver's.
+    """Report topics that the program publishes: a node would take its own messages for a driver's.
 
-    They are not recorded either: in playback the nodes compute them again.
+    Such topics are not recorded either: in playback the nodes compute them again.
     """
     owners = outputs(devices)
     for device in devices:

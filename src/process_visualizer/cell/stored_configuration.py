@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Converts a configuration to one text, which every recording has, and back to files."""
+"""Converts a configuration to a single text, which every recording contains, and back to files."""
 from __future__ import annotations
 
 import json
@@ -12,11 +12,11 @@ from process_visualizer.cell.model import Cell
 
 MODEL_ENDINGS = ('.urdf', '.xacro')
 _ENDINGS = ('.xml', *MODEL_ENDINGS)
-"""Of all files of a configuration: no other program takes such a file for its own."""
+"""File name endings of a configuration; no other program runs or reads such files on its own."""
 
 
 class StoredConfiguration(NamedTuple):
-    """The path that a configuration had, the texts of its files by path, its arguments."""
+    """The original path of a configuration, the texts of its files by path, and its arguments."""
 
     file: str
     files: Dict[str, str]
@@ -24,9 +24,9 @@ class StoredConfiguration(NamedTuple):
 
 
 def configuration_text(cell: Cell) -> str:
-    """Return a cell's files, with models beside them, and its arguments as JSON in ASCII.
+    """Return a cell's files, including models outside packages, and its arguments as ASCII JSON.
 
-    Bytes of a file that are not UTF-8 are kept (as lone surrogates).
+    Bytes that are not UTF-8 are kept as lone surrogates.
 
     Raises:
         OSError: a file cannot be read.
@@ -37,15 +37,15 @@ def configuration_text(cell: Cell) -> str:
 
 
 def _models_beside(cell: Cell) -> List[str]:
-    """The models in the folder of a configuration instead of a package."""
+    """Return the paths of models that are not in a package."""
     models = [device.model for device in cell.devices if device.model is not None]
     return [model.path for model in models if not model.package and os.path.isfile(model.path)]
 
 
 def with_models_beside(stored: StoredConfiguration) -> StoredConfiguration:
-    """Return a configuration with those models beside it that were outside of its folder.
+    """Return a configuration with models from outside its folder moved beside it.
 
-    That is possible where it names them by their path, not by an argument.
+    A model can be moved only if the configuration names its path, not an argument.
     """
     folder = os.path.dirname(stored.file)
     files = dict(stored.files)
@@ -60,7 +60,7 @@ def with_models_beside(stored: StoredConfiguration) -> StoredConfiguration:
 
 
 def _naming(text: str, file: str, model: str, place: str) -> str:
-    """The text of a file that names a model at another place."""
+    """Return the text of a file with the path of a model replaced."""
     before, behind = (os.path.relpath(it, os.path.dirname(file)) for it in (model, place))
     names = '|'.join(map(re.escape, (model, before, f'$(dirname)/{before}')))
     return re.sub(rf'(<model\b[^<>]*\bpath\s*=\s*)(["\'])(?:{names})\2',
@@ -68,10 +68,10 @@ def _naming(text: str, file: str, model: str, place: str) -> str:
 
 
 def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
-    """Return the configuration in the JSON of `configuration_text`.
+    """Return the configuration from the JSON of `configuration_text`.
 
     Raises:
-        ValueError: the JSON has another content.
+        ValueError: the JSON does not describe a configuration.
     """
     files = {os.path.abspath(path): text for path, text in _texts(value, 'files').items()}
     if not isinstance(value.get('file'), str) or os.path.abspath(value['file']) not in files:
@@ -87,7 +87,7 @@ def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
 
 
 def _texts(value: Dict[str, Any], name: str) -> Dict[str, str]:
-    """The texts by name in one member of the JSON."""
+    """Return the texts by name in one member of the JSON."""
     found = value.get(name)
     if not isinstance(found, dict) or not all(isinstance(it, str) for it in found.values()):
         raise ValueError(f'"{name}" does not map names to texts')
@@ -95,12 +95,12 @@ def _texts(value: Dict[str, Any], name: str) -> Dict[str, str]:
 
 
 def write_configuration(configuration: StoredConfiguration, folder: str) -> str:
-    """Write the files into a folder, in their former layout; return the path of the first.
+    """Write the files into a folder, in their original layout; return the configuration's path.
 
-    Models that were outside of the configuration's folder are beside it.
+    Models from outside the configuration's folder are written beside it.
 
     Raises:
-        FileExistsError: a file exists already.
+        FileExistsError: a file already exists.
         OSError: a file cannot be written.
     """
     files = with_models_beside(configuration).files

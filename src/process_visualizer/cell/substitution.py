@@ -16,19 +16,21 @@ _NESTED = re.compile(r'\$\([^)]*\$\(')
 _UNFINISHED = re.compile(r'\$\([^)]*\Z')
 _ALLOWED = ('find', 'env', 'optenv', 'arg', 'dirname')
 _LONGEST = 65_536
-"""Most characters of a value; without a limit, nested arguments could fill the memory."""
+"""Maximum characters of a value; without a limit, nested arguments could fill the memory."""
 
 
 Arguments = Mapping[str, Optional[str]]
-"""Values of the ``<arg>`` elements; None for one that is declared without a usable value."""
+"""Values of the ``<arg>`` elements; None for an argument without a usable value."""
 
 
 class UnresolvedArgumentError(ValueError):
-    """A value depends on an argument without a value, which was reported already."""
+    """Raised for a value that depends on an argument without a value (reported already)."""
 
 
 def substitute(text: str, arguments: Arguments, file: str) -> str:
-    """``text`` with every ``$(…)`` replaced; ``file`` contains it, for ``$(dirname)``.
+    """Return ``text`` with every ``$(…)`` replaced.
+
+    ``file`` is the file that contains the text, for ``$(dirname)``.
 
     Raises:
         ValueError: a command is unknown or cannot be resolved. ``$(eval)`` is refused: a
@@ -43,7 +45,7 @@ def substitute(text: str, arguments: Arguments, file: str) -> str:
         return str(resolve_args(text, context=context, resolve_anon=False))
     except rospkg.ResourceNotFound:
         raise ValueError(f'{quoted(text)}: ' + _missing_package(text)) from None
-    except IndexError:  # roslaunch's answer to a "$( )" that came with a value
+    except IndexError:  # raised by roslaunch if a value contains "$( )"
         raise ValueError(f'{quoted(text)}: a value in it holds "$( )"; remove that') from None
     except SubstitutionException as error:
         raise ValueError(f'{quoted(text)}: {_reason(text, error, values)}') from None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The origin of a configuration and the user's trusted packages decide what may be started."""
+"""The trust in a configuration, by its origin and the packages that the user trusts."""
 from __future__ import annotations
 
 import os
@@ -25,10 +25,10 @@ class Origin(Enum):
 
 @dataclass(frozen=True)
 class Provenance:
-    """The origin of a configuration, the folder of its files, and the packages that are trusted.
+    """The origin of a configuration, the folder of its files, and the trusted packages.
 
-    What the user opens from the disk may start what it says; everything else is data. Of data
-    ``folder`` holds all files, and only nodes of ``packages`` are started.
+    A file that the user opens may start anything it names; every other configuration is data. For
+    data, all files are in ``folder``, and only nodes of ``packages`` are started.
     """
 
     origin: Origin = Origin.DISK
@@ -37,31 +37,31 @@ class Provenance:
 
     @property
     def is_data(self) -> bool:
-        """Return whether nothing that the configuration says may run."""
+        """Return whether the configuration is data, which may start nothing of its own."""
         return self.origin is not Origin.DISK
 
 
 OPENED = Provenance()
-"""That of a file that the user opened."""
+"""The provenance of a file that the user opened."""
 
 
 def is_below(path: str, folder: str) -> bool:
-    """Return whether a file is in a folder, or below it, when all links are followed.
+    """Return whether a file is in or below a folder, with all links followed.
 
-    A path with a zero byte is nowhere.
+    A path with a zero byte is in no folder.
     """
     top = os.path.realpath(folder)
     return '\0' not in path and os.path.commonpath([top, os.path.realpath(path)]) == top
 
 
 def in_a_package(path: str) -> bool:
-    """Return whether a file is in an installed package's folder, when all links are followed."""
+    """Return whether a file is in the folder of an installed package, with all links followed."""
     packages = rospkg.RosPack()
     return any(is_below(path, packages.get_path(name)) for name in packages.list())
 
 
 def trust_file() -> str:
-    """Return the path of the list, which has one name a line."""
+    """Return the path of the list of trusted packages, with one name per line."""
     folder = os.environ.get('XDG_CONFIG_HOME') or os.path.join(os.path.expanduser('~'), '.config')
     return os.path.join(folder, 'process_visualizer', 'trusted_packages')
 
@@ -71,7 +71,7 @@ def trusted_packages() -> FrozenSet[str]:
 
     Raises:
         OSError: the list cannot be read.
-        ValueError: it is no text.
+        ValueError: the list is not UTF-8 text.
     """
     path = trust_file()
     try:
@@ -84,10 +84,10 @@ def trusted_packages() -> FrozenSet[str]:
 
 
 def set_trusted(name: str, is_trusted: bool) -> None:
-    """Put a package on the list, or take it off.
+    """Add a package to the list, or remove it.
 
     Raises:
-        OSError, ValueError: the list cannot be read or written, or it is no name of a package.
+        OSError, ValueError: the list cannot be read or written, or the name is invalid.
     """
     names = trusted_packages() - {checked_package(name)} | ({name} if is_trusted else set())
     path = trust_file()

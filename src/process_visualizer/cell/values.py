@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Turns the text of an attribute into a value; each function raises ValueError with advice.
+"""Converts the text of an attribute to a value; each function raises ValueError with advice.
 
-Names follow ROS's rules for graph resource names; vectors are in m or rad as the attribute says.
+Names follow ROS's rules for graph resource names; vectors are in m or rad, as the attribute says.
 """
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PATTERNS: Dict[str, str] = {
     'message': r'[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*',
     'field': rf'{_FIELD_PART}(\.{_FIELD_PART})*',
 }
-"""Regular expressions of whole values, written so that XML Schema understands them too."""
+"""Regular expressions for whole values, written so that XML Schema understands them too."""
 
 _COMPILED = {kind: re.compile(f'(?:{pattern})\\Z') for kind, pattern in PATTERNS.items()}
 _BLANKS = ' \t\r\n'
@@ -62,7 +62,7 @@ AXES: Dict[str, Tuple[float, float, float]] = {
 
 
 def number(text: str) -> float:
-    """A finite number."""
+    """Return a finite number."""
     stripped = text.strip(_BLANKS)
     if stripped.lstrip('+-').lower() in ('nan', 'inf', 'infinity'):
         raise ValueError(f'{quoted(text)} is not a finite number; write one such as 0.5')
@@ -73,7 +73,7 @@ def number(text: str) -> float:
 
 
 def positive(text: str) -> float:
-    """A finite number above 0."""
+    """Return a finite number above 0."""
     value = number(text)
     if value <= 0:
         raise ValueError(f'{quoted(text)} must be greater than 0')
@@ -81,7 +81,7 @@ def positive(text: str) -> float:
 
 
 def length(text: str) -> float:
-    """A finite number of at least 0."""
+    """Return a finite number of at least 0."""
     value = number(text)
     if value < 0:
         raise ValueError(f'{quoted(text)} must not be less than 0')
@@ -89,11 +89,11 @@ def length(text: str) -> float:
 
 
 SENSOR_NOISES = {'kinect': 0.0013, 'realsense': 0.0042, 'tof': 0.0017}
-"""Standard deviations of depths at 1 m [m]."""
+"""Standard deviations of depths at 1 m [m], by kind of sensor."""
 
 
 def noise(text: str) -> float:
-    """A standard deviation of depths at 1 m [m]: a kind of sensor, or a number above 0."""
+    """Return the standard deviation of depths at 1 m [m], from a kind of sensor or a number."""
     if text in SENSOR_NOISES:
         return SENSOR_NOISES[text]
     try:
@@ -105,12 +105,12 @@ def noise(text: str) -> float:
 
 
 def integer(text: str) -> int:
-    """A whole number of at least 0."""
+    """Return a whole number of at least 0."""
     return int(_matched('integer', text, 'is not a whole number; write one such as 22'))
 
 
 def vector(text: str) -> Numbers:
-    """Three finite numbers, separated by spaces."""
+    """Return three finite numbers, separated by spaces."""
     words = _words(text)
     if len(words) != 3:
         values = 'value' if len(words) == 1 else 'values'
@@ -120,7 +120,7 @@ def vector(text: str) -> Numbers:
 
 
 def size(text: str) -> Numbers:
-    """Three numbers above 0, separated by spaces."""
+    """Return three numbers above 0, separated by spaces."""
     values = vector(text)
     if min(values) <= 0:
         raise ValueError(f'{quoted(text)}: each edge length must be greater than 0')
@@ -128,7 +128,7 @@ def size(text: str) -> Numbers:
 
 
 def axis(text: str) -> Numbers:
-    """A unit vector: an axis name with an optional minus, or three numbers."""
+    """Return a unit vector, from an axis name with an optional minus or three numbers."""
     if text in AXES:
         return AXES[text]
     try:
@@ -139,13 +139,13 @@ def axis(text: str) -> Numbers:
     largest = max(abs(value) for value in values)
     if largest < 1e-9:
         raise ValueError(f'{quoted(text)} has no direction; write a vector that is not zero')
-    scaled = [value / largest for value in values]  # so that no square overflows
+    scaled = [value / largest for value in values]  # no square overflows
     norm = math.sqrt(sum(value * value for value in scaled))
     return tuple(value / norm for value in scaled)
 
 
 def color(text: str) -> Numbers:
-    """Red, green, blue from 0 to 1: a color name, #rrggbb, or three numbers."""
+    """Return red, green, blue from 0 to 1, from a color name, #rrggbb, or three numbers."""
     if text in COLORS:
         return COLORS[text]
     if _COMPILED['hex_color'].match(text):
@@ -161,23 +161,23 @@ def color(text: str) -> Numbers:
 
 
 def boolean(text: str) -> bool:
-    """True or False in any case, 1 or 0."""
+    """Return the boolean of true or false (in upper or lower case), 1 or 0."""
     matched = _matched('boolean', text, 'is neither True nor False; write one of them')
     return matched.lower() in ('true', '1')
 
 
 def text_value(text: str) -> str:
-    """Any text, as it is."""
+    """Return any text unchanged."""
     return text
 
 
 def command_line(text: str) -> str:
-    """Words of a command line; without quotation marks, runs of white space become one space."""
+    """Return a command line; if it has no quotation marks, white space becomes single spaces."""
     return text if '"' in text or "'" in text else ' '.join(_words(text))
 
 
 def path_below(text: str) -> str:
-    """A relative path that stays below its folder."""
+    """Return a relative path that stays below its folder."""
     if text.startswith('/') or '..' in text.split('/') or not text.strip():
         raise ValueError(f'{quoted(text)} must be a path below the package, such as '
                          '"urdf/robot.xacro"')
@@ -185,13 +185,13 @@ def path_below(text: str) -> str:
 
 
 def name(text: str) -> str:
-    """A ROS base name: letters, digits and underscores, beginning with a letter."""
+    """Return a ROS base name: letters, digits and underscores, beginning with a letter."""
     return _matched('name', text, 'is not a valid name; use letters, digits and "_" and begin '
                                   'with a letter (no spaces, no "/")')
 
 
 def names(text: str) -> Tuple[str, ...]:
-    """Names, separated by spaces, each once."""
+    """Return names separated by spaces, without repetitions."""
     words = _words(_matched('names', text, 'is not a list of names; write them with spaces between '
                                            'them, such as "left right"'))
     if len(set(words)) < len(words):
@@ -200,57 +200,57 @@ def names(text: str) -> Tuple[str, ...]:
 
 
 def topic(text: str) -> str:
-    """A ROS graph name, with any slashes inside."""
+    """Return a ROS graph name, which may contain slashes."""
     return _graph_name('topic', text)
 
 
 def namespace(text: str) -> str:
-    """A ROS graph name, or nothing (or "/") for the root."""
+    """Return a ROS graph name, or nothing (or "/") for the root."""
     return _graph_name('namespace', text)
 
 
 def resource(text: str) -> str:
-    """A ROS graph name that may be private (begin with "~")."""
+    """Return a ROS graph name that may be private (begin with "~")."""
     return _graph_name('resource', text)
 
 
 def frame(text: str) -> str:
-    """A tf2 frame name; a leading slash (tf's old way) is stripped."""
+    """Return a tf2 frame name; a leading slash (as in the old tf) is stripped."""
     return _matched('frame', text, 'is not a valid frame name; use letters, digits, "_" and '
                                    '"/" without spaces').lstrip('/')
 
 
 def package(text: str) -> str:
-    """The name of a ROS package."""
+    """Return the name of a ROS package."""
     return _matched('package', text, 'is not a valid package name; use letters, digits, "_" and '
                                      '"-" and begin with a letter')
 
 
 def executable(text: str) -> str:
-    """The file name of an executable."""
+    """Return the file name of an executable."""
     return _matched('executable', text, 'is not an executable; write its file name without a '
                                         'folder')
 
 
 def environment(text: str) -> str:
-    """The name of an environment variable."""
+    """Return the name of an environment variable."""
     return _matched('environment', text, 'is not a valid name; use letters, digits and "_"')
 
 
 def message(text: str) -> str:
-    """A message type such as sensor_msgs/JointState."""
+    """Return a message type such as sensor_msgs/JointState."""
     return _matched('message', text, 'is not a message type; write package/Type, such as '
                                      'sensor_msgs/JointState')
 
 
 def field(text: str) -> str:
-    """The path of a number in a message, such as data[2] or pose.position.x."""
+    """Return the path of a number in a message, such as data[2] or pose.position.x."""
     return _matched('field', text, 'is not a field; write a path such as data, data[2] or '
                                    'pose.position.x')
 
 
 def _words(text: str) -> List[str]:
-    """The words between XML's white space (Python would also split at exotic spaces)."""
+    """Return the words between XML's white space (Python would also split at exotic spaces)."""
     return [word for word in re.split(f'[{_BLANKS}]+', text) if word]
 
 
@@ -278,10 +278,11 @@ CONVERTERS: Dict[str, Callable[[str], object]] = {
 """The converter of each kind of attribute in the table ``elements``."""
 
 
-# Reads YAML as data, with the angles of rosparam such as deg(90) and rad(pi/2).
+# Reads YAML as data, with angles as in rosparam, such as deg(90) and rad(pi/2).
 #
-# rosparam teaches PyYAML's SafeLoader to evaluate angles as Python, in every program that imports
-# roslaunch. This loader is made of the parts that rosparam does not change, and calculates itself.
+# In every program that imports roslaunch, rosparam makes PyYAML's SafeLoader evaluate angles as
+# Python code. The loader here uses only parts that rosparam does not change, and calculates angles
+# itself.
 
 _MAX_ANGLE = 200
 _OPERATIONS: Dict[type, Callable[[float, float], float]] = {
@@ -290,7 +291,7 @@ _OPERATIONS: Dict[type, Callable[[float, float], float]] = {
 
 
 class _Loader(Reader, Scanner, Parser, Composer, SafeConstructor, Resolver):
-    """PyYAML's SafeLoader as it is before rosparam is imported, with angles."""
+    """PyYAML's SafeLoader as it is before rosparam changes it, with support for angles."""
 
     def __init__(self, text: str) -> None:
         Reader.__init__(self, text)
@@ -301,14 +302,14 @@ class _Loader(Reader, Scanner, Parser, Composer, SafeConstructor, Resolver):
         Resolver.__init__(self)
 
 
-_loader: Any = _Loader  # PyYAML's have no types
+_loader: Any = _Loader  # PyYAML's classes have no types
 
 
 def plain_yaml(text: str) -> Any:
-    """Return what a text says in YAML.
+    """Return the value of a YAML text.
 
     Raises:
-        yaml.YAMLError, ValueError, RecursionError: it is no YAML that can be used.
+        yaml.YAMLError, ValueError, RecursionError: the text is not usable YAML.
     """
     return yaml.load(text, Loader=_loader)
 
@@ -334,7 +335,7 @@ def _angle(loader: Any, node: Any, opening: str, unit: float) -> float:
 
 
 def _number(node: Union[ast.expr, ast.AST]) -> float:
-    """Calculate with numbers and pi; ValueError for anything else."""
+    """Evaluate an expression of numbers and pi; ValueError for anything else."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         return float(node.value)
     if isinstance(node, ast.Name) and node.id == 'pi':

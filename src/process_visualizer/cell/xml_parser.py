@@ -40,14 +40,14 @@ from process_visualizer.cell.rules import (
 from process_visualizer.cell.trust import OPENED, Provenance
 
 _MAX_FILES = 100
-"""Limit of included files; files that include each other twice would multiply for ever."""
+"""Limit of included files, as files that include each other twice would multiply."""
 
 
 class XmlParser:
     """Parses a configuration and the files it includes.
 
-    ``arguments`` are values for ``<arg>`` elements, as given on a command line. Of a configuration
-    that is data by its ``provenance`` only what may not run anything is read.
+    ``arguments`` are values for ``<arg>`` elements, as given on a command line. If the
+    configuration is data by its ``provenance``, everything that could run something is ignored.
     """
 
     def __init__(self, arguments: Optional[Mapping[str, str]] = None,
@@ -56,17 +56,19 @@ class XmlParser:
         self._provenance = provenance
 
     def parse(self, path: str) -> Cell:
-        """The cell of the file.
+        """Return the cell of the file.
 
         Raises:
-            ConfigurationError: it has problems; the error has all of them.
+            ConfigurationError: the file has problems; the error lists all of them.
         """
         cell, problems = self.read(path)
         problems.raise_if_any()
         return cell
 
     def read(self, path: str) -> Tuple[Cell, ProblemList]:
-        """The cell as far as it could be read, which may have further errors, and the problems.
+        """Return the cell as far as it could be read, and the problems found.
+
+        A cell with problems may have further errors that were not found.
 
         Raises:
             ConfigurationError: the file is not a configuration at all.
@@ -86,24 +88,24 @@ class XmlParser:
         if not len(problems) and not devices:
             problems.add(root.location, ROOT, 'lists no device; add a <device>')
         if len(problems):
-            problems.extend(reading.ignored)  # what is wrong may follow from it
+            problems.extend(reading.ignored)  # may be the cause of a problem
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
                     reading.machine_elements(), tuple(reading.files), given,
                     reading.process_events(), reading.run_span(), self._provenance,
                     tuple(reading.ignored), reading.parts_of_runs()), problems
 
     def _confined(self, device: Device) -> Device:
-        """The device, of whose model it is said that it is data."""
+        """Return the device, its model marked as data if the configuration is."""
         if device.model is None or not self._provenance.is_data:
             return device
         return replace(device, model=replace(device.model, confined_to=self._provenance.folder))
 
 
 def _read_root(path: str) -> Element:
-    """The root of the file.
+    """Return the root element of the file.
 
     Raises:
-        ConfigurationError: it is not a ``<visualizer>``.
+        ConfigurationError: the root is not a ``<visualizer>``.
     """
     root = read_xml(path)
     if root.tag != ROOT:
@@ -146,24 +148,24 @@ class _Reading:
         self._includes = 0
 
     def machine_elements(self) -> Tuple[RoslaunchElement, ...]:
-        """The ``<machine>`` elements for roslaunch."""
+        """Return the ``<machine>`` elements for roslaunch."""
         return build_machines(self.machines)
 
     def process_events(self) -> Tuple[ProcessEvent, ...]:
-        """The moments of the process."""
+        """Return the events of the process."""
         return tuple(build_event(parsed) for parsed in self.events if parsed.complete)
 
     def run_span(self) -> Optional[RunSpan]:
-        """Return what one run of the process is, if it is said."""
+        """Return the definition of a run, if the configuration has one."""
         return next((build_run(parsed) for parsed in self.runs if parsed.complete), None)
 
     def parts_of_runs(self) -> Tuple[ProcessPhase, ...]:
-        """The parts of a run that are named."""
+        """Return the phases of a run."""
         return tuple(build_phase(parsed) for parsed in self.phases if parsed.complete)
 
     def read(self, root: Element, given: Mapping[str, str], chain: Tuple[str, ...],
              place: Optional[Parsed]) -> None:
-        """Read one file; ``chain`` are the paths down to it, ``place`` the ``<include>``."""
+        """Read a file; ``chain`` are the paths down to it, ``place`` is its ``<include>``."""
         self._problems.begin_file(root.location.file)
         remaining = confined(root, self._provenance)
         root = remaining.root
@@ -211,7 +213,7 @@ class _Reading:
         self.read(root, passed_arguments(parsed, self._problems), chain + (path,), parsed)
 
     def _refusal(self, path: str, chain: Tuple[str, ...]) -> str:
-        """The reason why the file cannot be included; empty if it can."""
+        """Return why the file cannot be included; empty if it can."""
         if os.path.realpath(path) in map(os.path.realpath, chain):
             return 'includes itself: ' + ' -> '.join(chain + (path,))
         if self._includes > _MAX_FILES:
