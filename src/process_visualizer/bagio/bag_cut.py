@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Copies a span of a recording into a bag of its own, as if it had been recorded by itself."""
+"""Copies a span of a recording into a new bag, as if only that span had been recorded."""
 from __future__ import annotations
 
 import bz2
@@ -27,15 +27,15 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.whole_file import whole_file
 
 _CHUNK_BYTES = 768 << 10
-"""As rosbag's: a player reads and decompresses so much for one message."""
+"""Chunk size, as in rosbag: a player reads and decompresses a whole chunk for one message."""
 _ALWAYS = frozenset((CONFIGURATION, CALIBRATION, MARKS))
 _COMPRESS: Dict[str, Callable[[bytes], bytes]] = {
     'none': lambda data: data, 'bz2': bz2.compress,
-    # the only kind of frame that rosbag's own reader takes
+    # the only kind of frame that rosbag's own reader accepts
     'lz4': partial(lz4.frame.compress, block_linked=False, content_checksum=True,
                    store_size=False)}
 COMPRESSIONS: Tuple[str, ...] = tuple(_COMPRESS)
-"""How chunks can be compressed, as rosbag calls it."""
+"""Compressions of chunks, as named by rosbag."""
 
 
 class CutSpan(NamedTuple):
@@ -46,9 +46,9 @@ class CutSpan(NamedTuple):
 
 
 class BagCut(NamedTuple):
-    """Contents of a cut: messages of the span, messages that held before it, and lost ones.
+    """Contents of a cut: messages of the span, messages still valid from before, lost messages.
 
-    ``topics`` are those that have messages in it.
+    ``topics`` are the topics that have messages in the cut.
     """
 
     message_count: int
@@ -59,23 +59,24 @@ class BagCut(NamedTuple):
 
 def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collection[str]] = None,
         compression: str = 'none') -> BagCut:
-    """Write the messages of a span to a bag, which is there when it is complete.
+    """Write the messages of a span to a bag, which appears only when it is complete.
 
-    It begins as a recording does: what was latched then, and what /tf_static said until then,
-    stand at its begin, with the time of the begin. Marks that were added to the recording
-    afterwards are added to it. The recorder's account is of the whole recording and is left out:
-    `cell report` then says that it cannot know what was lost before the cut.
+    The bag begins as a recording does: with the latched messages and the transforms of /tf_static
+    that are valid at the begin, stamped with the time of the begin. Marks that were added to the
+    recording afterwards are added to the bag. The recorder's account covers the whole recording and
+    is left out: `cell report` then says that it cannot know what was lost before the cut.
 
     Args:
-        recording: to copy from; it is only read.
-        span: what to copy.
+        recording: the source; it is only read.
+        span: the span to copy.
         path: the new bag.
-        topics: those to copy; default: all. What the recorder adds about the cell is always there.
+        topics: the topics to copy; default: all. The recorder's topics about the cell are always
+            included.
         compression: one of COMPRESSIONS.
 
     Raises:
-        BagError: the file is one of the recording's, or cannot be written, or would be empty.
-        ValueError: the recording has none of a topic.
+        BagError: the file belongs to the recording, cannot be written, or would be empty.
+        ValueError: the recording does not have one of the topics.
     """
     if any(_is_same_file(path, it) for it in recording.paths):
         raise BagError(path, 'is the recording itself; choose another name')
@@ -120,10 +121,10 @@ def _chosen_connections(recording: Recording, topics: Optional[Collection[str]])
 
 
 def _held(recording: Recording, connections: List[int], begin_ns: int) -> List[int]:
-    """The positions of what held before a time, in the order in which it was recorded.
+    """Return the positions of earlier messages that still hold at a time, in recorded order.
 
-    Of a latched topic that is each publisher's last message. Static transforms add up: one message
-    does not replace another, so all that differ are there.
+    On a latched topic, the last message of each publisher holds. Static transforms accumulate: one
+    message does not replace another, so all different messages hold.
     """
     index, count = recording.index, recording.index.count_before(begin_ns)
     found: List[int] = []
@@ -143,13 +144,13 @@ def _is_held(connection: Connection) -> bool:
 
 
 def _different(recording: Recording, positions: np.ndarray) -> List[int]:
-    """The last one of each group of equal messages."""
+    """Return the last message of each group of equal messages."""
     last: Dict[bytes, int] = {}
     for position in positions.tolist():
         try:
             data = bytes(recording.message(position))
         except BagDamaged:
-            continue  # the recording's gaps have it
+            continue  # it is in the recording's gaps
         last.pop(data, None)
         last[data] = position
     return list(last.values())
@@ -163,7 +164,7 @@ def _inside(recording: Recording, connections: List[int], span: CutSpan) -> np.n
 
 
 class _Writing:
-    """Fills chunks with messages, each chunk with the connections that it needs."""
+    """Writes chunks of messages, each connection before its first message."""
 
     def __init__(self, recording: Recording, file: BinaryIO, compress: Callable[[bytes], bytes],
                  compression: str) -> None:
@@ -178,7 +179,7 @@ class _Writing:
         self.lost_count = 0
 
     def add(self, position: int, time_ns: int) -> None:
-        """Write a message, with a time; one that cannot be read is counted as lost."""
+        """Write a message with the given time; an unreadable message is counted as lost."""
         try:
             data = self._recording.message(position)
         except BagDamaged:
@@ -200,7 +201,7 @@ class _Writing:
             self._write_chunk()
 
     def finish(self) -> None:
-        """Write what is left, and the index."""
+        """Write the last chunk and the index."""
         if self._entries:
             self._write_chunk()
         self._writer.finish([self._known[number] for number in sorted(self._known)])

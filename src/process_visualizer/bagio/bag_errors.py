@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors of bags, worded so that users know where the error is and what to do."""
+"""Errors in bags, worded so that users know where the error is and what to do."""
 from __future__ import annotations
 
 from typing import NamedTuple, Tuple
@@ -8,8 +8,8 @@ from typing import NamedTuple, Tuple
 class Gap(NamedTuple):
     """A part of a recording that cannot be played.
 
-    ``offset`` is the byte of the file where it begins; the times [ns since the epoch] are those of
-    its first and last message (0 where they are not known); ``topics`` are the ones it held.
+    ``offset`` is the byte of the file where the gap begins; the times [ns since the epoch] are
+    those of its first and last message (0 if unknown); ``topics`` are the topics it affects.
     """
 
     file: str
@@ -28,7 +28,7 @@ class Gap(NamedTuple):
 
 
 class BagError(Exception):
-    """A file that cannot be played as a bag; the message begins with its path."""
+    """Raised for a file that cannot be played as a bag; the message begins with its path."""
 
     def __init__(self, file: str, reason: str) -> None:
         super().__init__(f'{file}: {reason}')
@@ -37,11 +37,11 @@ class BagError(Exception):
 
 
 class BagUnindexed(BagError):
-    """A bag without a (whole) index, as a recorder leaves it that was killed; reindexing helps."""
+    """Raised for a bag without a complete index (of a killed recorder); reindexing helps."""
 
 
 class BagDamaged(BagError):
-    """A part of a bag cannot be read; ``gap`` says which, and the rest can be played."""
+    """Raised if a part of a bag (``gap``) cannot be read; the rest can be played."""
 
     def __init__(self, gap: Gap) -> None:
         super().__init__(gap.file, gap.reason)
@@ -50,4 +50,4 @@ class BagDamaged(BagError):
 
 
 class RecordError(ValueError):
-    """Bytes that are not the record which has to be there; turned into a BagError or a gap."""
+    """Raised for bytes that are not the expected record; converted to a BagError or a gap."""

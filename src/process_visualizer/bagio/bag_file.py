@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A bag on the disk, read at any place; its descriptor is held while it is open."""
+"""A bag on disk, with reads at any position; holds its file descriptor until closed."""
 from __future__ import annotations
 
 import os
@@ -12,9 +12,9 @@ from process_visualizer.bagio.message_definition import Connection
 
 # Records of the bag format 2.0: their headers and the values in them.
 #
-# Source: the format's description, http://wiki.ros.org/Bags/Format/2.0. A record is a header and
-# data, each behind its length (uint32, little-endian); a header is fields `name=value`, each behind
-# its length.
+# Source: the description of the format, http://wiki.ros.org/Bags/Format/2.0. A record is a header
+# and data, each preceded by its length (uint32, little-endian); a header is a sequence of fields
+# `name=value`, each preceded by its length.
 
 MAGIC = b'#ROSBAG V2.0\n'
 OP_MESSAGE, OP_BAG_HEADER, OP_INDEX, OP_CHUNK, OP_CHUNK_INFO, OP_CONNECTION = 2, 3, 4, 5, 6, 7
@@ -29,7 +29,7 @@ _PAIR = struct.Struct('<II')
 
 
 class Record(NamedTuple):
-    """A record inside a buffer: its fields, its data, and where in the buffer it ends."""
+    """A record in a buffer: its fields, its data, and its end in the buffer."""
 
     fields: Fields
     data: memoryview
@@ -37,7 +37,7 @@ class Record(NamedTuple):
 
 
 class ChunkInfo(NamedTuple):
-    """A chunk's place in the file [byte], its times [ns], and its messages per connection id."""
+    """A chunk: position in the file [byte], times [ns], message counts by connection id."""
 
     position: int
     begin_ns: int
@@ -49,7 +49,7 @@ def u32_at(buffer: Buffer, offset: int) -> int:
     """Return the uint32 at an offset.
 
     Raises:
-        RecordError: the buffer ends before.
+        RecordError: the buffer is too short.
     """
     if offset + 4 > len(buffer):
         raise RecordError('the record is cut off')
@@ -57,10 +57,10 @@ def u32_at(buffer: Buffer, offset: int) -> int:
 
 
 def sized_part(buffer: Buffer, offset: int) -> Tuple[int, int]:
-    """Return begin and end of the part that stands behind its length at an offset.
+    """Return begin and end of the part whose length is at an offset.
 
     Raises:
-        RecordError: it does not end inside the buffer.
+        RecordError: the part goes beyond the end of the buffer.
     """
     begin = offset + 4
     end = begin + u32_at(buffer, offset)
@@ -87,7 +87,7 @@ def fields_of(header: Buffer) -> Fields:
 
 
 def header_of(fields: Mapping[bytes, bytes]) -> bytes:
-    """Return fields as the bytes of a header; the opposite of fields_of."""
+    """Return fields as the bytes of a header; the inverse of ``fields_of``."""
     parts = (name + b'=' + value for name, value in fields.items())
     return b''.join(_U32.pack(len(part)) + part for part in parts)
 
@@ -102,7 +102,7 @@ def record_at(buffer: memoryview, offset: int) -> Record:
     """Return the record that begins at an offset of a buffer.
 
     Raises:
-        RecordError: there is none, or the buffer ends before it.
+        RecordError: there is no record, or it goes beyond the end of the buffer.
     """
     begin, end = sized_part(buffer, offset)
     data_begin, data_end = sized_part(buffer, end)
@@ -113,7 +113,7 @@ def records_in(buffer: memoryview, offset: int = 0) -> Iterator[Record]:
     """Yield the records that fill a buffer.
 
     Raises:
-        RecordError: what follows is not a record, or is cut off.
+        RecordError: a part of the buffer is not a record, or is cut off.
     """
     while offset < len(buffer):
         record = record_at(buffer, offset)
@@ -122,10 +122,10 @@ def records_in(buffer: memoryview, offset: int = 0) -> Iterator[Record]:
 
 
 def number(fields: Fields, name: bytes, size: int = 4) -> int:
-    """Return an unsigned number of a size [bytes].
+    """Return a field that is an unsigned number of a given size [bytes].
 
     Raises:
-        RecordError: the field is missing or of another length.
+        RecordError: the field is missing or has another length.
     """
     value = fields.get(name)
     if value is None or len(value) != size:
@@ -134,10 +134,10 @@ def number(fields: Fields, name: bytes, size: int = 4) -> int:
 
 
 def operation(fields: Fields) -> int:
-    """Return what kind of record it is (OP_…).
+    """Return the kind of a record (OP_…).
 
     Raises:
-        RecordError: the field `op` is missing or of another length.
+        RecordError: the field `op` is missing or has another length.
     """
     return number(fields, b'op', 1)
 
@@ -146,7 +146,7 @@ def time_ns(value: bytes) -> int:
     """Return a time [ns] from its 8 bytes (seconds, nanoseconds).
 
     Raises:
-        RecordError: it is not 8 bytes long.
+        RecordError: the value is not 8 bytes long.
     """
     if len(value) != _TIME.size:
         raise RecordError('a time is not 8 bytes long')
@@ -155,12 +155,12 @@ def time_ns(value: bytes) -> int:
 
 
 def packed_time(value_ns: int) -> bytes:
-    """Return a time [ns] as its 8 bytes; the opposite of time_ns."""
+    """Return the 8 bytes of a time [ns]; the inverse of ``time_ns``."""
     return _TIME.pack(*divmod(value_ns, 1_000_000_000))
 
 
 def connection_of(record: Record) -> Connection:
-    """Return what a connection record says.
+    """Return the connection that a connection record describes.
 
     Raises:
         RecordError: the type, its MD5 sum or the topic is missing.
@@ -177,10 +177,10 @@ def connection_of(record: Record) -> Connection:
 
 
 def chunk_info_of(record: Record) -> ChunkInfo:
-    """Return what a chunk info record says.
+    """Return the content of a chunk info record.
 
     Raises:
-        RecordError: it is of another version, or its list is not as long as it says.
+        RecordError: the record has another version, or a list of the wrong length.
     """
     fields, data = record.fields, record.data
     if number(fields, b'ver') != 1 or len(data) != _PAIR.size * number(fields, b'count'):
@@ -192,13 +192,13 @@ def chunk_info_of(record: Record) -> ChunkInfo:
 
 _USUAL_HEAD_BYTES = 256
 _MAX_HEADER_BYTES = 1 << 20
-# A long read keeps a processor from threads that must send something, where the kernel cannot be
-# interrupted.
+# Reads are split, because on a kernel without preemption a long read blocks a processor for threads
+# that must send something.
 _PIECE_BYTES = 128 << 10
 
 
 class RecordHead(NamedTuple):
-    """A record in the file without its data: fields, begin and size of the data [byte]."""
+    """A record in the file without its data: its fields, and begin and size of the data [bytes]."""
 
     fields: Fields
     data_offset: int
@@ -211,7 +211,7 @@ class RecordHead(NamedTuple):
 
 
 class BagHeader(NamedTuple):
-    """The place of the index [byte; 0: there is none], and the number of its entries."""
+    """The first record of a bag: position of the index [byte; 0: no index], and its counts."""
 
     index_position: int
     connection_count: int
@@ -220,17 +220,17 @@ class BagHeader(NamedTuple):
 
 
 class BagFile:
-    """An open bag. A file that is deleted meanwhile stays readable; what grows is not looked at."""
+    """An open bag, readable even if the file is deleted; data appended later is ignored."""
 
     def __init__(self, path: str) -> None:
         """Open the file.
 
         Raises:
-            BagError: it cannot be opened, or is no regular file.
+            BagError: the file cannot be opened, or is not a regular file.
         """
         self.path = path
         try:
-            # not to wait for a writer where the name is that of a pipe
+            # O_NONBLOCK: does not wait for a writer if the path is a pipe
             self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except (OSError, ValueError) as error:
             reason = getattr(error, 'strerror', None) or error
@@ -242,7 +242,7 @@ class BagFile:
             raise BagError(path, 'is not a file')
 
     def close(self) -> None:
-        """Close the file; a second time does nothing."""
+        """Close the file; a repeated call does nothing."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
@@ -251,7 +251,7 @@ class BagFile:
         """Return a number of bytes from an offset.
 
         Raises:
-            RecordError: the file ends before, or cannot be read there.
+            RecordError: the file is too short, or cannot be read there.
         """
         if offset + size > self.size:
             raise RecordError('the record goes beyond the end of the file')
@@ -275,7 +275,7 @@ class BagFile:
         """Return the head of the record at an offset.
 
         Raises:
-            RecordError: there is no record, or the file ends before its end.
+            RecordError: there is no record, or it goes beyond the end of the file.
         """
         block = self.read(offset, min(_USUAL_HEAD_BYTES, max(0, self.size - offset)))
         length = u32_at(block, 0)
@@ -290,10 +290,10 @@ class BagFile:
         return head
 
     def bag_header(self) -> BagHeader:
-        """Return what stands at the beginning of the bag.
+        """Return the first record of the bag.
 
         Raises:
-            BagError: the file is not a bag, or one that cannot be read.
+            BagError: the file is not a bag, or cannot be read.
         """
         self._check_magic()
         try:
@@ -308,11 +308,11 @@ class BagFile:
             raise BagError(self.path, f'the header of the bag cannot be read: {error}') from error
 
     def indexed_header(self) -> BagHeader:
-        """Return the header of a bag whose index is in the file.
+        """Return the header of a bag that has its index.
 
         Raises:
-            BagUnindexed: there is no index, or it has been cut off.
-            BagError: the file is not a bag, or one that cannot be read.
+            BagUnindexed: the index is missing or cut off.
+            BagError: the file is not a bag, or cannot be read.
         """
         header = self.bag_header()
         if header.index_position == 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The index of a recording: the place of every message, as arrays in the order of time."""
+"""The index of a recording: the position of every message, as arrays in the order of time."""
 from __future__ import annotations
 
 from datetime import datetime, timezone
@@ -12,7 +12,7 @@ from process_visualizer.bagio.bag_errors import Gap
 from process_visualizer.bagio.message_definition import Connection
 
 MAX_UNSET_NS = 2_000_000
-"""Some who know no time write the least one that ROS has (1 ns), or a millisecond more."""
+"""Times up to this stand for no time: some writers use the least ROS time (1 ns) or 1 ms more."""
 
 
 class Columns(NamedTuple):
@@ -25,7 +25,7 @@ class Columns(NamedTuple):
 
 
 class ChunkPlaces(NamedTuple):
-    """One row per chunk: the number of its file, and the byte where it begins there."""
+    """One row per chunk: the number of its file, and its first byte in that file."""
 
     file: np.ndarray
     position: np.ndarray
@@ -34,7 +34,7 @@ class ChunkPlaces(NamedTuple):
 class Strays(NamedTuple):
     """Messages of a topic without a time, or with times [ns] far from those of all others.
 
-    They are left out, or count from the beginning if they hold until they are replaced.
+    Such messages are left out, or count from the beginning if they hold until replaced.
     """
 
     topic: str
@@ -55,17 +55,17 @@ class Strays(NamedTuple):
 
 
 class BagIndex:
-    """The messages of a recording by their position, 0 for the earliest; not to be changed.
+    """The messages of a recording by position, 0 for the earliest; read-only.
 
-    Messages of the same time stand in the order in which they were recorded (file, chunk, byte).
-    ``connections`` has what the column ``connection`` counts, ``chunks`` what ``chunk`` counts;
-    ``gaps`` are the parts of the files that could not be read; ``strays`` were told apart by their
+    Messages of the same time are in the order in which they were recorded (file, chunk, byte). The
+    columns ``connection`` and ``chunk`` are indices of ``connections`` and ``chunks``; ``gaps`` are
+    the parts of the files that could not be read; ``strays`` are the messages with impossible
     times.
     """
 
     def __init__(self, connections: Sequence[Connection], columns: Columns, chunks: ChunkPlaces,
                  gaps: Iterable[Gap] = (), strays: Iterable[Strays] = ()) -> None:
-        """Take columns of any order; they are sorted by time only if they are not yet."""
+        """Take columns in any order; they are sorted by time unless they already are."""
         self.connections = tuple(connections)
         self._numbers: Dict[str, List[int]] = {}
         for number, connection in enumerate(self.connections):
@@ -73,7 +73,7 @@ class BagIndex:
         self.time_ns, self.connection, self.chunk, self.offset = _in_order(columns)
         self.chunks = chunks
         self.gaps, self.strays = tuple(gaps), tuple(strays)
-        # a stable sort of 16-bit numbers is a radix sort: it takes no longer for more connections
+        # a stable sort of 16-bit numbers is a radix sort, whose time is independent of their range
         self._grouped = np.argsort(self.connection, kind='stable').astype(np.int32)
         counts = np.bincount(self.connection, minlength=len(self.connections))
         self._bounds = np.concatenate(([0], np.cumsum(counts))).tolist()
@@ -92,7 +92,7 @@ class BagIndex:
 
     @property
     def left_out(self) -> int:
-        """Return how many messages of the files it does not have, as their times cannot be."""
+        """The number of messages in the files that are left out for their impossible times."""
         return sum(it.message_count for it in self.strays if not it.are_kept)
 
     @property
@@ -106,7 +106,7 @@ class BagIndex:
         return int(self.time_ns[-1]) if len(self) else 0
 
     def chosen(self, connections: Iterable[int]) -> BagIndex:
-        """Return the index of the messages of some connections, which keep their numbers."""
+        """Return the index reduced to some connections, which keep their numbers."""
         wanted = np.zeros(len(self.connections), bool)
         wanted[list(connections)] = True
         if wanted.all():
@@ -118,11 +118,11 @@ class BagIndex:
                         [it for it in self.strays if it.topic in topics])
 
     def count_until(self, time_ns: int) -> int:
-        """Return how many messages have a time at or before this one: the next one's position."""
+        """Return the number of messages at or before a time: the position of the next message."""
         return int(np.searchsorted(self.time_ns, time_ns, side='right'))
 
     def count_before(self, time_ns: int) -> int:
-        """Return how many messages are earlier: the position of the first at or after the time."""
+        """Return the number of earlier messages: the position of the first at or after the time."""
         return int(np.searchsorted(self.time_ns, time_ns, side='left'))
 
     def positions(self, connection: int) -> np.ndarray:
@@ -143,7 +143,7 @@ class BagIndex:
     def last_before(self, position: int, connection: int) -> Optional[int]:
         """Return the position of a connection's last message before a position, or None."""
         positions = self.positions(connection)
-        # a number of another type would make numpy convert all positions first
+        # with a number of another type, numpy would convert all positions first
         count = int(positions.searchsorted(positions.dtype.type(position)))
         return int(positions[count - 1]) if count else None
 
@@ -152,7 +152,7 @@ class BagIndex:
         return self.last_before(self.count_until(time_ns), connection)
 
     def topics_of_chunk(self, chunk: int) -> Tuple[Tuple[str, ...], int, int]:
-        """Return topics, first and last time [ns] of a chunk's messages."""
+        """Return the topics, and the first and last time [ns], of a chunk's messages."""
         order, sorted_chunks = self._by_chunk
         begin, end = np.searchsorted(sorted_chunks, [chunk, chunk + 1])
         rows = order[begin:end]
@@ -164,13 +164,13 @@ class BagIndex:
 
     @cached_property
     def _by_chunk(self) -> Tuple[np.ndarray, np.ndarray]:
-        """The rows by chunk, and the chunk of each: only damaged recordings need them."""
+        """The rows by chunk, and the chunk of each row; needed only for damaged recordings."""
         order = np.argsort(self.chunk, kind='stable').astype(np.int32)
         return order, self.chunk[order]
 
 
 def is_rising(values: np.ndarray) -> bool:
-    """Return whether no value is less than the one before."""
+    """Return whether no value is less than its predecessor."""
     return bool(np.all(values[1:] >= values[:-1]))
 
 

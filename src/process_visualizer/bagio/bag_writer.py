@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes bags of format 2.0 chunk by chunk, as they are needed for reindexing."""
+"""Writes bags of format 2.0 chunk by chunk, for reindexing and cutting."""
 from __future__ import annotations
 
 import struct
@@ -18,15 +18,15 @@ from process_visualizer.bagio.bag_file import (
     packed_time,
 )
 
-# Of the file's first record, without its two lengths. rosbag's tools write it again in this size:
-# were it smaller here, they would write over the beginning of the first chunk.
+# Size of the file's first record, without its two lengths. rosbag's tools rewrite the record in
+# this size: if it were smaller here, they would overwrite the beginning of the first chunk.
 _BAG_HEADER_BYTES = 4096
 _ENTRY = struct.Struct('<III')
 _PAIR = struct.Struct('<II')
 
 
 class ConnectionRecord(NamedTuple):
-    """A connection as in the bag: its id, its topic, and the publisher's header as bytes."""
+    """A connection as in the bag: id, topic, and the publisher's header as bytes."""
 
     id: int
     topic: bytes
@@ -34,7 +34,7 @@ class ConnectionRecord(NamedTuple):
 
 
 class IndexEntry(NamedTuple):
-    """A message of a chunk: its connection's id, its time [ns], and its byte in the chunk."""
+    """A message of a chunk: its connection's id, its time [ns], its byte in the chunk."""
 
     connection: int
     time_ns: int
@@ -42,7 +42,7 @@ class IndexEntry(NamedTuple):
 
 
 class BagWriter:
-    """Writes a bag into a binary file; it is a bag once ``finish`` has been called."""
+    """Writes a bag into a binary file, which is a valid bag once ``finish`` has been called."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -51,7 +51,7 @@ class BagWriter:
 
     def write_chunk(self, data: Buffer, compression: bytes, uncompressed_size: int,
                     entries: Sequence[IndexEntry]) -> None:
-        """Write a chunk, as it is compressed already, and the index of its messages."""
+        """Write a chunk, already compressed, and the index of its messages."""
         position = self._file.tell()
         self._file.write(packed_record({b'op': bytes([OP_CHUNK]), b'compression': compression,
                                         b'size': _u32(uncompressed_size)}, data))
@@ -63,7 +63,7 @@ class BagWriter:
         self._chunk_infos.append(_chunk_info(position, entries, by_connection))
 
     def finish(self, connections: Sequence[ConnectionRecord]) -> None:
-        """Write the connections and the list of chunks, and enter their place at the beginning."""
+        """Write the connections and the list of chunks, and complete the first record."""
         position = self._file.tell()
         for connection in connections:
             self._file.write(packed_record(
@@ -79,7 +79,7 @@ def _u32(value: int) -> bytes:
 
 
 def _bag_header(index_position: int, connection_count: int, chunk_count: int) -> bytes:
-    """The first record, filled up to its fixed size so that it can be written again."""
+    """Return the first record, padded to its fixed size so that it can be rewritten."""
     fields = {b'op': bytes([OP_BAG_HEADER]), b'index_pos': index_position.to_bytes(8, 'little'),
               b'conn_count': _u32(connection_count), b'chunk_count': _u32(chunk_count)}
     return packed_record(fields, b' ' * (_BAG_HEADER_BYTES - len(header_of(fields))))

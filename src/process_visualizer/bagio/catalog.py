@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contents of a recording, for an operator who chooses one; reads its index only."""
+"""The contents of a recording, for an operator who chooses one; reads only its index."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -14,9 +14,9 @@ from process_visualizer.ros_names import OWN_TOPICS
 
 
 class CatalogTopic(NamedTuple):
-    """A topic of a recording; more than one type means that only the first can be played.
+    """A topic of a recording; if it has several types, only the first can be played.
 
-    ``rate_hz`` is that between its first and last message, 0 where there are not two.
+    ``rate_hz`` is the mean rate from first to last message; 0 with fewer than two messages.
     """
 
     name: str
@@ -29,10 +29,10 @@ class CatalogTopic(NamedTuple):
 class Catalog(NamedTuple):
     """Contents of a recording; ``begin_ns`` is since the epoch.
 
-    ``topics`` are those of the devices, by name, without what the recorder adds;
+    ``topics`` are the topics of the devices, by name, without those of the recorder;
     ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order
-    of time. ``problems`` are texts: what cannot be read in the files or beside them; ``gaps`` are
-    the former. ``remarks`` are what else the operator should know of them.
+    of time. ``problems`` describes the unreadable parts of the files (also ``gaps``) and of the
+    files beside them. ``remarks`` are further notes for the operator.
     """
 
     paths: Tuple[str, ...]
@@ -53,16 +53,16 @@ class Catalog(NamedTuple):
         return tuple(topic.name for topic in self.topics)
 
     def position_s(self, mark: Mark) -> float:
-        """Return where a mark is, in s from the beginning."""
+        """Return the position of a mark, in s from the beginning."""
         return (mark.time_ns - self.begin_ns) / 1e9
 
 
 def read_catalog(paths: Sequence[str]) -> Catalog:
-    """Return what the bags of one recording hold.
+    """Return the contents of the bags of one recording.
 
     Raises:
         BagUnindexed: one of the files has to be reindexed first.
-        BagError: one of the files is not a bag, or one that cannot be read.
+        BagError: one of the files is not a bag, or cannot be read.
         ValueError: no file is given.
     """
     with Recording(paths) as recording:
@@ -79,7 +79,7 @@ def read_catalog(paths: Sequence[str]) -> Catalog:
 
 def missing_topics(catalog: Catalog,
                    devices: Sequence[Device]) -> Dict[str, Tuple[str, ...]]:
-    """Return by device what it would play and the recording has not; nothing of complete ones."""
+    """Return the topics missing in the recording, by device; complete devices are left out."""
     present = set(catalog.topic_names)
     missing = {device.name: tuple(name for name in _recorded(device) if name not in present)
                for device in devices}
@@ -97,7 +97,7 @@ def _recorded(device: Device) -> List[str]:
 
 
 def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
-    """The marks, or why those beside the bag cannot be read: it can be played without them."""
+    """Return the marks, or why they cannot be read: the recording can be played without them."""
     try:
         return read_marks(recording), []
     except BagError as error:

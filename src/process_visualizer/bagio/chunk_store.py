@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads messages: out of chunks, which are decompressed and kept within a bound of memory."""
+"""Reads messages from chunks, which are decompressed and cached within a memory limit."""
 from __future__ import annotations
 
 import bz2
@@ -27,21 +27,21 @@ from process_visualizer.bagio.bag_index import BagIndex
 
 _FIRST_READ_BYTES = 4096
 _MAX_CHUNK_BYTES = 256 << 20
-"""Of a compressed chunk, which is in memory as a whole: a thousand times what rosbag writes."""
+"""Maximum content of a compressed chunk, which is in memory as a whole; rosbag writes 768 KB."""
 _STEP_BYTES = 1 << 20
 _MORE_BYTES = 64 << 20
-"""By which compressed data may be longer, so that a wrong length is reported as such: a chunk is
-read into memory as a whole."""
+"""Tolerated excess of compressed data over the size it holds; beyond it the length is taken to be
+wrong, before the chunk is read into memory as a whole."""
 _HEADS_KEPT = 4096
 _MAX_NOTES = 100
 
 
 Content = Union[bytes, bytearray]
-"""Nobody changes it."""
+"""Content of a chunk; never modified."""
 
 
 class Chunk(NamedTuple):
-    """A chunk's data in its file [byte], and how it is compressed."""
+    """The position and size [bytes] of a chunk's data in its file, and its compression."""
 
     offset: int
     size: int
@@ -50,10 +50,10 @@ class Chunk(NamedTuple):
 
 
 class ChunkStore:
-    """Messages by their position in the index. May be used by several threads.
+    """Reads messages by their position in the index; may be used by several threads.
 
-    Decompressed chunks are kept up to ``cache_bytes``, and always the last one; a chunk that is
-    not compressed is not kept, its messages are read one by one.
+    Decompressed chunks are cached up to ``cache_bytes``, but at least the last one. Uncompressed
+    chunks are not cached; their messages are read one by one.
     """
 
     def __init__(self, files: Sequence[BagFile], index: BagIndex,
@@ -67,38 +67,38 @@ class ChunkStore:
 
     @property
     def gaps(self) -> Tuple[Gap, ...]:
-        """The chunks and messages that could not be read so far, and those that were noted."""
+        """The chunks and messages that could not be read so far, and the noted messages."""
         return (*self._damaged.values(), *self._noted.values())
 
     def note(self, position: int, reason: str) -> None:
-        """Take note of a message that cannot be used: of each topic the first by reason."""
+        """Note a message that cannot be used; only the first per topic and reason is kept."""
         topic = int(self._index.connection[position])
         if (topic, reason) not in self._noted and len(self._noted) < _MAX_NOTES:
             self._noted[topic, reason] = self._gap_of_message(position, reason)
 
     @property
     def cached_bytes(self) -> int:
-        """Return how many bytes of decompressed chunks are kept."""
+        """The number of bytes of decompressed chunks in the cache."""
         return self._cache.size
 
     def check(self) -> None:
-        """Look whether every chunk can be decompressed; ``gaps`` has those that cannot."""
+        """Try to decompress every chunk; ``gaps`` then has those that fail."""
         for number_ in range(len(self._index.chunks.position)):
             if number_ not in self._damaged:
                 try:
                     self._open_chunk(number_)
                 except BagDamaged:
-                    continue  # it is noted
+                    continue  # already noted
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message has not failed so far."""
+        """Return whether the chunk of a message can be read, as far as known so far."""
         return int(self._index.chunk[position]) not in self._damaged
 
     def message(self, position: int) -> memoryview:
-        """Return the serialized bytes of a message, as they were recorded.
+        """Return the serialized bytes of a message, as recorded.
 
         Raises:
-            BagDamaged: the message or its chunk cannot be read; the others still can.
+            BagDamaged: the message or its chunk cannot be read; others still can.
         """
         number_, offset = self._place(position)
         chunk, content = self._open_chunk(number_)
@@ -111,7 +111,7 @@ class ChunkStore:
             raise BagDamaged(self._gap_of_message(position, str(error))) from error
 
     def own_time_ns(self, position: int) -> int:
-        """Return the time of a message as its own record says it.
+        """Return the time of a message according to its own record.
 
         Raises:
             BagDamaged: the record or its chunk cannot be read.
@@ -128,10 +128,10 @@ class ChunkStore:
             raise BagDamaged(self._gap_of_message(position, str(error))) from error
 
     def _place(self, position: int) -> Tuple[int, int]:
-        """The chunk of a message, and the byte in it.
+        """Return the chunk of a message, and its byte in the chunk.
 
         Raises:
-            BagDamaged: the chunk has failed already.
+            BagDamaged: the chunk is known to be unreadable.
         """
         number_ = int(self._index.chunk[position])
         if number_ in self._damaged:
@@ -139,7 +139,7 @@ class ChunkStore:
         return number_, int(self._index.offset[position])
 
     def _open_chunk(self, number_: int) -> Tuple[Chunk, Optional[Content]]:
-        """The chunk and, where it is compressed, its content."""
+        """Return a chunk and, if it is compressed, its content."""
         try:
             chunk = self._chunk(number_)
             if chunk.compression == 'none':
@@ -160,7 +160,7 @@ class ChunkStore:
         return chunk_at(self._file(number_), int(self._index.chunks.position[number_]))
 
     def _message_on_disk(self, file: BagFile, chunk: Chunk, offset: int) -> memoryview:
-        """A message of a chunk that is not compressed, in one read where it is small."""
+        """Return a message of an uncompressed chunk; a small one needs only one read."""
         left = max(0, chunk.size - offset)
         block = memoryview(file.read(chunk.offset + offset, min(_FIRST_READ_BYTES, left)))
         begin, size = _message_span(block)
@@ -185,7 +185,7 @@ class ChunkStore:
 
 
 class ChunkCache:
-    """The chunks used last, up to a number of bytes."""
+    """A cache of the most recently used chunks, up to a number of bytes."""
 
     def __init__(self, largest_size: int) -> None:
         self.size = 0
@@ -194,7 +194,7 @@ class ChunkCache:
         self._contents: OrderedDict[int, Content] = OrderedDict()
 
     def get(self, number_: int) -> Optional[Content]:
-        """Return the content of a chunk if it is there."""
+        """Return the content of a chunk, or None if it is not in the cache."""
         with self._lock:
             content = self._contents.get(number_)
             if content is not None:
@@ -202,7 +202,7 @@ class ChunkCache:
             return content
 
     def put(self, number_: int, content: Content) -> None:
-        """Keep the content of a chunk, and let go of those that were not used for longest."""
+        """Cache the content of a chunk, and drop the least recently used ones."""
         with self._lock:
             if number_ in self._contents:
                 return
@@ -216,7 +216,7 @@ def chunk_at(file: BagFile, position: int) -> Chunk:
     """Return the chunk that begins at a byte of a file.
 
     Raises:
-        RecordError: there is none, or none that can be read.
+        RecordError: there is no chunk, or it cannot be read.
     """
     head = file.head_at(position)
     if operation(head.fields) != OP_CHUNK:
@@ -231,10 +231,10 @@ def chunk_at(file: BagFile, position: int) -> Chunk:
 
 
 def decompressed(data: bytes, chunk: Chunk) -> Content:
-    """Return the content of a chunk; it needs no more memory than the chunk's header says.
+    """Return the content of a chunk, using no more memory than the chunk's header says.
 
     Raises:
-        RecordError: the data cannot be decompressed, or to another size than the header says.
+        RecordError: the data cannot be decompressed, or their size differs from the header's.
     """
     size = chunk.uncompressed_size
     if chunk.compression == 'none':
@@ -257,7 +257,7 @@ def decompressed(data: bytes, chunk: Chunk) -> Content:
 
 
 def _steps(data: bytes, compression: str) -> Iterator[bytes]:
-    """Decompress some data step by step: as a whole it would be in memory twice."""
+    """Decompress data step by step; in a single step, the result would be in memory twice."""
     decompressor: Any = bz2.BZ2Decompressor() if compression == 'bz2' \
         else lz4.frame.LZ4FrameDecompressor()
     step = decompressor.decompress(data, max_length=_STEP_BYTES)
@@ -276,7 +276,7 @@ def _message_in(record: memoryview) -> memoryview:
 
 
 def _message_span(record: memoryview) -> Tuple[int, int]:
-    """Begin and size of the data of the message record that a buffer begins with."""
+    """Return begin and size of the data of the message record at the start of a buffer."""
     _, end = _message_head(record)
     return end + 4, u32_at(record, end)
 
@@ -286,7 +286,7 @@ def _time_of(record: memoryview) -> int:
 
 
 def _message_head(record: memoryview) -> Tuple[Fields, int]:
-    """The fields of the message record that a buffer begins with, and where its header ends."""
+    """Return the fields of the message record at the start of a buffer, and the header's end."""
     begin, end = sized_part(record, 0)
     fields = fields_of(record[begin:end])
     if operation(fields) != OP_MESSAGE:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the index of a bag: what it holds and where, without reading the messages."""
+"""Reads the index of a bag: its messages and their positions, without reading the messages."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -39,25 +39,25 @@ from process_visualizer.bagio.chunk_store import ChunkStore
 from process_visualizer.bagio.message_definition import Connection, with_definition
 from process_visualizer.ros_names import STATIC_TF_TOPIC
 
-# Tells times at which nothing can have been recorded from the others, and leaves them out.
+# Finds impossible times and leaves out their messages.
 #
-# A message has time 0 if its writer knew none, and one of 1970 or 2106 if its clock was wrong.
-# Among the others it would make a recording of decades of which nearly all is empty.
+# A message has time 0 if its writer knew no time, and a time in 1970 or 2106 if its clock was
+# wrong. Such a message would turn the recording into one of decades, nearly all of it empty.
 
 _MAX_PAUSE_NS = 7 * 24 * 3600 * 1_000_000_000
-"""No recording pauses for longer."""
+"""Maximum pause within a recording."""
 _MAX_FROM_ZERO_NS = 10 * 1_000_000_000
-"""Simulated time may begin at 0; if nothing follows for so long, that stands for no time."""
+"""Limit of the first nonzero time: below it, time 0 is simulated time, otherwise no time."""
 _MAX_LOOKS = 100_000
 
 
 def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> BagIndex:
     """Return the index of a file without messages whose times are far from most others.
 
-    The index may say another time of a message than its record does, which counts then:
-    ``own_time_ns`` reads it, of the message at a position (BagDamaged if it cannot be). What is
-    latched, and /tf_static, holds whenever it came: it is there from the beginning on. Gaps with
-    such times are at an unknown time (0).
+    If the index and a message's record differ, the time in the record counts: ``own_time_ns`` reads
+    it for the message at a position (raising BagDamaged if it is unreadable). Latched messages and
+    /tf_static hold regardless of their time, and count from the beginning. Gaps with impossible
+    times get an unknown time (0).
     """
     first_ns, last_ns = _span(index.time_ns)
     doubtful = np.flatnonzero((index.time_ns <= MAX_UNSET_NS)
@@ -78,7 +78,7 @@ def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> Bag
 
 
 def _span(time_ns: np.ndarray) -> Tuple[int, int]:
-    """The first and the last of rising times that belong together: most of them, or else all."""
+    """Return the first and the last of the rising times that belong together: most, or else all."""
     if not len(time_ns):
         return 0, 0
     zeros = int(np.searchsorted(time_ns, MAX_UNSET_NS, side='right'))
@@ -99,7 +99,7 @@ def _inside(time_ns: np.ndarray, first_ns: int, last_ns: int) -> np.ndarray:
 
 def _corrected(index: BagIndex, positions: np.ndarray,
                own_time_ns: Callable[[int], int]) -> BagIndex:
-    """The index with the times that some messages have themselves."""
+    """Return the index with the times in the records of some messages."""
     time_ns = index.time_ns.copy()
     for position in positions.tolist():
         try:
@@ -129,7 +129,7 @@ def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
 
 _MAX_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
-# so that a batch's arrays are small enough to use the same memory again: a third of the time
+# small enough for a batch's arrays to reuse the same memory, which takes a third of the time
 _BATCH_BYTES = INDEX_ENTRY_BYTES << 13
 _ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
 
@@ -137,7 +137,7 @@ Connections = Dict[int, Connection]
 
 
 class IndexPart(NamedTuple):
-    """The index entries of one connection in one chunk, as their bytes."""
+    """The index entries of one connection in one chunk, as bytes."""
 
     chunk: int
     connection: int
@@ -147,12 +147,12 @@ class IndexPart(NamedTuple):
 def read_index(file: BagFile) -> BagIndex:
     """Return the index of one bag.
 
-    Parts of the index that are damaged become gaps. Where a publisher did not send the definition
-    of its messages, the installed one stands, if it is the same.
+    Damaged parts of the index become gaps. If a publisher did not send the definition of its
+    messages, the installed one is used, provided that its MD5 sum is the same.
 
     Raises:
-        BagUnindexed: the bag has no index, or only a part of it.
-        BagError: the file is not a bag, or one that cannot be read.
+        BagUnindexed: the bag has no index, or only a part of one.
+        BagError: the file is not a bag, or cannot be read.
     """
     header = file.indexed_header()
     by_id, infos = _read_summary(file, header)
@@ -173,10 +173,10 @@ def read_index(file: BagFile) -> BagIndex:
 
 
 class IndexEntries:
-    """Turns index entries into columns, a batch of chunks at a time to need little memory."""
+    """Converts index entries to columns, a batch of chunks at a time to save memory."""
 
     def __init__(self, connection_count: int, capacity: int) -> None:
-        """Make room for a number of entries; memory is only taken by those that come."""
+        """Reserve room for a number of entries; memory is used only for actual entries."""
         self._columns = Columns(np.empty(capacity, np.int64),
                                 np.empty(capacity, connection_dtype(connection_count)),
                                 np.empty(capacity, np.int32), np.empty(capacity, np.uint32))
@@ -185,10 +185,10 @@ class IndexEntries:
         self._waiting_bytes = 0
 
     def add(self, parts: Sequence[IndexPart]) -> None:
-        """Take the parts of a chunk; chunks come in the order of the file.
+        """Add the parts of a chunk; chunks must be added in file order.
 
         Raises:
-            RecordError: there are more entries than there is room for; none is taken.
+            RecordError: there is no room for the entries; none is added.
         """
         size = sum(len(part.entries) for part in parts)
         if (self._count + (self._waiting_bytes + size) // INDEX_ENTRY_BYTES
@@ -200,7 +200,7 @@ class IndexEntries:
             self._convert()
 
     def columns(self) -> Columns:
-        """Return all rows; within a batch they are in order."""
+        """Return all rows, in the order of time within each batch."""
         self._convert()
         return Columns(*(column[:self._count] for column in self._columns))
 
@@ -221,7 +221,7 @@ class IndexEntries:
 
 
 def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.ndarray:
-    """The order by time; messages of the same time as they were recorded."""
+    """Return the order by time; messages with the same time are in recorded order."""
     recorded = np.argsort((chunk.astype(np.int64) << 32) | offset, kind='stable')
     if is_rising(time_ns[recorded]):
         return recorded
@@ -229,7 +229,7 @@ def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.nda
 
 
 def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[ChunkInfo]]:
-    """The connections by id, and the chunks in the order of the file, from the end of the bag."""
+    """Read the end of the bag; return the connections by id, and the chunks in file order."""
     size = file.size - header.index_position
     if size > _MAX_SUMMARY_BYTES:
         raise BagError(file.path, f'the list of its chunks would be {size} bytes long; '
@@ -250,10 +250,10 @@ def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[C
 
 
 def _check_summary(file: BagFile, position: int) -> None:
-    """Look at its beginning, before all of the file that follows is read into memory.
+    """Check the first record of the summary, before the rest of the file is read into memory.
 
     Raises:
-        RecordError: something else stands there.
+        RecordError: the record does not belong to a summary.
     """
     if (position < file.size
             and operation(file.head_at(position).fields) not in (OP_CONNECTION, OP_CHUNK_INFO)):
@@ -269,7 +269,7 @@ def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> N
 
 
 def _index_of_chunk(file: BagFile, info: ChunkInfo, end: int) -> List[Tuple[int, memoryview]]:
-    """Connection id and index entries of each index record behind a chunk, up to a byte."""
+    """Return connection id and entries of each index record after a chunk, up to byte ``end``."""
     head = file.head_at(info.position)
     if operation(head.fields) != OP_CHUNK:
         raise RecordError('no chunk begins here')
@@ -295,7 +295,7 @@ def _index_of_chunk(file: BagFile, info: ChunkInfo, end: int) -> List[Tuple[int,
 
 @lru_cache(4096)
 def _index_head(header: bytes) -> Tuple[int, int]:
-    """Connection id and number of entries of an index record; most headers come many times."""
+    """Return connection id and number of entries of an index record; most headers are repeated."""
     fields = fields_of(header)
     if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
         raise RecordError('no index record of version 1 stands here')
@@ -303,7 +303,7 @@ def _index_head(header: bytes) -> Tuple[int, int]:
 
 
 def _capacity(infos: Sequence[ChunkInfo], ends: Sequence[int]) -> int:
-    """Return the upper limit of messages: those listed, as far as there is room for them."""
+    """Return an upper limit of the number of messages: those listed, where the file has room."""
     return sum(min(sum(count for _, count in info.counts),
                    max(0, end - info.position) // INDEX_ENTRY_BYTES)
                for info, end in zip(infos, ends))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""JSON from other programs: whatever is wrong with it is reported as a ValueError."""
+"""Parses JSON from other programs; any error in it raises ValueError."""
 from __future__ import annotations
 
 import json
@@ -8,10 +8,10 @@ from typing import Any
 
 
 def parsed_json(text: str) -> Any:
-    """Return what a text says in JSON.
+    """Return the value of a JSON text.
 
     Raises:
-        ValueError: it is none, or is nested too deeply.
+        ValueError: the text is not JSON, or is nested too deeply.
     """
     try:
         return json.loads(text)
@@ -20,10 +20,10 @@ def parsed_json(text: str) -> Any:
 
 
 def finite_number(value: Any) -> float:
-    """Return a number of JSON.
+    """Return a JSON value as a number.
 
     Raises:
-        ValueError: it is none, or is not finite.
+        ValueError: the value is not a number, or is not finite.
     """
     if not isinstance(value, (int, float)) or isinstance(value, bool):
         raise ValueError('a number is expected')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Labeled moments of a recording: those in the bag, and those added afterwards beside it."""
+"""Marks (labeled moments) of a recording: those in the bag, and those added later beside it."""
 from __future__ import annotations
 
 import bisect
@@ -26,7 +26,7 @@ class Mark(NamedTuple):
 
 
 def marks_path(bag: str) -> str:
-    """Return the file beside a bag that holds the marks added afterwards."""
+    """Return the path of the file beside a bag with the marks that were added later."""
     return f'{bag}.marks.json'
 
 
@@ -34,7 +34,7 @@ def read_marks(recording: Recording) -> List[Mark]:
     """Return all marks of a recording in the order of time.
 
     Raises:
-        BagError: a file of marks beside a bag is not one.
+        BagError: a file of marks beside a bag is invalid.
     """
     marks = [Mark(*text) for text in texts(recording, MARKS)]
     for path in recording.paths:
@@ -43,13 +43,13 @@ def read_marks(recording: Recording) -> List[Mark]:
 
 
 def mark_at(marks: Sequence[Mark], time_ns: int) -> Optional[Mark]:
-    """Return the last of sorted marks at or before a time [ns since the epoch], or None."""
+    """Return the last mark (of a sorted list) at or before a time [ns since the epoch], or None."""
     row = bisect.bisect_right([mark.time_ns for mark in marks], time_ns)
     return marks[row - 1] if row else None
 
 
 def own_marks_path(bag: str) -> str:
-    """Return the file of the user for marks of a bag in whose folder nothing can be written."""
+    """Return the path of the user's own file for marks of a bag in a read-only folder."""
     data = os.environ.get('XDG_DATA_HOME') or os.path.expanduser('~/.local/share')
     where = hashlib.sha256(os.path.abspath(bag).encode('utf-8', 'surrogateescape')).hexdigest()
     return os.path.join(data, 'process_visualizer', 'marks',
@@ -57,16 +57,16 @@ def own_marks_path(bag: str) -> str:
 
 
 def added_marks(bag: str) -> List[Mark]:
-    """Return the marks that were added to a bag, beside it and by this user.
+    """Return the marks added to a bag, from the file beside it and the user's own file.
 
     Raises:
-        BagError: a file is not one of marks.
+        BagError: a file does not hold marks.
     """
     return [*_marks_in(marks_path(bag)), *_marks_in(own_marks_path(bag))]
 
 
 def _marks_in(path: str) -> List[Mark]:
-    """The marks in a file; none if it does not exist."""
+    """Return the marks in a file; none if it does not exist."""
     try:
         return [_mark(entry) for entry in parsed_json(small_file(path).decode())]
     except FileNotFoundError:
@@ -76,10 +76,10 @@ def _marks_in(path: str) -> List[Mark]:
 
 
 def _mark(entry: Any) -> Mark:
-    """A mark from its JSON.
+    """Return a mark from its JSON.
 
     Raises:
-        ValueError, KeyError, TypeError: it is none.
+        ValueError, KeyError, TypeError: the JSON is not a mark.
     """
     time_ns, label = entry['time_ns'], entry['label']
     if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 63 or not isinstance(label, str):
@@ -89,12 +89,12 @@ def _mark(entry: Any) -> Mark:
 
 
 def add_mark(bag: str, mark: Mark) -> str:
-    """Add a mark to the file beside a bag, else to one of the user; the bag is not touched.
+    """Add a mark to the file beside a bag, or to the user's own file if the folder is read-only.
 
-    Returns the path of the file.
+    The bag is not touched. Returns the path of the file.
 
     Raises:
-        BagError: the file cannot be read, or neither can be written; they are as they were.
+        BagError: the file cannot be read, or neither can be written; both stay unchanged.
     """
     path, own = marks_path(bag), own_marks_path(bag)
     try:
@@ -116,7 +116,7 @@ def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
     """Replace the marks in the file beside a bag, all at once.
 
     Raises:
-        BagError: the file cannot be written; then it is as it was.
+        BagError: the file cannot be written; it stays unchanged.
     """
     path = marks_path(bag)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Message definitions: the text parsed as data, its checksum, and those that are installed."""
+"""Message definitions: parsing their text as data, their checksums, and installed definitions."""
 from __future__ import annotations
 
 import ast
@@ -16,7 +16,7 @@ MAX_FIELDS = 10_000
 
 MAX_DEPTH = 40  # of messages in messages
 
-PRIMITIVE_FORMATS: Dict[str, str] = {  # little-endian, as struct and numpy write them
+PRIMITIVE_FORMATS: Dict[str, str] = {  # little-endian, in the notation of struct and numpy
     'bool': '<?', 'int8': '<b', 'uint8': '<B', 'byte': '<b', 'char': '<B', 'int16': '<h',
     'uint16': '<H', 'int32': '<i', 'uint32': '<I', 'int64': '<q', 'uint64': '<Q',
     'float32': '<f', 'float64': '<d', 'time': '<II', 'duration': '<ii'}
@@ -30,16 +30,16 @@ _NAME = re.compile(r'[A-Za-z]\w*', re.ASCII)
 
 
 class DefinitionError(Exception):
-    """A message definition that cannot be understood; the text says what is wrong."""
+    """Raised for an invalid message definition; the text says what is wrong."""
 
 
 class Field(NamedTuple):
-    """A field: its name, its full type, and what it is an array of that type of, if it is one."""
+    """A field: its name, its full type, and whether it is an array of that type."""
 
     name: str
     type_name: str  # a primitive, 'string', or 'package/Type'
     is_array: bool
-    length: Optional[int]  # of an array of fixed length
+    length: Optional[int]  # for an array of fixed length
 
 
 Definitions = Dict[str, List[Field]]  # by full type name
@@ -50,13 +50,13 @@ _HEADER_FIELDS = [Field('seq', 'uint32', False, None), Field('stamp', 'time', Fa
 
 
 def parse_definitions(type_name: str, text: str) -> Definitions:
-    """Return the fields of a message type and of all types that its definition carries.
+    """Return the fields of a message type and of all types in its definition.
 
-    The text is the definition of the type, followed by those of the types it uses, each behind
-    a line of '=' and a line 'MSG: package/Type'. Constants and comments are left out.
+    The text is the definition of the type, followed by the definitions of the types it uses, each
+    after a line of '=' and a line 'MSG: package/Type'. Constants and comments are left out.
 
     Raises:
-        DefinitionError: a line is no field, or the text is too large.
+        DefinitionError: a line is not a field, or the text is too large.
     """
     definitions = {name: _parse_fields(name, body)
                    for name, body in definition_bodies(type_name, text).items()}
@@ -65,10 +65,10 @@ def parse_definitions(type_name: str, text: str) -> Definitions:
 
 
 def definition_bodies(type_name: str, text: str) -> Dict[str, str]:
-    """Return the text of each type of a definition by its full name.
+    """Return the text of each type in a definition, by its full name.
 
     Raises:
-        DefinitionError: the name of one is missing, or the text is too large.
+        DefinitionError: the name of a type is missing, or the text is too large.
     """
     if len(text) > MAX_CHARACTERS:
         raise DefinitionError(f'{type_name}: a definition of {len(text)} characters is too large')
@@ -83,9 +83,9 @@ def definition_bodies(type_name: str, text: str) -> Dict[str, str]:
 
 
 def short_name(type_name: str) -> str:
-    """Return 'package/Type' of 'package/Type' or of 'package/msg/Type'.
+    """Return 'package/Type' for 'package/Type' or 'package/msg/Type'.
 
-    The header is always std_msgs/Header, which was roslib/Header once.
+    The header is always std_msgs/Header, also under its old name roslib/Header.
     """
     name = type_name.replace('/msg/', '/')
     return HEADER if name in ('Header', 'roslib/Header') else name
@@ -93,7 +93,7 @@ def short_name(type_name: str) -> str:
 
 def _parse_fields(owner: str, text: str) -> List[Field]:
     lines = (line.partition('#')[0].strip() for line in text.split('\n'))
-    # A line with '=' is a constant: it takes no place in a message.
+    # A line with '=' is a constant, which takes no space in a message.
     fields = [_parse_field(owner, line) for line in lines if line and '=' not in line]
     if len(fields) > MAX_FIELDS:
         raise DefinitionError(f'{owner}: {len(fields)} fields are too many')
@@ -119,7 +119,7 @@ def _full_name(owner: str, base: str) -> str:
 
 
 class Connection(NamedTuple):
-    """A publisher's statement on a topic; ``type`` is `package/Type`, as in the bag."""
+    """A publisher's description of a topic; ``type`` is `package/Type`, as in the bag."""
 
     topic: str
     type: str
@@ -134,14 +134,14 @@ def definition_checksum(type_name: str, text: str) -> str:
     """Return the MD5 sum of a message type with this definition, as genmsg computes it.
 
     Raises:
-        DefinitionError: the definition cannot be understood.
+        DefinitionError: the definition is invalid.
     """
     checksums = _Checksums(parse_definitions(type_name, text), definition_bodies(type_name, text))
     return checksums.of(short_name(type_name), 0)
 
 
 class _Checksums:
-    """The MD5 sums of the types of one definition, each found once."""
+    """Computes the MD5 sums of the types in one definition, each once."""
 
     def __init__(self, definitions: Definitions, bodies: Dict[str, str]) -> None:
         self._definitions, self._bodies = definitions, bodies
@@ -164,7 +164,7 @@ class _Checksums:
 
 
 def _constants(body: str) -> List[str]:
-    """The lines of constants as they count: type name=value; a text goes to the end of its line."""
+    """Return the constants as hashed: type name=value; a text extends to the end of its line."""
     found = []
     for line in body.split('\n'):
         kind, _, rest = line.partition('#')[0].strip().partition(' ')
@@ -176,19 +176,19 @@ def _constants(body: str) -> List[str]:
     return found
 
 
-# Message definitions that are installed, for publishers that do not send theirs.
+# Installed message definitions, for publishers that do not send their own.
 #
 # rosjava, goroslib, rosbridge and others send an empty definition, or one without the types that it
-# uses. That of an installed package stands in for it if it has the same MD5 sum. It is read out of
-# the package's Python module for the type, which is not imported: a bag starts nothing.
+# uses. The definition of an installed package replaces it if it has the same MD5 sum. It is read
+# from the package's Python module for the type, without importing it: a bag must not run code.
 
 _FULL_TYPE = re.compile(r'([A-Za-z]\w*)/([A-Za-z]\w*)', re.ASCII)
-_MAX_BYTES = 4 << 20  # of a module
+_MAX_BYTES = 4 << 20  # size of a module
 _TEXT = '_full_text'
 
 
 def with_definition(connection: Connection) -> Connection:
-    """Return a connection with the installed definition if only that one fits its checksum."""
+    """Return a connection with the installed definition if only that fits its checksum."""
     if _checksum(connection.type, connection.message_definition) == connection.md5sum:
         return connection
     text = _installed(short_name(connection.type))
@@ -198,21 +198,21 @@ def with_definition(connection: Connection) -> Connection:
 
 
 def installed_connection(topic: str, type_name: str) -> Optional[Connection]:
-    """Return what a publisher of an installed type says; None if it is not installed."""
+    """Return the connection of a publisher of an installed type; None if it is not installed."""
     text = _installed(short_name(type_name))
     checksum = '' if text is None else _checksum(type_name, text)
     return Connection(topic, type_name, checksum, text or '', False, '') if checksum else None
 
 
 def definition_problem(connection: Connection) -> str:
-    """Return why the messages of a connection cannot be understood; '' if they can be."""
+    """Return why the messages of a connection cannot be decoded; '' if they can."""
     sent = connection.message_definition.strip()
     found = _checksum(connection.type, connection.message_definition)
     if found and sent:
         return ''
     kind = short_name(connection.type)
     package, installed = kind.partition('/')[0], _installed(kind)
-    if found == connection.md5sum and not installed:  # that of std_msgs/Empty is empty
+    if found == connection.md5sum and not installed:  # the definition of std_msgs/Empty is empty
         return ''
     if installed is not None:
         why = (f'the one that is installed has the MD5 sum {_checksum(kind, installed)} instead of '
@@ -225,7 +225,7 @@ def definition_problem(connection: Connection) -> str:
 
 @lru_cache(maxsize=512)
 def _checksum(type_name: str, text: str) -> str:
-    """The MD5 sum of a definition; '' if it cannot be understood, or lacks a type."""
+    """Return the MD5 sum of a definition; '' if it is invalid or lacks a type."""
     try:
         return definition_checksum(type_name, text)
     except DefinitionError:
@@ -234,7 +234,7 @@ def _checksum(type_name: str, text: str) -> str:
 
 @lru_cache(maxsize=512)
 def _installed(type_name: str) -> Optional[str]:
-    """The whole definition of package/Type; None if it is not installed."""
+    """Return the whole definition of package/Type; None if it is not installed."""
     matched = _FULL_TYPE.fullmatch(type_name)
     if matched is None:
         return None
@@ -247,7 +247,7 @@ def _installed(type_name: str) -> Optional[str]:
 
 
 def _text_in(module: Path) -> Optional[str]:
-    """Return the definition in a module that genpy has made; None in any other file."""
+    """Return the definition in a module generated by genpy; None for any other file."""
     try:
         if not module.is_file() or module.stat().st_size > _MAX_BYTES:
             return None

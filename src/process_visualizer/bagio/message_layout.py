@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The wire format of ROS: lengths and texts, and the stamps in a message, found and moved.
+"""The wire format of ROS: reads lengths and texts, and finds and moves the stamps in a message.
 
-A layout walks over the bytes of a message and notes where the stamps are. Parts of a known size
-are skipped at once, however long; nothing is deserialized.
+A layout walks over the bytes of a message and notes the positions of the stamps. Parts of a known
+size are skipped at once, however long; nothing is deserialized.
 """
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _read_length = _LENGTH.unpack_from
 
 
 class MessageDamaged(Exception):
-    """The bytes of a message do not fit its definition; the text says where."""
+    """Raised if the bytes of a message do not fit its definition; the text says where."""
 
 
 class Layout(ABC):
-    """A part of a message; min_size is the fewest bytes [bytes] that it takes."""
+    """A part of a message; ``min_size`` is its minimum size [bytes]."""
 
     min_size: int
     has_stamps: bool
 
     @abstractmethod
     def walk(self, data: Data, position: int, stamps: List[int]) -> int:
-        """Return the position behind the part that begins at a position; note its stamps.
+        """Note the stamps of the part at a position; return the position after the part.
 
         Raises:
             MessageDamaged: the part does not fit into the data.
@@ -47,7 +47,7 @@ class Layout(ABC):
 
 
 class Fixed(Layout):
-    """A part that always takes the same bytes; its stamps are at the same offsets."""
+    """A part of fixed size, with its stamps at fixed offsets."""
 
     def __init__(self, size: int, offsets: Tuple[int, ...] = ()) -> None:
         """Take the size [bytes] and the offsets of the stamps."""
@@ -64,7 +64,7 @@ class Fixed(Layout):
 
 
 class Blob(Layout):
-    """A length and that many elements of fixed size without stamps: strings, images, joints."""
+    """A length and as many elements of fixed size without stamps: strings, images, joints."""
 
     has_stamps = False
 
@@ -80,17 +80,17 @@ class Blob(Layout):
 
 
 class Repeated(Layout):
-    """An array: a fixed number of elements, or (None) as many as the length before them says."""
+    """An array: a fixed number of elements, or (None) a number given by a preceding length."""
 
     def __init__(self, element: Layout, count: Optional[int]) -> None:
-        """Take the layout of an element and the number of them."""
+        """Take the layout of an element and the number of elements."""
         self._element = element
         self._count = count
         self.min_size = _LENGTH.size if count is None else count * element.min_size
         self.has_stamps = element.has_stamps
 
     def walk(self, data: Data, position: int, stamps: List[int]) -> int:
-        """See Layout; the work is bounded, as every element takes bytes."""
+        """See Layout; the work is bounded, as every element takes at least one byte."""
         count = self._count
         if count is None:
             count, position = read_length(data, position)
@@ -102,10 +102,10 @@ class Repeated(Layout):
 
 
 class RecordLayout(Layout):
-    """Parts one behind the other: a message."""
+    """Consecutive parts: a message."""
 
     def __init__(self, parts: Sequence[Layout]) -> None:
-        """Take the parts in their order."""
+        """Take the parts in order."""
         self.parts = list(parts)
         self.min_size = sum(part.min_size for part in parts)
         self.has_stamps = any(part.has_stamps for part in parts)
@@ -121,7 +121,7 @@ def checked_end(data: Data, position: int, size: int) -> int:
     """Return position + size.
 
     Raises:
-        MessageDamaged: that is behind the end of the data.
+        MessageDamaged: the sum is beyond the end of the data.
     """
     end = position + size
     if end > len(data):
@@ -131,7 +131,7 @@ def checked_end(data: Data, position: int, size: int) -> int:
 
 
 def read_length(data: Data, position: int) -> Tuple[int, int]:
-    """Return the length of an array or string at a position, and the position behind it."""
+    """Return the length of an array or string at a position, and the position after the length."""
     end = position + 4
     if end > len(data):
         checked_end(data, position, 4)
@@ -139,7 +139,7 @@ def read_length(data: Data, position: int) -> Tuple[int, int]:
 
 
 def read_text(data: Data, position: int) -> Tuple[bytes, int]:
-    """Return the text at a position as it is encoded, and the position behind it."""
+    """Return the bytes of the text at a position, and the position after the text."""
     length, begin = read_length(data, position)
     end = begin + length
     if end > len(data):
@@ -147,11 +147,11 @@ def read_text(data: Data, position: int) -> Tuple[bytes, int]:
     return bytes(data[begin:end]), end
 
 
-MAX_STAMPS = 10_000  # in a part of fixed size
+MAX_STAMPS = 10_000  # limit for a part of fixed size
 
 
 class LayoutCompiler:
-    """Builds the layouts of the types of one definition, each type once."""
+    """Builds the layouts of the types in one definition, each type once."""
 
     def __init__(self, definitions: Definitions) -> None:
         """Take the fields of all types."""
@@ -163,7 +163,7 @@ class LayoutCompiler:
         """Return the layout of a message type ('package/Type').
 
         Raises:
-            DefinitionError: a type is missing, contains itself, or is nested or repeated absurdly.
+            DefinitionError: a type is missing, contains itself, or is nested or repeated too often.
         """
         if type_name not in self._layouts:
             if type_name in self._open:
@@ -195,9 +195,9 @@ class LayoutCompiler:
 
 
 def is_stamp(field: Field) -> bool:
-    """Return whether a field says when its message was true: a single `time` named `stamp`.
+    """Return whether a field is the time of its message's content: a single `time` named `stamp`.
 
-    This is what std_msgs/Header has, and what types without a header call it (velodyne_msgs,
+    std_msgs/Header has such a field, and types without a header use the same name (velodyne_msgs,
     actionlib_msgs/GoalID). Other times are data: a map's load time, a GPS receiver's reference,
     the simulated /clock, a duration.
     """
@@ -205,7 +205,7 @@ def is_stamp(field: Field) -> bool:
 
 
 def times(element: Fixed, count: int) -> Fixed:
-    """Return a part of fixed size, repeated."""
+    """Return a part of fixed size, repeated ``count`` times."""
     if count * len(element.offsets) > MAX_STAMPS:
         raise DefinitionError(f'more than {MAX_STAMPS} stamps in arrays of fixed length')
     offsets = () if not element.offsets else tuple(
@@ -214,7 +214,7 @@ def times(element: Fixed, count: int) -> Fixed:
 
 
 def joined(parts: List[Layout]) -> Layout:
-    """Return parts one behind the other as one; neighbors of fixed size become one part."""
+    """Return consecutive parts as one layout, with neighbors of fixed size merged."""
     merged: List[Layout] = []
     for part in flattened(parts):
         if isinstance(part, Fixed) and merged and isinstance(merged[-1], Fixed):
@@ -226,7 +226,7 @@ def joined(parts: List[Layout]) -> Layout:
 
 
 def flattened(parts: List[Layout]) -> List[Layout]:
-    """Return the parts with those of small messages, such as a header, in the place of these."""
+    """Return the parts, with small messages such as a header replaced by their own parts."""
     found: List[Layout] = []
     for part in parts:
         small = isinstance(part, RecordLayout) and len(part.parts) <= 4
@@ -235,7 +235,7 @@ def flattened(parts: List[Layout]) -> List[Layout]:
 
 
 def behind(first: Layout, second: Fixed) -> Fixed:
-    """Return two parts of fixed size as one."""
+    """Return two consecutive parts of fixed size as one part."""
     assert isinstance(first, Fixed)
     if len(first.offsets) + len(second.offsets) > MAX_STAMPS:
         raise DefinitionError(f'more than {MAX_STAMPS} stamps in a part of fixed size')
@@ -244,7 +244,7 @@ def behind(first: Layout, second: Fixed) -> Fixed:
 
 
 def until_last_stamp(layout: Layout) -> Layout:
-    """Return the layout without the parts that follow the last stamp: no need to walk these."""
+    """Return the layout without the parts after the last stamp, which need not be walked over."""
     if not isinstance(layout, RecordLayout):
         return layout
     parts = list(layout.parts)
@@ -261,16 +261,16 @@ _MAX_STAMP_NS = (1 << 32) * NS_PER_S - 1
 class StampLocator:
     """Finds the stamps of one message type in the bytes of its messages.
 
-    A stamp is a single field `time stamp`, of a std_msgs/Header or of any other message, at any
-    depth, in arrays too (see layout_compiler.is_stamp). The definition is data: it is parsed
-    with limits and never becomes code.
+    A stamp is a single field `time stamp`, in a std_msgs/Header or any other message, at any depth
+    and also in arrays (see `is_stamp`). The definition is data: it is parsed with limits and never
+    becomes code.
     """
 
     def __init__(self, type_name: str, definition: str) -> None:
         """Take the message type and its definition, as the bag's connection carries them.
 
         Raises:
-            DefinitionError: the definition cannot be understood.
+            DefinitionError: the definition is invalid.
         """
         self.type_name = short_name(type_name)
         definitions = parse_definitions(self.type_name, definition)
@@ -283,7 +283,7 @@ class StampLocator:
         return self._layout.has_stamps
 
     def offsets(self, data: Data) -> List[int]:
-        """Return where [bytes] the stamps are, ascending; what follows the last is not looked at.
+        """Return the positions [bytes] of the stamps, ascending, without checking the rest.
 
         Raises:
             MessageDamaged: the bytes do not fit the definition.
@@ -293,14 +293,14 @@ class StampLocator:
         return found
 
     def check(self, data: Data) -> None:
-        """Look at the whole message; see ``checked_offsets``."""
+        """Check the whole message; see ``checked_offsets``."""
         self.checked_offsets(data)
 
     def checked_offsets(self, data: Data) -> List[int]:
-        """Return where [bytes] the stamps are, ascending, after a look at the whole message.
+        """Return the positions [bytes] of the stamps, ascending, after checking the whole message.
 
         Raises:
-            MessageDamaged: the bytes do not fit the definition, or there are more than it has.
+            MessageDamaged: the bytes do not fit the definition, or some are left over.
         """
         found: List[int] = []
         end = self._layout.walk(data, 0, found)
@@ -309,14 +309,14 @@ class StampLocator:
         return found
 
     def moved(self, data: Data, mapping: Callable[[int], int]) -> Data:
-        """Return the message with every stamp [ns] replaced by what the mapping makes of it.
+        """Return the message with the mapping applied to every stamp [ns].
 
-        Stamps of zero stay: they mean "the latest there is". The data itself is not changed; it
-        is returned where nothing moves.
+        Stamps of zero stay: they mean "the latest available". The data itself is not changed; it
+        is returned as it is if it has no stamp to move.
 
         Raises:
             MessageDamaged: the bytes do not fit the definition.
-            ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
+            ValueError: the mapping returns an invalid ROS time (below zero, or after 2106).
         """
         pieces = with_stamps_moved(data, self.offsets(data), mapping)
         return data if len(pieces) == 1 else b''.join(pieces)
@@ -324,12 +324,12 @@ class StampLocator:
 
 def with_stamps_moved(data: Data, offsets: Sequence[int],
                       mapping: Callable[[int], int]) -> List[Data]:
-    """Return a message in pieces, with the stamps [ns] at some offsets replaced, without a copy.
+    """Return a message in pieces, uncopied, with the stamps [ns] at some offsets replaced.
 
-    Stamps of zero stay: they mean "the latest there is".
+    Stamps of zero stay: they mean "the latest available".
 
     Raises:
-        ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
+        ValueError: the mapping returns an invalid ROS time (below zero, or after 2106).
     """
     view = memoryview(data)
     pieces: List[Data] = []
@@ -347,7 +347,7 @@ def packed(stamp_ns: int) -> bytes:
     """Return a time [ns] as ROS serializes it.
 
     Raises:
-        ValueError: ROS has no such time.
+        ValueError: the time is outside the range of ROS times.
     """
     if not 0 <= stamp_ns <= _MAX_STAMP_NS:
         raise ValueError(f'{stamp_ns} ns is no ROS time')

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages of well-known types, read and made as bytes: their parts, and those that show nothing.
+"""The bytes of messages of well-known types: their parts, and messages that clear a display.
 
-Two messages with different transforms, markers, joints or diagnostics hold beside each other:
-many drivers send each group of joints in a message of its own. RViz keeps what it was shown, so
-there are messages that remove it. The layouts are those of ROS 1's serialization (little-endian).
+Messages with different transforms, markers, joints or diagnostics hold at the same time: many
+drivers send each group of joints in its own message. RViz keeps what it was sent, so some messages
+are made to remove it. The layouts are those of ROS 1 serialization (little-endian).
 """
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from process_visualizer.bagio.number_places import transform_places
 from process_visualizer.ros_names import TF_TYPES
 
 _LENGTH = struct.Struct('<I')
-_STAMPED = struct.Struct('<III')  # sequence number; no stamp: the latest transform there is
+_STAMPED = struct.Struct('<III')  # sequence number and stamp; stamp 0: the latest transform
 
 
 def joined(transforms: Collection[bytes]) -> bytes:
-    """Return a TFMessage with some transforms."""
+    """Return a TFMessage with the given transforms."""
     return _LENGTH.pack(len(transforms)) + b''.join(transforms)
 
 
 def split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
-    """Yield child frame (without a leading slash) and bytes of each transform of a TFMessage.
+    """Yield child frame (without a leading slash) and bytes of each transform in a TFMessage.
 
     Raises:
-        MessageDamaged: the bytes are no TFMessage.
+        MessageDamaged: the bytes are not a TFMessage.
     """
     for it in transform_places(data):
         yield it.child_name.lstrip(b'/'), data[it.begin:it.end]
@@ -60,7 +60,7 @@ _DELETE_ALL = 3  # the action that removes all markers of a topic
 
 
 def shows_markers(connection: Connection) -> bool:
-    """Return whether the messages of a connection are markers, or arrays of them, for RViz."""
+    """Return whether the messages of a connection are markers or arrays of markers for RViz."""
     return (connection.type, connection.md5sum) in _DEFINITIONS
 
 
@@ -77,7 +77,7 @@ _REMARK = re.compile(r'#.*|^\s*\n', re.MULTILINE)
 
 
 class MessagePart(NamedTuple):
-    """A message's part about one thing: which, and for how long [ns] (0: until replaced)."""
+    """The part of a message about one thing: its key, and its lifetime [ns; 0: until replaced]."""
 
     key: bytes
     lifetime_ns: int = 0
@@ -86,13 +86,13 @@ class MessagePart(NamedTuple):
 Parts = Tuple[MessagePart, ...]
 PartsReader = Callable[[bytes], Parts]
 CLEARS = MessagePart(b'')
-"""The part of a message that ends all that was said before."""
+"""The part of a message that ends the validity of all earlier parts."""
 
 
 def parts_reader(connection: Connection) -> Optional[PartsReader]:
-    """Return what reads the parts of a connection's messages; None where each is a whole state.
+    """Return a reader for the parts of a connection's messages; None if each is a whole state.
 
-    The reader raises MessageDamaged where the bytes do not fit the type.
+    The reader raises MessageDamaged if the bytes do not fit the type.
     """
     if connection.type in TF_TYPES:
         return lambda data: tuple(MessagePart(it.child_name.lstrip(b'/'))
@@ -108,7 +108,7 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
 
 
 def lasts(connection: Connection) -> bool:
-    """Return whether the parts of its messages hold however old they are, as those of joints do.
+    """Return whether the parts of a connection's messages never expire, as with joints.
 
     Types of joint states begin with a header and the names of their joints.
     """
@@ -118,12 +118,12 @@ def lasts(connection: Connection) -> bool:
 
 
 def expires(connection: Connection) -> bool:
-    """Return whether the parts of its messages are out of date after a while, as those of tf."""
+    """Return whether the parts of a connection's messages expire after a while, as with tf."""
     return connection.type in TF_TYPES
 
 
 def _joint_state(data: bytes) -> Parts:
-    """Return a part for each joint; none without positions: earlier positions still hold."""
+    """Return a part for each joint; none without positions, as earlier positions still hold."""
     parts, offset = _names(data)
     counts = []
     for _ in ('position', 'velocity', 'effort'):
@@ -136,7 +136,7 @@ def _joint_state(data: bytes) -> Parts:
 
 
 def _names(data: bytes) -> Tuple[Parts, int]:
-    """Return the names behind the header, and the place behind them."""
+    """Return the names that follow the header, and the position after them."""
     _, offset = read_text(data, _STAMPED.size)
     count, offset = read_length(data, offset)
     parts = []
@@ -152,7 +152,7 @@ def _diagnostics(data: bytes) -> Parts:
     count, offset = read_length(data, offset)
     parts = []
     for _ in range(count):
-        name, offset = read_text(data, offset + 1)  # behind the level
+        name, offset = read_text(data, offset + 1)  # after the level
         parts.append(MessagePart(name))
         for _ in range(2):  # message, hardware_id
             _, offset = read_text(data, offset)
@@ -195,20 +195,20 @@ def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
     return MessagePart(_LENGTH.pack(number & 0xffffffff) + namespace, lifetime_ns), offset + 1
 
 
-# Messages that leave nothing of a topic in sight, for the types that have such a message.
+# Messages that clear the display of a topic, for the types that have such a message.
 #
-# RViz keeps the last message of each topic. What was not there yet must not be seen, above all not
-# what was there before a jump. Numbers and poses have no value that says "nothing"; a cloud
-# without points, a path without poses and the removal of all markers do.
+# RViz keeps the last message of each topic. It must not show what did not exist yet at the current
+# time, especially not what it showed before a jump. Numbers and poses have no value for "nothing";
+# a cloud without points, a path without poses and the removal of all markers do.
 
 _CLOUD = ('sensor_msgs/PointCloud2', '1158d486dd51d683ce2f1be655c3c181')
 _REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_embedded_materials
 _EMPTY = bytes(4)  # the length of an array, or a number
-_FIELD_END = 4 + 1 + 4  # of a sensor_msgs/PointField behind its name: offset, type, count
+_FIELD_END = 4 + 1 + 4  # of a sensor_msgs/PointField after its name: offset, type, count
 
 
 class _Arrays(NamedTuple):
-    """A message that ends with arrays, behind its header and other fields of some bytes."""
+    """A message of a header, other fields (``kept_bytes``), and arrays at its end."""
 
     kept_bytes: int
     array_count: int
@@ -224,13 +224,13 @@ _BY_TYPE: Dict[Tuple[str, str], _Arrays] = {
 
 
 def can_be_emptied(connection: Connection) -> bool:
-    """Return whether a connection's type has a message that leaves nothing in sight."""
+    """Return whether a connection's type has a message that clears its display."""
     key = (connection.type, connection.md5sum)
     return shows_markers(connection) or key == _CLOUD or key in _BY_TYPE
 
 
 def emptied(connection: Connection, example: Data) -> bytes:
-    """Return that message, with the frame and the format of an example message.
+    """Return a message that clears the display, with frame and format of an example message.
 
     Raises:
         MessageDamaged: the bytes of the example do not fit its type.
@@ -246,7 +246,7 @@ def emptied(connection: Connection, example: Data) -> bytes:
 
 
 def _marker_removal(connection: Connection, example: Data) -> bytes:
-    """A marker with the action DELETEALL, in the frame of an example."""
+    """Return a marker with the action DELETEALL, in the frame of an example."""
     array = connection.type == _MARKER_ARRAY
     marker = _STAMPED.pack(0, 0, 0) + _frame(example, _LENGTH.size if array else 0) + _REST.pack(
         0, 0, 0, _DELETE_ALL, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
@@ -254,7 +254,7 @@ def _marker_removal(connection: Connection, example: Data) -> bytes:
 
 
 def _frame(example: Data, marker_offset: int) -> bytes:
-    """The frame with its length; empty where the example has no marker."""
+    """Return the frame with its length; empty if the example has no marker."""
     begin = marker_offset + _STAMPED.size
     if len(example) < begin + _LENGTH.size:
         return _LENGTH.pack(0)
@@ -263,7 +263,7 @@ def _frame(example: Data, marker_offset: int) -> bytes:
 
 
 def _cloud(example: Data) -> bytes:
-    """A cloud of no points, with the fields of the example, which RViz needs."""
+    """Return a cloud without points, but with the fields of the example, which RViz needs."""
     behind = read_text(example, _STAMPED.size)[1]
     fields = checked_end(example, behind, 2 * len(_EMPTY))
     count, end = read_length(example, fields)
@@ -278,13 +278,14 @@ def _header(example: Data, behind: int) -> bytes:
     return _STAMPED.pack(0, 0, 0) + bytes(example[_STAMPED.size:behind])
 
 
-# The meshes that markers name. RViz hands their addresses to libcurl, which takes what has no
-# scheme for a computer, and "http:/x" for "http://x". So what is not known to be here counts.
+# The meshes that markers name. RViz passes their addresses to libcurl, which takes an address
+# without a scheme for a host name, and "http:/x" for "http://x". So every address that is not known
+# to be local counts as remote.
 
 _HERE = re.compile(rb'(?:package|file):|/(?!/)|\Z', re.IGNORECASE)
 _TEXT, _MESH = 'text', 'mesh'
 _Shape = Tuple[Union[int, str, List[Any]], ...]
-"""Parts one behind the other: so many bytes, a text, the address of a mesh, an array of shapes."""
+"""Consecutive parts: a number of bytes, a text, the address of a mesh, or an array of shapes."""
 _MARKER_SHAPE: _Shape = (12, _TEXT, _TEXT, 117, [_POINT_BYTES], [_COLOR_BYTES], _TEXT, _MESH, 1)
 _CONTROL_SHAPE: _Shape = (_TEXT, 35, [_MARKER_SHAPE], 1, _TEXT)
 _INTERACTIVE_SHAPE: _Shape = (12, _TEXT, 56, _TEXT, _TEXT, 4, [(8, _TEXT, _TEXT, 1)],
@@ -297,14 +298,14 @@ _SHAPES: Dict[str, _Shape] = {
     'd5f2c5045a72456d228676ab91048734': (_TEXT, 8, [_INTERACTIVE_SHAPE]),
     '710d308d0a9276d65945e92dd30b3946': (_TEXT, 9, [_INTERACTIVE_SHAPE],
                                          [(12, _TEXT, 56, _TEXT)], [(_TEXT,)])}
-"""By the MD5 sum of the type, by which alone RViz knows markers."""
+"""Shapes of markers by the MD5 sum of the type, by which alone RViz recognizes them."""
 
 
 def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
     """Return the address of a mesh that RViz would fetch for a message of markers, or None.
 
     Raises:
-        MessageDamaged: the bytes are no such message.
+        MessageDamaged: the bytes do not fit the type.
     """
     shape = _SHAPES.get(connection.md5sum)
     if shape is None:
@@ -315,7 +316,7 @@ def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
 
 
 def _note_meshes(data: Data, offset: int, shape: _Shape, found: List[bytes]) -> int:
-    """Note the meshes that are elsewhere; return the place behind the parts."""
+    """Add the remote meshes to ``found``; return the position after the parts."""
     for part in shape:
         if isinstance(part, int):
             offset = checked_end(data, offset, part)

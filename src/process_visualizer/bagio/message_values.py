@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The values of a message of any type, read by the definition that its publisher sends along."""
+"""Reads the values of a message of any type, using the definition sent by its publisher."""
 from __future__ import annotations
 
 import struct
@@ -23,8 +23,8 @@ from process_visualizer.bagio.message_layout import (
 )
 
 MAX_VALUES = 256
-"""Numbers of an array that are read; of a longer one (an image) only the length is."""
-_MAX_ELEMENTS = 10_000  # messages in an array
+"""Maximum length of an array that is read; of a longer one (an image) only the length is."""
+_MAX_ELEMENTS = 10_000  # limit of messages in an array
 
 
 class LongArray(NamedTuple):
@@ -41,7 +41,7 @@ class MessageTime(NamedTuple):
 
 
 Values = Dict[str, Any]
-"""By the names of the fields: numbers, texts, `MessageTime`, `LongArray`, lists, or values."""
+"""Values by field name: numbers, texts, `MessageTime`, `LongArray`, lists, or nested values."""
 
 
 def message_values(type_name: str, definitions: Definitions, data: Data) -> Values:
@@ -49,12 +49,12 @@ def message_values(type_name: str, definitions: Definitions, data: Data) -> Valu
 
     Args:
         type_name: its type, package/Type.
-        definitions: as ``parse_definitions`` returns them for that type.
+        definitions: the result of ``parse_definitions`` for that type.
         data: its bytes.
 
     Raises:
         MessageDamaged: the bytes do not fit the definition.
-        DefinitionError: a type in it is not known, or contains itself.
+        DefinitionError: a type in the definition is unknown, or contains itself.
     """
     reader = _Reader(definitions, data)
     values = reader.message(type_name, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places of numbers in the bytes of a message, and other messages that they hold for."""
+"""Places of numbers in the bytes of a message, and the other messages that share them."""
 from __future__ import annotations
 
 import re
@@ -34,14 +34,14 @@ _INDEX = re.compile(r'\[(\d+)\]')
 class FieldPath:
     """A path of names and array indices from a message to a number.
 
-    A message is anything that lists its fields in __slots__, as ROS' generated classes do.
+    A message is any object that lists its fields in __slots__, as ROS's generated classes do.
     """
 
     def __init__(self, text: str) -> None:
         """Take the path's text.
 
         Raises:
-            ValueError: it is not a path.
+            ValueError: the text is not a path.
         """
         self._text = text
         self._steps: List[Union[str, int]] = []
@@ -66,8 +66,8 @@ class FieldPath:
         """Return the number that the path leads to; a boolean is 0 or 1.
 
         Raises:
-            ValueError: there is no such field or element, or it is no number; the text says what
-                there is instead.
+            ValueError: the field or element does not exist, or is not a number; the text says
+                what exists instead.
         """
         value, here = message, ''
         for step in self._steps:
@@ -119,17 +119,17 @@ def _names(value: Any) -> List[str]:
 
 
 _LENGTH_BYTES = 4
-_STAMP_OFFSET = 4  # in a std_msgs/Header, behind the sequence number
-_MAX_ELEMENTS = 100_000  # that are walked over one by one
+_STAMP_OFFSET = 4  # in a std_msgs/Header, after the sequence number
+_MAX_ELEMENTS = 100_000  # limit of elements walked over one by one
 _FLOAT32, _FLOAT64 = PRIMITIVE_FORMATS['float32'], PRIMITIVE_FORMATS['float64']
-_NUMBERS: Dict[str, str] = {  # times are no numbers
+_NUMBERS: Dict[str, str] = {  # times are not numbers
     name: code for name, code in PRIMITIVE_FORMATS.items() if name not in ('time', 'duration')}
 _STAMPED_BYTES = 12  # sequence number and stamp of a std_msgs/Header
 _POSE_BYTES = 7 * 8
 
 
 class Place(NamedTuple):
-    """A number: the byte where it begins, and its kind as numpy writes it."""
+    """A number: the byte where it begins, and its kind in the notation of numpy."""
 
     offset: int
     kind: str
@@ -138,8 +138,8 @@ class Place(NamedTuple):
 class NumberPlaces(NamedTuple):
     """The places of the wanted numbers; none if the message does not have them.
 
-    They are the same in every message of that length with the same bytes in the ``fixed`` ranges
-    (begin, end). ``stamp`` is where the stamp of its header is, if there is one.
+    The places are the same in every message of the same length with the same bytes in the
+    ``fixed`` ranges (begin, end). ``stamp`` is the byte of the header's stamp, if there is one.
     """
 
     numbers: Tuple[Place, ...]
@@ -154,17 +154,17 @@ class Locator(ABC):
 
     @abstractmethod
     def places(self, data: Data) -> NumberPlaces:
-        """Return the places in a message; none where it does not fit its definition."""
+        """Return the places in a message; none if it does not fit its definition."""
 
 
 class FieldLocator(Locator):
     """Finds fields by their paths."""
 
     def __init__(self, type_name: str, definition: str, paths: Sequence[str]) -> None:
-        """Take the type, its definition as the bag has it, and paths such as pose.position.x.
+        """Take the type, its definition from the bag, and paths such as pose.position.x.
 
         Raises:
-            DefinitionError: the definition cannot be understood.
+            DefinitionError: the definition is invalid.
             ValueError: a path is invalid.
         """
         self._type = short_name(type_name)
@@ -188,10 +188,10 @@ class FieldLocator(Locator):
 
 
 class FloatArrayLocator(Locator):
-    """Finds numbers that follow each other in a std_msgs/Float32MultiArray of certain lengths."""
+    """Finds consecutive numbers in a std_msgs/Float32MultiArray of certain lengths."""
 
     def __init__(self, count: int, lengths: Sequence[int], first: int = 0) -> None:
-        """Take how many numbers are wanted from the first one on, and how many there have to be."""
+        """Take the number of values wanted, the valid lengths, and the index of the first value."""
         self.number_count = count
         self._lengths, self._first = lengths, first
 
@@ -209,9 +209,9 @@ class FloatArrayLocator(Locator):
 
 
 def float_array(data: Data) -> Tuple[int, int, int]:
-    """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and how many.
+    """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and their count.
 
-    The third value is how many of them, at the beginning, do not count (the layout's data_offset).
+    The third value is the number of padding values at the beginning (the layout's data_offset).
 
     Raises:
         MessageDamaged: the message ends within its layout.
@@ -226,7 +226,7 @@ def float_array(data: Data) -> Tuple[int, int, int]:
 
 
 class TransformPlaces(NamedTuple):
-    """A transform of a message: the bytes where it, its frames and its pose begin."""
+    """A transform in a message: the bytes where the transform, its frames and its pose begin."""
 
     begin: int
     names: int
@@ -236,7 +236,7 @@ class TransformPlaces(NamedTuple):
 
     @property
     def parent(self) -> str:
-        """The frame in which the pose is."""
+        """The frame in which the pose is given."""
         return self.parent_name.decode('utf-8', 'replace').strip('/')
 
     @property
@@ -251,15 +251,15 @@ class TransformPlaces(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The byte behind it."""
+        """The byte after the transform."""
         return self.pose + _POSE_BYTES
 
 
 def transform_places(data: Data) -> Iterator[TransformPlaces]:
-    """Yield where the transforms of a tf2_msgs/TFMessage are.
+    """Yield the places of the transforms in a tf2_msgs/TFMessage.
 
     Raises:
-        MessageDamaged: the message ends within one, or behind the last one.
+        MessageDamaged: the message ends within a transform, or goes on after the last one.
     """
     count, begin = read_length(data, 0)
     for _ in range(count):
@@ -274,12 +274,12 @@ def transform_places(data: Data) -> Iterator[TransformPlaces]:
 
 
 class TransformLocator(Locator):
-    """Finds the pose x y z, x y z w of one frame in another one in a tf2_msgs/TFMessage."""
+    """Finds the pose (x y z, x y z w) of a frame in its parent, in a tf2_msgs/TFMessage."""
 
     number_count = 7
 
     def __init__(self, parent: str, child: str) -> None:
-        """Take the frames."""
+        """Take the parent and the child frame."""
         self._frames = parent.strip('/'), child.strip('/')
 
     def places(self, data: Data) -> NumberPlaces:
@@ -295,7 +295,7 @@ class TransformLocator(Locator):
 
 
 def transforms_in(data: Data) -> Iterator[TransformPlaces]:
-    """Yield where the transforms of a tf2_msgs/TFMessage are, up to one that is damaged."""
+    """Yield the places of the transforms in a tf2_msgs/TFMessage, up to a damaged one."""
     with suppress(MessageDamaged):
         yield from transform_places(data)
 
@@ -303,8 +303,8 @@ def transforms_in(data: Data) -> Iterator[TransformPlaces]:
 class JointPlaces(NamedTuple):
     """The joints of a message, and the byte where the position (float64) of each begins.
 
-    A damaged message may have more of one than of the other. ``fixed`` are the ranges of bytes
-    that these places depend on.
+    In a damaged message, the numbers of names and positions may differ. ``fixed`` are the ranges of
+    bytes that these places depend on.
     """
 
     names: Tuple[str, ...]
@@ -313,7 +313,7 @@ class JointPlaces(NamedTuple):
 
 
 def joint_places(message_type: str, data: Data) -> JointPlaces:
-    """Return where the joints' positions are in a message of one of the types `NAMED_JOINTS`.
+    """Return the places of the joints' positions in a message of one of the types `NAMED_JOINTS`.
 
     Raises:
         MessageDamaged: the message ends too early.
@@ -339,7 +339,7 @@ def joint_places(message_type: str, data: Data) -> JointPlaces:
 
 
 def _texts(data: Data, position: int) -> Tuple[Tuple[str, ...], int]:
-    """Return an array of texts, and the place behind it."""
+    """Return an array of texts, and the position after it."""
     count, position = read_length(data, position)
     found = []
     for _ in range(min(count, _MAX_ELEMENTS)):
@@ -354,7 +354,7 @@ class JointLocator(Locator):
     number_count = 1
 
     def __init__(self, message_type: str, names: Sequence[str]) -> None:
-        """Take the messages' type, and what the joint may be called."""
+        """Take the type of the messages, and the possible names of the joint."""
         self._type, self._names = message_type, names
 
     def places(self, data: Data) -> NumberPlaces:
@@ -369,7 +369,7 @@ class JointLocator(Locator):
 
 
 class _Walk:
-    """A walk over one message, noting the lengths that it depends on."""
+    """A walk over one message that notes the lengths it depends on."""
 
     def __init__(self, definitions: Definitions, data: Data) -> None:
         self._definitions = definitions
@@ -380,7 +380,7 @@ class _Walk:
         """Return the place of a number.
 
         Raises:
-            MessageDamaged, KeyError: there is none.
+            MessageDamaged, KeyError: the message has no such number.
         """
         position = 0
         field = Field('', type_name, False, None)
@@ -393,7 +393,7 @@ class _Walk:
         return Place(position, kind)
 
     def _inside(self, field: Field, position: int, step: Union[str, int]) -> Tuple[Field, int]:
-        """Return the element or the field of a field, and where it begins."""
+        """Return an element or a field inside a field, and where it begins."""
         element = field._replace(is_array=False, length=None)
         if isinstance(step, int):
             count, position = self._count(field, position)

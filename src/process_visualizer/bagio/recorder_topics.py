@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recorder's own messages in a bag beside the devices' topics, all of std_msgs/String."""
+"""The recorder's own topics in a bag, of type std_msgs/String except for the base frames."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
@@ -16,13 +16,13 @@ CONFIGURATION = f'{OWN_TOPICS}configuration'
 CALIBRATION = f'{OWN_TOPICS}calibration'
 MARKS = f'{OWN_TOPICS}marks'
 ACCOUNT = f'{OWN_TOPICS}recording'
-"""Topics: the configuration's files, the base frames (tf2_msgs/TFMessage), the marks, and the
-recorder's account of what it dropped."""
+"""Topics for the configuration's files, the base frames (tf2_msgs/TFMessage), the marks, and the
+recorder's account of the messages that it dropped."""
 _TEXT_TYPE = 'std_msgs/String'
 
 
 class Text(NamedTuple):
-    """A text of a bag and its time [ns since the epoch]."""
+    """A text in a bag and its time [ns since the epoch]."""
 
     time_ns: int
     text: str
@@ -31,7 +31,7 @@ class Text(NamedTuple):
 def texts(recording: Recording, topic: str) -> List[Text]:
     """Return the messages of a topic of type std_msgs/String, in the order of time.
 
-    Messages that cannot be read, or are none of these, are left out; ``recording.gaps`` has them.
+    Unreadable messages and those of other types are left out and added to ``recording.gaps``.
     """
     return [text for _, text in _placed_texts(recording, topic)]
 
@@ -39,7 +39,7 @@ def texts(recording: Recording, topic: str) -> List[Text]:
 def last_json(recording: Recording, topic: str) -> Optional[Dict[str, Any]]:
     """Return the last message of a topic that is a JSON object, or None.
 
-    What is none is left out; ``recording.gaps`` has it.
+    Other messages are skipped and added to ``recording.gaps``.
     """
     for position, message in reversed(_placed_texts(recording, topic)):
         try:
@@ -50,9 +50,9 @@ def last_json(recording: Recording, topic: str) -> Optional[Dict[str, Any]]:
 
 
 def recorded_configuration(recording: Recording) -> Optional[StoredConfiguration]:
-    """Return the configuration that a recording was made with, or None.
+    """Return the configuration that was used for a recording, or None.
 
-    What is none is left out; ``recording.gaps`` has it.
+    Invalid ones are skipped and added to ``recording.gaps``.
     """
     for position, message in reversed(_placed_texts(recording, CONFIGURATION)):
         try:
@@ -63,7 +63,7 @@ def recorded_configuration(recording: Recording) -> Optional[StoredConfiguration
 
 
 def _placed_texts(recording: Recording, topic: str) -> List[Tuple[int, Text]]:
-    """The texts with their positions in the index."""
+    """Return the texts with their positions in the index."""
     index = recording.index
     found = []
     for position in index.positions_of(index.connections_of(topic)).tolist():
@@ -72,17 +72,17 @@ def _placed_texts(recording: Recording, topic: str) -> List[Tuple[int, Text]]:
             text = _string(connection.type, recording.message(position))
             found.append((position, Text(int(index.time_ns[position]), text)))
         except BagDamaged:
-            continue  # it is noted
+            continue  # already noted
         except RecordError as error:
             recording.note(position, str(error))
     return found
 
 
 def _string(kind: str, message: memoryview) -> str:
-    """The text of a std_msgs/String.
+    """Return the text of a std_msgs/String.
 
     Raises:
-        RecordError: it is none.
+        RecordError: the message is not a std_msgs/String.
     """
     if short_name(kind) != _TEXT_TYPE:
         raise RecordError(f'it is a {kind}, not a {_TEXT_TYPE}')
@@ -93,10 +93,10 @@ def _string(kind: str, message: memoryview) -> str:
 
 
 def _json_object(text: str) -> Dict[str, Any]:
-    """Return what a text says in JSON.
+    """Return the JSON object in a text.
 
     Raises:
-        ValueError: it is no JSON object.
+        ValueError: the text is not a JSON object.
     """
     value = parsed_json(text)
     if not isinstance(value, dict):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One or several bags as one recording, whose messages are read singly or in batches."""
+"""One or several bags as one recording, with access to single messages and in batches."""
 from __future__ import annotations
 
 import os
@@ -30,9 +30,10 @@ from process_visualizer.bagio.message_definition import Connection, definition_p
 
 
 class Recording:
-    """Bags (as of `rosbag record --split`) on one timeline: their index and their messages.
+    """Bags (as from `rosbag record --split`) on one timeline: their index and their messages.
 
-    ``index`` says what there is, ``message`` reads it; close it, or use it in a ``with``.
+    ``index`` lists the messages, ``message`` reads them. Close a recording, or use it in a
+    ``with``.
     """
 
     def __init__(self, paths: Sequence[str], cache_bytes: int = 64 << 20) -> None:
@@ -42,7 +43,7 @@ class Recording:
 
         Raises:
             BagUnindexed: one of the files has to be reindexed first.
-            BagError: one of the files is not a bag, or one that cannot be read.
+            BagError: one of the files is not a bag, or cannot be read.
             ValueError: no file is given.
         """
         if not paths:
@@ -60,7 +61,7 @@ class Recording:
         self._store = ChunkStore(self._files, self.index, cache_bytes)
 
     def choose(self, connections: Iterable[int]) -> None:
-        """Leave out the messages of all other connections; begin and end stay as they are."""
+        """Keep only the messages of some connections; begin and end stay the same."""
         self.index = self.index.chosen(connections)
         self._store = ChunkStore(self._files, self.index, self._cache_bytes)
 
@@ -74,7 +75,7 @@ class Recording:
         self.close()
 
     def close(self) -> None:
-        """Close the files; messages cannot be read any more."""
+        """Close the files; messages can no longer be read."""
         for file in self._files:
             file.close()
 
@@ -85,12 +86,12 @@ class Recording:
 
     @property
     def files(self) -> Tuple[BagFile, ...]:
-        """The open files, as the index counts them."""
+        """The open files, in the order in which the index numbers them."""
         return tuple(self._files)
 
     @property
     def remarks(self) -> Tuple[str, ...]:
-        """Notes for the reader: messages without a usable time, or without a definition."""
+        """Notes for the user: messages without a usable time, or without a definition."""
         used = [it for number, it in enumerate(self.index.connections)
                 if len(self.index.positions(number))]
         lacking = dict.fromkeys(map(definition_problem, used))
@@ -98,47 +99,47 @@ class Recording:
 
     @property
     def size_bytes(self) -> int:
-        """The size of all files."""
+        """The total size of the files."""
         return sum(file.size for file in self._files)
 
     @property
     def gaps(self) -> Tuple[Gap, ...]:
-        """Return what could not be read so far: parts of the indexes, and chunks."""
+        """The parts that could not be read so far, in the indexes and the chunks."""
         return self.index.gaps + self._store.gaps
 
     @property
     def cached_bytes(self) -> int:
-        """Return how many bytes of decompressed chunks are kept in memory."""
+        """The number of bytes of decompressed chunks in memory."""
         return self._store.cached_bytes
 
     def message(self, position: int) -> memoryview:
         """Return the serialized bytes of the message at a position of the index.
 
         Raises:
-            BagDamaged: it cannot be read; `gap` says what is missing, others can still be read.
+            BagDamaged: the message cannot be read (see `gap`); others still can.
         """
         return self._store.message(position)
 
     @property
     def damage(self) -> Tuple[Gap, ...]:
-        """Return what could not be read so far though the index lists it."""
+        """The messages and chunks that the index lists but that could not be read so far."""
         return self._store.gaps
 
     def note(self, position: int, reason: str) -> None:
-        """Take note of a message that cannot be understood, as one of the ``gaps``."""
+        """Add a message that cannot be understood to the ``gaps``."""
         self._store.note(position, reason)
 
     def check_chunks(self) -> None:
-        """Look whether every chunk can be decompressed; ``gaps`` has those that cannot."""
+        """Try to decompress every chunk; ``gaps`` then has those that fail."""
         self._store.check()
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message has not failed so far."""
+        """Return whether the chunk of a message can be read, as far as known so far."""
         return self._store.is_readable(position)
 
 
 def joined(indexes: Sequence[BagIndex]) -> BagIndex:
-    """Return the indexes of several files as one; equal connections of them become one."""
+    """Return the indexes of several files as one, with equal connections merged."""
     if len(indexes) == 1:
         return indexes[0]
     numbers: Dict[Connection, int] = {}
@@ -165,11 +166,11 @@ def _joined_places(indexes: Sequence[BagIndex]) -> ChunkPlaces:
 
 _PART = re.compile(r'(.*_)(\d+)(\.bag)\Z')
 _MAX_PAUSE_NS = 2_000_000_000
-"""Between two parts; slow topics have nothing to say for so long."""
+"""Maximum pause between two parts; slow topics may send nothing for this long."""
 
 
 def recording_parts(path: str) -> Tuple[str, ...]:
-    """Return a bag and the parts behind it, each of which begins where the one before ends.
+    """Return a bag and the parts that follow it, each beginning where the previous one ends.
 
     Raises:
         BagError: a file cannot be read as a bag.
@@ -183,7 +184,7 @@ def recording_parts(path: str) -> Tuple[str, ...]:
 
 
 def _following(path: str) -> str:
-    """The name of the next part; empty if the name has no number."""
+    """Return the name of the next part; empty if the name has no number."""
     match = _PART.match(path)
     if match is None:
         return ''
@@ -196,10 +197,10 @@ def _goes_on(path: str, following: str) -> bool:
         return abs(second.begin_ns - first.end_ns) <= _MAX_PAUSE_NS
 
 
-# Reads many small messages at once: only the parts of the files that hold them.
+# Reads many small messages at once, and only the parts of the files that hold them.
 
-_CLOSE_BYTES = 16 << 10  # what lies between two records is read with them
-_MAX_RECORD_BYTES = 1 << 20  # of the wanted ones; of a larger one, the beginning is read
+_CLOSE_BYTES = 16 << 10  # a gap up to this size is read with the records around it
+_MAX_RECORD_BYTES = 1 << 20  # of a larger record, only the beginning is read
 _BATCH_BYTES = 8 << 20
 _BATCH_RECORDS = 1 << 15
 U32_BYTES = 4
@@ -208,10 +209,10 @@ _IS_MESSAGE_U32 = int.from_bytes(_IS_MESSAGE, 'little')
 
 
 class RecordBatch(NamedTuple):
-    """Records of messages, header and all, as they stand in a buffer (uint8).
+    """Records of messages, including their headers, in a buffer (uint8).
 
-    One row per record: the message's position in the index, where the record begins in the
-    buffer, and where what was read of it ends.
+    One row per record: the message's position in the index, and begin and end in the buffer of the
+    part of the record that was read.
     """
 
     buffer: np.ndarray
@@ -220,7 +221,7 @@ class RecordBatch(NamedTuple):
     end: np.ndarray
 
     def u32_at(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Return the numbers (int64) at some bytes of the buffer, -1 if they go beyond an end."""
+        """Return the numbers (int64) at some bytes of the buffer; -1 for those beyond an end."""
         fits = begin + U32_BYTES <= end
         if not fits.any():
             return np.full(len(begin), -1, np.int64)
@@ -233,9 +234,9 @@ def record_batches(recording: Recording, positions: np.ndarray,
                    most_bytes: int = _MAX_RECORD_BYTES) -> Iterator[RecordBatch]:
     """Yield the records of messages, given by their positions in the index (int).
 
-    They come in the order of the files; of records of more than ``most_bytes`` the beginning.
-    Chunks that cannot be read, and what is no message, are left out; ``recording.gaps`` has them,
-    of each connection the first message.
+    The records come in file order; records of more than ``most_bytes`` are cut off there.
+    Unreadable chunks and records other than messages are left out and added to
+    ``recording.gaps``, with the first such message of each connection.
     """
     rows, spans = _Rows(recording.index, positions, most_bytes), _Spans(recording)
     readable = _SingleReader(recording)
@@ -257,14 +258,14 @@ def record_batches(recording: Recording, positions: np.ndarray,
 
 
 class _SingleReader:
-    """Reads doubtful messages singly, so that it is noted which cannot be read."""
+    """Reads doubtful messages one by one, so that the unreadable ones are noted."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._failed: Set[int] = set()  # connections: one message of each is enough to be told
+        self._failed: Set[int] = set()  # connections: one message of each is enough for a report
 
     def among(self, positions: np.ndarray) -> List[int]:
-        """Return those of some positions whose messages can be read."""
+        """Return the positions whose messages can be read."""
         return [it for it in positions.tolist() if self._is_readable(it)]
 
     def _is_readable(self, position: int) -> bool:
@@ -280,22 +281,22 @@ class _SingleReader:
 
 
 def _of_messages(batch: RecordBatch, readable: _SingleReader) -> RecordBatch:
-    """The records of a batch that are messages."""
+    """Return the records of a batch that are messages."""
     are_messages = _are_messages(batch)
     if are_messages.all():
         return batch
-    # a header may be longer than what was read of it
+    # the header of a message may be longer than the part that was read
     are_messages |= np.isin(batch.positions, readable.among(batch.positions[~are_messages]))
     return RecordBatch(batch.buffer, *(column[are_messages] for column in batch[1:]))
 
 
 def _are_messages(batch: RecordBatch) -> np.ndarray:
-    """Whether the header of each record says that it is one of a message."""
+    """Return for each record whether its header is that of a message."""
     at = batch.begin + U32_BYTES
     end = np.minimum(at + batch.u32_at(batch.begin, batch.end), batch.end)
     found = np.zeros(len(at), bool)
     rows = np.arange(len(at))
-    while len(rows):  # the next field of each header that has not said it yet
+    while len(rows):  # the next field of each undecided header
         size = batch.u32_at(at[rows], end[rows])
         found[rows] = ((size == len(_IS_MESSAGE))
                        & (batch.u32_at(at[rows] + U32_BYTES, end[rows]) == _IS_MESSAGE_U32))
@@ -305,7 +306,7 @@ def _are_messages(batch: RecordBatch) -> np.ndarray:
 
 
 class _Rows:
-    """Places of the wanted records: chunk, first byte and end in it, in the order of the files."""
+    """The wanted records in file order: chunk, and begin and end in the chunk."""
 
     def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
         order = np.argsort((index.chunk.astype(np.int64) << 32) | index.offset, kind='stable')
@@ -320,7 +321,7 @@ class _Rows:
         self.end = np.minimum(follower[self.positions], self.begin + most_bytes)
 
     def spans(self) -> Iterator[Tuple[int, int]]:
-        """Yield the rows (first, behind the last) that are read together."""
+        """Yield the ranges of rows (begin, end) that are read together."""
         if not len(self.positions):
             return
         apart = ((self.chunk[1:] != self.chunk[:-1])
@@ -330,7 +331,7 @@ class _Rows:
 
 
 class _Spans:
-    """Reads parts of chunks; the last chunk is kept, for its next part."""
+    """Reads parts of chunks, keeping the last chunk for its next part."""
 
     def __init__(self, recording: Recording) -> None:
         self._files, self._chunks = recording.files, recording.index.chunks
@@ -342,7 +343,7 @@ class _Spans:
         """Return the records of some rows of one chunk.
 
         Raises:
-            RecordError: they cannot be read.
+            RecordError: the records cannot be read.
         """
         number = int(rows.chunk[span.start])
         file = self._files[int(self._chunks.file[number])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Base frames of one recording: those stored in it, and those saved beside it."""
+"""Base frames of a recording: those stored in it, and those saved beside it."""
 from __future__ import annotations
 
 import json
@@ -25,20 +25,20 @@ from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 from process_visualizer.robot.rotations import matrix_from_quaternion, ypr_from_matrix
 from process_visualizer.whole_file import small_file, write_text
 
-_MIN_NORM = 1e-3  # of a quaternion
+_MIN_NORM = 1e-3  # norm of a quaternion
 
 
 class RecordedFrame(NamedTuple):
-    """A frame's pose in its parent, names without a leading slash."""
+    """A frame's pose in its parent frame (names without a leading slash)."""
 
     parent: str
     pose: Pose
 
 
 def recorded_frames(recording: Recording) -> Dict[str, RecordedFrame]:
-    """Return the frames as they were at last, by name; none if no recorder has stored them.
+    """Return the last recorded pose of each frame, by name; none if no recorder has stored them.
 
-    What cannot be read is left out; ``recording.gaps`` has it.
+    Unreadable messages are left out and added to ``recording.gaps``.
     """
     index = recording.index
     found: Dict[str, RecordedFrame] = {}
@@ -50,17 +50,17 @@ def recorded_frames(recording: Recording) -> Dict[str, RecordedFrame]:
             values = message_values(kind, definitions, recording.message(position))
             found.update(_frames(values))
         except BagDamaged:
-            continue  # it is noted
+            continue  # already noted
         except (DefinitionError, MessageDamaged, KeyError, TypeError, ValueError) as error:
             recording.note(position, f'it holds no frames: {error}')
     return found
 
 
 def _frames(values: Values) -> Dict[str, RecordedFrame]:
-    """The frames of a tf2_msgs/TFMessage.
+    """Return the frames of a tf2_msgs/TFMessage.
 
     Raises:
-        KeyError, TypeError, ValueError: it is none.
+        KeyError, TypeError, ValueError: the values are not those of a TFMessage.
     """
     return {str(it['child_frame_id']).lstrip('/'): RecordedFrame(
                 str(it['header']['frame_id']).lstrip('/'), _pose_of_transform(it['transform']))
@@ -81,7 +81,7 @@ def _pose_of_transform(transform: Values) -> Pose:
 class RecordingCalibration(NamedTuple):
     """Base frames of a recording (its first file): as recorded, and as saved since.
 
-    Saved poses are those of base frames in the global frame, by the frame's name.
+    Saved poses are poses of base frames in the global frame, by the frame's name.
     """
 
     bag: str
@@ -89,7 +89,7 @@ class RecordingCalibration(NamedTuple):
     saved: Mapping[str, Pose]
 
     def recorded(self, frame: str, parent: str) -> Optional[Pose]:
-        """Return where a frame was in a parent when it was recorded; None if that is not known."""
+        """Return the recorded pose of a frame in a parent frame; None if unknown."""
         found = self.then.get(frame)
         return found.pose if found is not None and found.parent == parent else None
 
@@ -100,7 +100,7 @@ def calibration_path(bag: str) -> str:
 
 
 def read_recording_calibration(paths: Sequence[str]) -> RecordingCalibration:
-    """Return what is known of a recording.
+    """Return the calibration of a recording.
 
     Raises:
         BagError: a bag, or the file beside it, cannot be read.
@@ -126,7 +126,7 @@ def saved_poses(bag: str) -> Dict[str, Pose]:
 
 
 def with_saved_poses(cell: Cell, poses: Mapping[str, Pose]) -> Cell:
-    """Return a cell with base frames where they were saved to be, and the others as they are."""
+    """Return a cell with its base frames at the saved poses; others keep their pose."""
     return replace(cell, devices=tuple(_moved(it, poses) for it in cell.devices))
 
 
@@ -138,12 +138,12 @@ def _moved(device: Device, poses: Mapping[str, Pose]) -> Device:
 
 
 def save_pose(bag: str, frame: str, pose: Optional[Pose]) -> Dict[str, Pose]:
-    """Save a pose for a bag, or forget it (None); return all that are saved then.
+    """Save a pose for a bag, or remove it (None); return all saved poses.
 
-    The bag itself is not touched, and without poses there is no file.
+    The bag itself is not touched. If no pose is left, the file is removed.
 
     Raises:
-        BagError: the file cannot be read or written; then it is as it was.
+        BagError: the file cannot be read or written; it stays unchanged.
     """
     poses = {name: it for name, it in saved_poses(bag).items() if name != frame}
     if pose is not None:
@@ -172,10 +172,10 @@ def _object(value: Any) -> Dict[str, Any]:
 
 
 def _vector(values: Any) -> Vector3:
-    """Three numbers of JSON.
+    """Return three numbers of JSON.
 
     Raises:
-        ValueError: they are none.
+        ValueError: the values are not three numbers.
     """
     numbers: List[float] = [finite_number(it) for it in values]
     if len(numbers) != 3:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gives a bag without an index (as of a recorder that was killed) one, in a copy beside it."""
+"""Copies a bag without an index (of a killed recorder, for example) to one with an index."""
 from __future__ import annotations
 
 from typing import BinaryIO, Callable, Dict, List, NamedTuple, Tuple
@@ -24,7 +24,7 @@ Progress = Callable[[float], bool]
 
 
 class Reindexed(NamedTuple):
-    """The copy's path, how many messages it has, and what could not be read."""
+    """The path of the copy, its number of messages, and the unreadable parts of the original."""
 
     path: str
     message_count: int
@@ -32,18 +32,18 @@ class Reindexed(NamedTuple):
 
 
 class ReindexCancelled(Exception):
-    """The progress callback asked to stop; no copy is left behind."""
+    """Raised if the progress callback asked to stop; no copy is left behind."""
 
 
 def reindex(path: str, progress: Progress = lambda part: True) -> Reindexed:
     """Copy a bag to `NAME.reindexed.bag` beside it, with an index; the original is only read.
 
-    ``progress`` is called with the part that is done (0 to 1) after each record of the file, and
-    returns False to cancel. A copy that is there already is replaced when the new one is complete.
+    ``progress`` is called with the completed share (0 to 1) before each record of the file, and
+    returns False to cancel. An existing copy is replaced when the new one is complete.
 
     Raises:
         ReindexCancelled: the callback returned False.
-        BagError: the file is not a bag, holds no message, or the copy cannot be written.
+        BagError: the file is not a bag or holds no message, or the copy cannot be written.
     """
     copy = copy_path(path)
     source = BagFile(path)
@@ -58,7 +58,7 @@ def reindex(path: str, progress: Progress = lambda part: True) -> Reindexed:
 
 
 def copy_path(path: str) -> str:
-    """Return where the copy of a bag goes: a.bag and a.bag.active become a.reindexed.bag."""
+    """Return the path of the copy of a bag: a.bag and a.bag.active become a.reindexed.bag."""
     stem = path[:-len('.active')] if path.endswith('.active') else path
     return (stem[:-len('.bag')] if stem.endswith('.bag') else stem) + '.reindexed.bag'
 
@@ -87,7 +87,7 @@ class _Reindexing:
         return self._count, tuple(self._gaps)
 
     def _take_record(self, at: int) -> int:
-        """Copy what begins at a byte if it is a chunk; return where the next record begins."""
+        """Copy the record at a byte if it is a chunk; return where the next record begins."""
         try:
             head = self._source.head_at(at)
             kind = operation(head.fields)
@@ -113,7 +113,7 @@ class _Reindexing:
         self._last_ns = max([self._last_ns, *(entry.time_ns for entry in entries)])
 
     def _add_gap(self, at: int, reason: str) -> None:
-        """A gap whose end is not known: it begins with the last message before it."""
+        """Add a gap of unknown end, which begins with the last message before it."""
         topics = sorted({it.topic.decode('utf-8', 'replace')
                          for it in self._connections.values()})
         self._gaps.append(Gap(self._source.path, at, self._last_ns, self._last_ns, tuple(topics),
@@ -121,7 +121,7 @@ class _Reindexing:
 
 
 def _scan(content: memoryview, connections: Dict[int, ConnectionRecord]) -> List[IndexEntry]:
-    """The index of a chunk's messages; connections that it describes are added."""
+    """Return the index of a chunk's messages; add the connections that the chunk describes."""
     entries = []
     at = 0
     while at < len(content):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The report on a recording: its contents, what is missing, and whether it is complete."""
+"""The report on a recording: its contents, its losses, and whether it is complete."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -26,14 +26,14 @@ from process_visualizer.bagio.recording import (
 )
 from process_visualizer.ros_names import OWN_TOPICS
 
-# Finds what is missing in the stream of a topic, from the times and numbers of its messages.
+# Finds gaps in the stream of a topic, from the times and sequence numbers of its messages.
 
 GAP_FACTOR = 3.0
 _MIN_MESSAGES = 10
-"""With fewer messages the usual interval is not known."""
+"""Minimum number of messages for a usual interval."""
 _CATCH_UP_S = 5.0
 _CATCH_UP_INTERVALS = 20.0
-"""How late messages may come, whichever is longer."""
+"""Maximum delay of late messages, in seconds and in usual intervals; the longer one applies."""
 _MIN_MISSING = 1.5
 _SPAN_MESSAGES = 100
 
@@ -41,9 +41,9 @@ _SPAN_MESSAGES = 100
 class StreamGap(NamedTuple):
     """A place where sequence numbers are missing, or where the messages paused.
 
-    ``begin_ns`` is the time of the last message before [ns since the epoch]; ``missing`` is the
-    number of missing sequence numbers (``is_numbered``), otherwise about how many messages would
-    have come at the usual rate.
+    ``begin_ns`` is the time of the last message before the gap [ns since the epoch]; ``missing`` is
+    the number of missing sequence numbers (if ``is_numbered``), or else roughly the number of
+    messages that the usual rate would have given.
     """
 
     begin_ns: int
@@ -53,10 +53,10 @@ class StreamGap(NamedTuple):
 
 
 class Stream(NamedTuple):
-    """A topic's messages in the order of time.
+    """The messages of a topic in the order of time.
 
-    ``sequence`` are the numbers in their headers (int64), -1 where there is none, ``publisher``
-    a number for the publisher of each.
+    ``sequence`` has the sequence numbers of their headers (int64; -1: none), ``publisher`` a number
+    for the publisher of each message.
     """
 
     time_ns: np.ndarray
@@ -65,12 +65,12 @@ class Stream(NamedTuple):
 
 
 def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
-    """Return the gaps of a stream in the order of time: those of each of its publishers.
+    """Return the gaps of all publishers of a stream, in the order of time.
 
-    If the numbers of a publisher grow, they show what is missing. Otherwise an interval
-    of more than three times the publisher's usual one (the median) is a gap, unless the messages
-    are only late: a busy computer delivers many at once, and some seconds later no message is
-    missing.
+    If the sequence numbers of a publisher grow, they show what is missing. Otherwise an interval
+    of more than three times the publisher's usual interval (the median) is a gap, unless the
+    messages are only late: a busy computer may deliver many at once, so that some seconds later no
+    message is missing.
     """
     found: List[StreamGap] = []
     for publisher in np.unique(stream.publisher):
@@ -80,7 +80,7 @@ def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
 
 
 def _gaps(time_ns: np.ndarray, step: np.ndarray) -> List[StreamGap]:
-    """The gaps of one publisher, by how much the number of each message grew (0: unknown)."""
+    """Return the gaps of one publisher; ``step`` is the growth of the numbers (0: unknown)."""
     rows = np.flatnonzero(step > 1)
     found = _as_gaps(time_ns, rows - 1, step[rows] - 1, True)
     if len(time_ns) >= _MIN_MESSAGES:
@@ -102,7 +102,7 @@ def _as_gaps(time_ns: np.ndarray, before: np.ndarray, missing: np.ndarray,
 
 
 def _steps(numbers: np.ndarray) -> np.ndarray:
-    """Return by how much the number of each message grew since the last one (0: unknown)."""
+    """Return by how much each number has grown since the previous message (0: unknown)."""
     step = np.zeros(len(numbers), np.int64)
     known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
     step[1:] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
@@ -110,19 +110,20 @@ def _steps(numbers: np.ndarray) -> np.ndarray:
 
 
 def _missing_behind(time_ns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """About how many messages (float) are missing after each, and do not come late either."""
+    """Estimate the number (float) of messages missing after each row, not counting late ones."""
     usual_ns = usual_interval_ns(time_ns)
     catch_up_ns = max(_CATCH_UP_S * 1e9, _CATCH_UP_INTERVALS * usual_ns)
-    # how far each message is behind a stream without gaps; what comes late is not, in the end
+    # number of intervals by which each message is behind a stream without gaps; late messages
+    # catch up in the end
     behind = (time_ns - time_ns[0]) / usual_ns - np.arange(len(time_ns))
     last = np.searchsorted(time_ns, time_ns[rows + 1] + catch_up_ns, side='right')
     return range_minima(behind, rows + 1, last) - behind[rows]
 
 
 def range_minima(values: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the least value of each range of rows, none of which is empty."""
+    """Return the minimum of each range of rows; no range may be empty."""
     found = np.full(len(begin), np.inf)
-    level = np.log2(end - begin).astype(np.int64)  # two such powers of two cover a range
+    level = np.log2(end - begin).astype(np.int64)  # two ranges of this power of two cover it
     table, width = values, 1
     for power in range(int(level.max(initial=-1)) + 1):
         chosen = level == power
@@ -132,14 +133,14 @@ def range_minima(values: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.n
 
 
 def usual_interval_ns(time_ns: np.ndarray) -> float:
-    """Return the usual interval [ns], over many messages, so that jitter does not matter."""
-    # of short recordings over less, so that a gap is in few of the spans
+    """Return the usual interval [ns], measured over many messages so that jitter cancels out."""
+    # shorter spans in short recordings, so that few spans contain a gap
     span = max(min(_SPAN_MESSAGES, len(time_ns) // 8), 1)
     return max(float(np.median(time_ns[span:] - time_ns[:-span])) / span, 1.0)
 
 
 def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
-    """Return the longest interval [s] and when it begins [ns]; zeros with less than two times."""
+    """Return the longest interval [s] and its begin [ns]; zeros for fewer than two times."""
     if len(time_ns) < 2:
         return 0.0, 0
     row = int(np.argmax(np.diff(time_ns)))
@@ -147,25 +148,25 @@ def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
 
 
 def backward_jumps(time_ns: np.ndarray, least_s: float) -> List[Tuple[int, float]]:
-    """Return the jumps of a clock, at which written times go back by more than a limit.
+    """Return the jumps of a clock: places where times go back by more than ``least_s``.
 
-    Each is the time after it [ns] and how far it went [s, negative].
+    Each jump is the time after it [ns] and its size [s, negative].
     """
     steps_s = np.diff(time_ns) / 1e9
     return [(int(time_ns[row + 1]), float(steps_s[row]))
             for row in np.flatnonzero(steps_s < -least_s).tolist()]
 
 
-# Reads the sequence numbers in the headers of many messages at once.
+# Reads the sequence numbers from the headers of many messages at once.
 
 _HEAD_BYTES = 512
-"""Of a record: its header has some 40 bytes, and the number follows."""
+"""Bytes read of each record: its header has about 40 bytes, and the sequence number follows."""
 
 
 def header_numbers(recording: Recording) -> np.ndarray:
-    """Return the numbers (int64) in the headers of all messages by position, -1 without one.
+    """Return the sequence numbers (int64) of all messages by position; -1 for no number.
 
-    What is not there though the index lists it is one of ``recording.gaps`` afterwards.
+    Messages that the index lists but the file lacks are added to ``recording.gaps``.
     """
     index = recording.index
     is_numbered = np.array([*map(begins_with_header, index.connections)], bool)[index.connection]
@@ -176,7 +177,7 @@ def header_numbers(recording: Recording) -> np.ndarray:
 
 
 def begins_with_header(connection: Connection) -> bool:
-    """Return whether the messages begin with a std_msgs/Header."""
+    """Return whether the messages of a connection begin with a std_msgs/Header."""
     try:
         definitions = parse_definitions(connection.type, connection.message_definition)
     except DefinitionError:
@@ -186,7 +187,7 @@ def begins_with_header(connection: Connection) -> bool:
 
 
 def _numbers_in(batch: RecordBatch) -> np.ndarray:
-    """The numbers of the records of a batch: header and data follow their lengths."""
+    """Return the sequence numbers of a batch; header and data each follow their length."""
     header_size = batch.u32_at(batch.begin, batch.end)
     data = batch.begin + 2 * U32_BYTES + header_size
     data_size = batch.u32_at(data - U32_BYTES, batch.end)
@@ -195,13 +196,13 @@ def _numbers_in(batch: RecordBatch) -> np.ndarray:
 
 
 _MIN_JUMP_S = 0.1
-_END_OF_TIME_S = 1 << 32  # of ROS
+_END_OF_TIME_S = 1 << 32  # of ROS time
 _RARE = 0.1
-"""A publisher that skips numbers more often than this does not number all its messages."""
+"""Share of skips above which the publisher does not number all of its messages."""
 
 
 class Completeness(Enum):
-    """The completeness of a recording, as far as it is known."""
+    """The completeness of a recording, as far as known."""
 
     COMPLETE = 'complete'
     INCOMPLETE = 'not complete'
@@ -210,7 +211,7 @@ class Completeness(Enum):
 
 
 class ClockJump(NamedTuple):
-    """A jump of the recording computer's clock: the time after it [ns], and how far it went [s]."""
+    """A jump of the recording computer's clock: the time after it [ns], and its size [s]."""
 
     time_ns: int
     seconds: float
@@ -219,10 +220,10 @@ class ClockJump(NamedTuple):
 class TopicReport(NamedTuple):
     """A topic of a recording.
 
-    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` can be
-    seen in its messages; ``lost`` counts the known losses among them: messages that never reached
-    the recorder. ``dropped`` counts messages that it received and could not write, None without an
-    account. ``untimed`` are those without a usable time.
+    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` are found
+    in the topic's messages; ``lost`` counts the losses known from them: messages that never reached
+    the recorder. ``dropped`` counts messages that the recorder received but could not write (None:
+    no account). ``untimed`` counts messages without a usable time.
     """
 
     topic: str
@@ -240,7 +241,7 @@ class TopicReport(NamedTuple):
 class Report(NamedTuple):
     """A whole report; times in ns since the epoch.
 
-    ``remarks`` are what else its reader should know of the files.
+    ``remarks`` are further notes on the files for the reader.
     """
 
     files: Tuple[str, ...]
@@ -255,7 +256,7 @@ class Report(NamedTuple):
 
     @property
     def completeness(self) -> Completeness:
-        """Return whether it is complete, as far as the account and the readable parts show.
+        """Return the completeness, as far as the account and the readable parts show.
 
         Gaps count only if they are losses: a foreign bag may have a throttled topic.
         """
@@ -267,18 +268,18 @@ class Report(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Return whether it has messages and nothing is known to be missing."""
+        """Return whether the recording has messages and nothing is known to be missing."""
         return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
 
 
 def make_report(recording: Recording) -> Report:
-    """Return the report on a recording; reads all messages of types with a header.
+    """Return the report on a recording; reads the beginning of every message.
 
     Raises:
-        BagError: a file of marks beside a bag is not one.
+        BagError: a file of marks beside a bag is invalid.
     """
     account = last_json(recording, ACCOUNT)
-    # each file of a recording ends with one; a file that was repaired has none
+    # each file of a recording ends with an account, except for repaired files
     has_account = account is not None and len(texts(recording, ACCOUNT)) >= len(recording.paths)
     recording.check_chunks()
     topics = tuple(_topic_reports(recording, account))
@@ -288,7 +289,7 @@ def make_report(recording: Recording) -> Report:
 
 
 def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
-    """The devices' topics in order, including recorded ones without messages."""
+    """Return the devices' topics in order, including recorded topics without messages."""
     topics = {connection.topic for connection in recording.index.connections}
     topics.update(_accounted(account))
     return sorted(topic for topic in topics if not topic.startswith(OWN_TOPICS))
@@ -313,7 +314,7 @@ def _topic_reports(recording: Recording,
 def _topic_report(topic: str, connections: Sequence[Connection], stream: Stream, untimed: int,
                   accounted: Optional[Dict[str, Any]]) -> TopicReport:
     times_ns = stream.time_ns
-    # A latching publisher speaks when something changes: no interval of it is usual.
+    # A latching publisher sends when something changes, so it has no usual interval.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
     return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(times_ns),
@@ -324,17 +325,17 @@ def _topic_report(topic: str, connections: Sequence[Connection], stream: Stream,
 
 
 def _publishers(connections: Sequence[Connection]) -> np.ndarray:
-    """Return a number (int64) for the node of each connection; a restarted node keeps it."""
+    """Return a number (int64) for the node of each connection, the same after a restart."""
     nodes: Dict[str, int] = {}
     return np.array([nodes.setdefault(it.caller_id or f'unknown {number}', len(nodes))
                      for number, it in enumerate(connections)], np.int64)
 
 
 def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
-    """Return how many messages never arrived, if numbers are missing now and then only.
+    """Return the number of messages that never arrived; 0 if numbers are missing regularly.
 
-    A topic that comes through a throttle has the numbers of its source. Messages without a usable
-    time did arrive.
+    A throttled topic has the sequence numbers of its source. Messages without a usable time did
+    arrive.
     """
     left_out = [gap.missing for gap in gaps if gap.is_numbered]
     if len(left_out) > max(_RARE * message_count, 1):
@@ -357,13 +358,13 @@ def _accounted(account: Optional[Dict[str, Any]]) -> Dict[str, Any]:
 
 
 def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tuple[ClockJump, ...]:
-    """Jumps that the recorder noticed; in other recorders' bags, where the times go back."""
+    """Return the jumps that the recorder noticed; in other bags, those where times go back."""
     if account is not None:
         jumps = account.get('clock_jumps')
         noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
         return tuple(jump for jump in noticed if jump is not None)
     index = recording.index
-    moved = {it.topic for it in index.strays}  # to the beginning
+    moved = {it.topic for it in index.strays}  # times replaced by the first
     timed = np.array([it.topic not in moved for it in index.connections], bool)[index.connection]
     as_written = np.lexsort((index.offset[timed], index.chunk[timed]))
     return tuple(ClockJump(*jump)
@@ -371,7 +372,7 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
 
 
 def _clock_jump(value: Any) -> Optional[ClockJump]:
-    """A jump from the account, None if it is not one."""
+    """Return a jump from the account, or None if it is invalid."""
     try:
         time_s, seconds = finite_number(value['time']), finite_number(value['seconds'])
     except (KeyError, TypeError, ValueError):

@@ -20,7 +20,7 @@ _KNOWN = {
 
 
 def verdict(report: Report) -> str:
-    """Return in one line whether the recording is complete, or how much is missing."""
+    """Return one line that says whether the recording is complete, or what is missing."""
     known = ': '.join([_KNOWN[report.completeness], *filter(None, ['; '.join(_missing(report))])])
     return '; '.join([known, *_untimed(report), *_silent(report), *_jumped(report)])
 
@@ -94,7 +94,7 @@ def as_json(report: Report) -> str:
 
 
 def _as_bool(completeness: Completeness) -> Optional[bool]:
-    """Return whether it is complete; None if that is unknown."""
+    """Return whether the recording is complete; None if that is unknown."""
     return None if completeness is Completeness.UNKNOWN else completeness is Completeness.COMPLETE
 
 
@@ -141,6 +141,6 @@ def _gap_line(topic: TopicReport, gap: StreamGap, begin_ns: int) -> str:
 
 
 def _clock(offset_ns: int) -> str:
-    """A time since the beginning as m:ss.mmm."""
+    """Return a time since the beginning as m:ss.mmm."""
     minutes, rest_ms = divmod(round(offset_ns / 1e6), 60_000)
     return f'{minutes}:{rest_ms / 1e3:06.3f}'
