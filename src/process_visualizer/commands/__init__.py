@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: functions of the window for configurations and bags, without a window."""
+"""The command ``cell``: the functions of the window for configurations and bags, on the shell."""

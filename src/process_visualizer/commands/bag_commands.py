@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of ``cell`` about bags: report, mark, reindex, configuration."""
+"""The commands of ``cell`` for bags: report, mark, reindex, configuration, calibration."""
 from __future__ import annotations
 
 import argparse
@@ -31,7 +31,7 @@ from process_visualizer.shown_text import say
 
 
 def add_bag_commands(commands: 'argparse._SubParsersAction[Any]') -> None:
-    """Add the commands to those of ``cell``; ``execute_bag_command`` runs them."""
+    """Add the commands for bags to those of ``cell``; ``execute_bag_command`` runs them."""
     for name, (help_text, add_options, _) in _COMMANDS.items():
         command = commands.add_parser(name, help=help_text, description=help_text)
         command.set_defaults(bag_command=name)
@@ -39,12 +39,12 @@ def add_bag_commands(commands: 'argparse._SubParsersAction[Any]') -> None:
 
 
 def execute_bag_command(options: argparse.Namespace) -> int:
-    """Run one of the commands; return its exit code.
+    """Run one of the commands for bags; return its exit code.
 
     Raises:
         BagError: a bag cannot be read, or a file beside it cannot be written.
-        ValueError: a mark is not within its bag.
-        OSError: a file of a configuration cannot be written.
+        ValueError: a mark is not within the time of its bag.
+        OSError: a file of the configuration cannot be written.
     """
     try:
         return _COMMANDS[options.bag_command].run(options)
@@ -53,7 +53,7 @@ def execute_bag_command(options: argparse.Namespace) -> int:
 
 
 def advised(error: BagUnindexed) -> BagError:
-    """Return the error with what to do about it."""
+    """Return the error with advice on what to do."""
     return BagError(error.file, f'{error.reason}: '
                     f'"rosrun process_visualizer cell reindex {error.file}"')
 
@@ -123,14 +123,14 @@ def _configuration(options: argparse.Namespace) -> int:
     words = [f'{name}:={value}' for name, value in configuration.arguments.items()]
     path = write_configuration(configuration, options.output)
     say(' '.join([path, *words]))
-    _tell_what_it_starts(path, options.output)
+    _warn_of_active_elements(path, options.output)
     return 0
 
 
-def _tell_what_it_starts(path: str, folder: str) -> None:
-    """Name what is ignored as long as it is in the bag, and counts as soon as the file is opened.
+def _warn_of_active_elements(path: str, folder: str) -> None:
+    """Report elements that are ignored in the bag but take effect when the file is opened.
 
-    A file that cannot be read is not refused here: it is written as it was.
+    A file that cannot be read is not an error here: it is written unchanged.
     """
     try:
         found = confined(read_xml(path), Provenance(Origin.BAG, folder)).ignored
@@ -160,16 +160,16 @@ _COMMANDS: Dict[str, _Command] = {
 }
 
 
-# The command ``cell calibration``: where devices were when a bag was recorded, and are now.
+# The command ``cell calibration``: compares recorded and current poses of the devices.
 
 _SAME = PoseDifference(5e-6, 5e-6)
-"""Files have six decimals."""
+"""Differences up to this are rounding: files have six decimals."""
 _DIFFERS = 2
 _NUMBERS = 6
 
 
 class _Base(NamedTuple):
-    """A base frame: its parent, and where it was then, is for the bag, and is now."""
+    """A base frame: its parent, and its poses when recorded, saved for the bag, and now."""
 
     name: str
     parent: str
@@ -179,7 +179,7 @@ class _Base(NamedTuple):
 
     @property
     def has_moved(self) -> bool:
-        """Return whether it is elsewhere now than then."""
+        """Return whether its current pose differs from the recorded one."""
         if self.then is None or self.now is None:
             return False
         apart = pose_difference(self.then, self.now)
@@ -187,7 +187,7 @@ class _Base(NamedTuple):
 
 
 def add_calibration_options(command: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the options of ``cell calibration``."""
     command.add_argument('bag', metavar='BAG')
     command.add_argument('config', metavar='CONFIG', nargs='?',
                          help='the configuration (default: the file that the bag was recorded '
@@ -195,10 +195,10 @@ def add_calibration_options(command: argparse.ArgumentParser) -> None:
 
 
 def execute_calibration(options: argparse.Namespace, arguments: Mapping[str, str]) -> int:
-    """Print the poses; return 2 if a device is elsewhere now than then, 0 if none is.
+    """Print the poses; return 2 if a device has moved since the recording, otherwise 0.
 
     Raises:
-        BagError: the bag, or the file beside it, cannot be read, or it holds no frames.
+        BagError: the bag or the file beside it cannot be read, or neither holds poses.
         ConfigurationError: the configuration cannot be used.
     """
     then, saved, config, known = _recorded(options.bag)
@@ -211,7 +211,7 @@ def execute_calibration(options: argparse.Namespace, arguments: Mapping[str, str
 
 
 def _recorded(bag: str) -> Tuple[Dict[str, RecordedFrame], Dict[str, Pose], str, Dict[str, str]]:
-    """Frames, poses beside the bag, and the configuration's file, if it is there, with arguments.
+    """Return recorded frames, saved poses, and the configuration's file (if any) and arguments.
 
     Raises:
         BagError: see execute_calibration.
@@ -232,7 +232,7 @@ def _recorded(bag: str) -> Tuple[Dict[str, RecordedFrame], Dict[str, Pose], str,
 
 def _bases(then: Mapping[str, RecordedFrame], saved: Mapping[str, Pose], cell: Optional[Cell]
            ) -> List[_Base]:
-    """The base frames of the configuration, or without one all that were recorded or saved."""
+    """Return the base frames of the configuration, or without one all recorded or saved ones."""
     if cell is None:
         return [_Base(frame, then[frame].parent if frame in then else '',
                       then[frame].pose if frame in then else None, saved.get(frame), None)

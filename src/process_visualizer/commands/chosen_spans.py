@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The options that name runs, or parts of them, that are to leave the machine."""
+"""The options that choose runs, or parts of runs, for pages, films and other exports."""
 from __future__ import annotations
 
 import argparse
@@ -24,7 +24,7 @@ from process_visualizer.shown_text import say
 
 def add_span_options(command: argparse.ArgumentParser, output_help: str,
                      reference_help: str = 'good runs to compare them with') -> None:
-    """Add the options that name runs, good runs, a part of them, and the file to write."""
+    """Add the options for the runs, the good runs, a part of the runs, and the output file."""
     command.set_defaults(repeated='runs')
     command.add_argument('runs', metavar='RUN', nargs='+',
                          help='a recording, or one run of it: BAG or BAG#NUMBER')
@@ -40,14 +40,14 @@ def add_span_options(command: argparse.ArgumentParser, output_help: str,
 
 
 def chosen_spans(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenSpans:
-    """Return what the options name; ``arguments`` are values for the configuration.
+    """Return the runs that the options name; ``arguments`` are values for the configuration.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or there is no folder for the output.
     """
     folder = os.path.dirname(os.path.abspath(options.output))
-    if not os.path.isdir(folder):  # said before the work
+    if not os.path.isdir(folder):  # reported before the work begins
         raise ValueError(f'there is no folder "{folder}" for {options.output}')
     cell = None if options.config is None else XmlParser(arguments).parse(options.config)
     chosen = ChosenRuns(cell)
@@ -71,7 +71,7 @@ def _good_runs(chosen: ChosenRuns, names: Sequence[str]) -> Optional[GoodRuns]:
 
 
 def _runs(chosen: ChosenRuns, names: Sequence[str], given: Optional[Cell]) -> List[Run]:
-    """The runs; a recording in which no run is whole is shown as it is."""
+    """Return the runs; a single recording without a complete run is returned as a whole."""
     try:
         return chosen.runs(names)
     except NoCycle as error:
@@ -88,7 +88,7 @@ def _whole(name: str, given: Optional[Cell]) -> Run:
 
 
 def _span(run: Run, begin: Optional[str], end: Optional[str]) -> PageSpan:
-    """Return what of a run is shown [s of its recording].
+    """Return the part of a run that is shown [s of its recording].
 
     Raises:
         ValueError: a time is invalid, or is not in the run.

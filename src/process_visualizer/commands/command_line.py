@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: functions of the window for configurations and bags, without a window."""
+"""The command ``cell``: the functions of the window for configurations and bags, on the shell."""
 from __future__ import annotations
 
 import argparse
@@ -65,7 +65,7 @@ from process_visualizer.shown_text import say
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
                 'or makes such a file; reports on recordings.')
 _INTERRUPTED = 130
-"""As shells have it."""
+"""Exit code of an interrupted command, as in shells."""
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
     'check': 'report every problem of the configuration; exit code 1 if there is one',
@@ -99,10 +99,10 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command; return its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = _parsed([word for word in words if not _NAMED_VALUE.match(word)])
-    named = list(filter(_NAMED_VALUE.match, words))  # argparse takes them in one place only
+    named = list(filter(_NAMED_VALUE.match, words))  # argparse accepts them in one place only
     try:
         if hasattr(options, 'bag_command'):
             return execute_bag_command(options)
@@ -121,9 +121,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
-    """Return the options; a command's repeated words, such as bags, may stand between options.
+    """Return the options; repeated words of a command, such as bags, may appear between options.
 
-    argparse alone takes them in one place only.
+    argparse by itself accepts them in one place only.
     """
     parser = _parser()
     options, rest = parser.parse_known_args(words)
@@ -187,8 +187,8 @@ def _execute(options: argparse.Namespace) -> int:
         return execute_view(options)
     if options.command == 'serve':
         return execute_serve(options, _named_values(options.args))
-    if options.command in _OF_RECORDINGS:
-        return _OF_RECORDINGS[options.command](options, _named_values(options.args))
+    if options.command in _RECORDING_COMMANDS:
+        return _RECORDING_COMMANDS[options.command](options, _named_values(options.args))
     if options.command == 'check':
         return check(options.config, _named_values(options.args))
     cell = XmlParser(_named_values(options.args)).parse(options.config)
@@ -205,10 +205,10 @@ def _execute(options: argparse.Namespace) -> int:
     return run_plan(plan, options.output, choice)
 
 
-_OF_RECORDINGS = {'runs': execute_runs, 'compare': execute_compare,
-                  'share': execute_share, 'export': execute_export,
-                  'film': execute_film, 'picture': execute_picture,
-                  'calibration': execute_calibration, 'cut': execute_cut}
+_RECORDING_COMMANDS = {
+    'runs': execute_runs, 'compare': execute_compare, 'share': execute_share,
+    'export': execute_export, 'film': execute_film, 'picture': execute_picture,
+    'calibration': execute_calibration, 'cut': execute_cut}
 
 
 def _record(options: argparse.Namespace) -> int:
@@ -251,7 +251,7 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
 
 
 def _calibrated(cell: Cell, bag: str) -> Cell:
-    """The cell with the base frames where they were saved to be for the recording."""
+    """Return the cell with its base frames at the poses saved for the recording."""
     poses = saved_poses(bag)
     moved = [it.base.frame for it in cell.devices if it.base and it.base.frame in poses]
     if moved:
@@ -260,7 +260,7 @@ def _calibrated(cell: Cell, bag: str) -> Cell:
 
 
 def _plan(choice: Choice) -> Plan:
-    """The plan; anything missing on this machine is an error before anything starts."""
+    """Return the plan; anything missing on this machine is an error before anything starts."""
     problems = check_environment(choice.cell, choice.mode,
                                  [device.name for device in choice.devices])
     if problems:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands ``cell runs`` and ``cell compare``: the runs of recordings, and what differed."""
+"""The commands ``cell runs`` and ``cell compare``: list runs, and compare them with good runs."""
 from __future__ import annotations
 
 import argparse
@@ -76,10 +76,10 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     """Compare runs with good ones; return 0 if all are in range, 2 if one is not.
 
-    3 is returned if none is out of range, but one could not be judged, or not all of it.
+    Return 3 if none is out of range, but a run could not be judged completely.
 
     Raises:
-        TooFewRuns: for the rate that was asked for.
+        TooFewRuns: there are too few good runs for the requested rate.
         ValueError: the runs have nothing in common, or an option is out of range.
     """
     _check(options)
@@ -116,7 +116,7 @@ def _chosen(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenRun
 
 
 def _check_recorded(runs: Sequence[Run]) -> None:
-    """Refuse what is configured, no recording has, and seems to be misspelt."""
+    """Raise ValueError for configured names that no recording has and that look misspelled."""
     mistakes = sorted(text for text, is_mistake in _absent(runs) if is_mistake)
     if mistakes:
         raise ValueError('; '.join(mistakes))
@@ -134,7 +134,7 @@ def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:
 
 
 def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
-    """Tell of runs that cannot be compared, and leave them out."""
+    """Return the comparable runs; report the others, which are left out."""
     reasons = [incomparable(reference, run) for run in runs]
     if all(reasons):
         raise ValueError(str(reasons[0]))
@@ -145,7 +145,7 @@ def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
 
 def _report(options: argparse.Namespace, arguments: Dict[str, str], good: GoodRuns,
             found: Sequence[Comparison]) -> str:
-    """Return the page of the comparisons, the worst first."""
+    """Return the page of the comparisons, the worst one first."""
     cell = None if options.config is None else XmlParser(arguments).parse(options.config)
     runs = [it.run for it in found]
     return shared_page(

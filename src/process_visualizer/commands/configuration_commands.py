@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of ``cell`` about configurations: check, new, trust, and a cell in words."""
+"""The commands of ``cell`` for configurations: check, show, new, trust."""
 from __future__ import annotations
 
 import argparse
@@ -39,10 +39,10 @@ from process_visualizer.ros_names import TF_MESSAGE
 from process_visualizer.rviz.views import SavedViewError, SavedViews, view_warnings
 from process_visualizer.shown_text import say
 
-# The command ``cell check``: all problems of a configuration at once.
+# The command ``cell check``: reports all problems of a configuration at once.
 
 class Findings(NamedTuple):
-    """The cell as far as it could be read, its errors and its warnings."""
+    """The cell as far as it could be read, its problems and its warnings."""
 
     cell: Cell
     problems: List[Problem]
@@ -65,7 +65,7 @@ def check(path: str, arguments: Mapping[str, str]) -> int:
 
 
 def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
-    """Find all problems of the file, on this machine, and of the models.
+    """Find all problems of the file, of this machine, and of the models.
 
     A problem is reported only once.
 
@@ -84,7 +84,7 @@ def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
 
 def _warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
               known: Set[Tuple[Location, str]]) -> List[Problem]:
-    """Return what devices lack, if they have no problem already."""
+    """Return warnings for elements that have no problem."""
     inspected = [inspect_launch_files(Choice(cell, mode, cell.devices)) for mode in Mode]
     published = static_frames(_nodes(cell, inspected))
     warnings: Dict[Problem, None] = dict.fromkeys(
@@ -114,7 +114,7 @@ def _view_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> 
 
 
 def _nodes(cell: Cell, inspected: Iterable[LaunchFiles]) -> List[Tuple[str, str, str]]:
-    """Package, type and arguments of all nodes of the devices and of their launch files."""
+    """Return package, type and arguments of all nodes of the devices and their launch files."""
     own = [(node.package, node.type, str(node.attributes.get('args', '')))
            for device in cell.devices for node in device.nodes]
     return own + [(node.package, node.type, node.args or '') for files in inspected
@@ -132,7 +132,7 @@ def _places(problems: Iterable[Problem]) -> Set[Tuple[Location, str]]:
 
 
 def _warning(problem: Problem) -> str:
-    """Its line, which shows that the configuration can still be used."""
+    """Return the line of a warning, marked as such because the configuration can still be used."""
     return str(replace(problem, message=f'warning: {problem.message}'))
 
 
@@ -140,7 +140,7 @@ def _counted(count: int, noun: str) -> str:
     return f'{count} {noun}' + ('' if count == 1 else 's')
 
 
-# The command ``cell new``: a configuration from what is running, or from a bag.
+# The command ``cell new``: writes a configuration for the running system, or for bags.
 
 DEFAULT_FILE = 'cell.xml'
 
@@ -160,8 +160,8 @@ def execute_new(options: argparse.Namespace) -> int:
 
     Raises:
         BagError: a bag cannot be read.
-        ValueError: nothing was seen, or there is no master.
-        OSError: the file exists already, or cannot be written.
+        ValueError: nothing was found, or there is no master.
+        OSError: the file already exists, or cannot be written.
     """
     if options.bags:
         new = from_bags(options.bags)
@@ -181,14 +181,14 @@ def execute_new(options: argparse.Namespace) -> int:
 
 
 def check_master() -> None:
-    """Raise ValueError if no master answers."""
+    """Raise ValueError if no ROS master answers."""
     master = RosMaster()
     if not master.is_online():
         raise ValueError(f'there is no ROS master at {master.uri}; start the drivers, or name a '
                          'bag')
 
 
-# The command ``cell trust``: packages whose nodes may run because a recording names them.
+# The command ``cell trust``: manages the packages whose nodes a recording may start.
 
 def add_trust_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell trust``."""
@@ -199,7 +199,7 @@ def add_trust_options(command: argparse.ArgumentParser) -> None:
 
 
 def execute_trust(options: argparse.Namespace) -> int:
-    """Change the list, or print it; return the exit code.
+    """Change the list of trusted packages, and print it; return the exit code.
 
     Raises:
         OSError, ValueError: the list cannot be read or written.
@@ -220,7 +220,10 @@ def execute_trust(options: argparse.Namespace) -> int:
 
 def overview(cell: Cell, devices: Sequence[Device],
              descriptions: Mapping[str, RobotDescription]) -> str:
-    """The devices with their frames, nodes and topics, given the models that can be used."""
+    """Return a text of the devices with their frames, nodes and topics.
+
+    ``descriptions`` are the usable models, by device.
+    """
     blocks = [f'{cell.file}\nglobal frame: {cell.frame}']
     return '\n\n'.join(blocks + ['\n'.join(_device_lines(device, descriptions))
                                  for device in devices])
@@ -266,7 +269,7 @@ def _mode(mode: 'Mode | None') -> str:
 
 def _frames(topic: Topic, device: Device,
             descriptions: Mapping[str, RobotDescription]) -> Tuple[str, ...]:
-    """The frames of the values, if the configuration says them."""
+    """Return the frames of the values, if the configuration names them."""
     if topic.message_type == TF_MESSAGE and topic.function is TopicFunction.TOOL_CENTER_FRAME:
         base, frame = pose_frames(device, descriptions.get(device.name))
         return (f'{frame} in {base}',)

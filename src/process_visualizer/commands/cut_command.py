@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell cut``: a run, a span or what happened around an alarm as a smaller bag."""
+"""The command ``cell cut``: copies a run, a span, or the time around an alarm to a smaller bag."""
 from __future__ import annotations
 
 import argparse
@@ -22,7 +22,7 @@ _RUN_MARGIN_S, _MOMENT_MARGIN_S = 1.0, 5.0
 
 
 class _Moment(NamedTuple):
-    """A named moment of a recording [s from its beginning]."""
+    """A mark or alarm of a recording [s from its beginning]."""
 
     begin_s: float
     end_s: float
@@ -54,7 +54,7 @@ def execute_cut(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 
     Raises:
         BagError: a file cannot be read or written.
-        ValueError: the options do not say one span, or the recording has none such.
+        ValueError: the options do not name one span, or the recording does not have it.
     """
     chosen = ChosenRuns() if options.config is None else \
         ChosenRuns(XmlParser(arguments).parse(options.config))
@@ -87,7 +87,7 @@ def _time(text: str) -> float:
 
 def _span_s(options: argparse.Namespace,
             chosen: ChosenRuns) -> Tuple[Tuple[str, ...], float, float]:
-    """The files of the recording, and the span that is meant, in s from its beginning."""
+    """Return the files of the recording, and the chosen span [s from its beginning]."""
     is_run = '#' in options.run and not os.path.exists(options.run)
     is_span = options.begin is not None or options.end is not None
     if is_run + is_span + (options.around is not None) != 1:
@@ -108,10 +108,10 @@ def _span_s(options: argparse.Namespace,
 
 
 def _moment(paths: Tuple[str, ...], words: str, chosen: ChosenRuns) -> _Moment:
-    """A time, else the mark, else the alarm with these words.
+    """Return the moment of a time, or else the mark, or else the alarm with these words.
 
     Raises:
-        ValueError: there is none, or more than one.
+        ValueError: nothing matches, or more than one mark or alarm does.
     """
     with suppress(ValueError):
         return _Moment(clock_seconds(words), clock_seconds(words), words)

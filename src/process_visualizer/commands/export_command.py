@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell export``: runs for other programs, as a table or as an MCAP file."""
+"""The command ``cell export``: writes runs for other programs, as a table or an MCAP file."""
 from __future__ import annotations
 
 import argparse
@@ -28,7 +28,7 @@ def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> in
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or a package is missing.
-        OSError: the file cannot be written; nothing of it is left then.
+        OSError: the file cannot be written; no part of it is left.
     """
     if os.path.splitext(options.output)[1].lower() not in ENDINGS:
         raise ValueError(f'{options.output}: name a file that ends in {", ".join(ENDINGS)}')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands ``cell film`` and ``cell picture``: the page of a run, drawn moment by moment."""
+"""The commands ``cell film`` and ``cell picture``: draw the page of a run, moment by moment."""
 from __future__ import annotations
 
 import argparse
@@ -73,12 +73,12 @@ def _style(options: argparse.Namespace) -> Style:
 
 
 def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Write the film, and beside it a table with the numbers of each frame; return 0.
+    """Write the film and, beside it, a table with the numbers of each frame; return 0.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or a program is missing or fails.
-        OSError: a file cannot be written; nothing of the film is left then.
+        OSError: a file cannot be written; no part of the film is left.
     """
     ending = os.path.splitext(options.output)[1].lower()
     if ending not in ENDINGS:
@@ -98,7 +98,7 @@ def execute_picture(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     """Write one picture; return 0.
 
     Raises:
-        BagError, ConfigurationError, ValueError, OSError: as ``execute_film``.
+        BagError, ConfigurationError, ValueError, OSError: as for ``execute_film``.
     """
     if not options.output.lower().endswith('.png'):
         raise ValueError(f'{options.output}: name a file that ends in .png')
@@ -116,18 +116,18 @@ def execute_picture(options: argparse.Namespace, arguments: Dict[str, str]) -> i
 
 
 class _Progress:
-    """Says now and then how many frames are done, and how long the others will take."""
+    """Reports from time to time the number of finished frames and the remaining time."""
 
     def __init__(self) -> None:
-        self._begin_s = self._said_s = time.monotonic()
+        self._begin_s = self._reported_s = time.monotonic()
 
     def show(self, done: int, count: int) -> None:
         now_s = time.monotonic()
         if done == 1:
-            self._begin_s = now_s  # what comes before takes its own time
-        if now_s - self._said_s < _PROGRESS_S or done in (1, count):
+            self._begin_s = now_s  # the work before the first frame does not count
+        if now_s - self._reported_s < _PROGRESS_S or done in (1, count):
             return
-        self._said_s = now_s
+        self._reported_s = now_s
         left_s = (now_s - self._begin_s) / (done - 1) * (count - done)
         say(f'{done} of {count} frames, {clock(left_s)[:-3]} left', file=sys.stderr)
 

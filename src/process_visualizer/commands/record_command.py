@@ -35,7 +35,7 @@ from process_visualizer.msg import RecorderState
 from process_visualizer.ros_names import BAG_RECORDER, PACKAGE
 from process_visualizer.shown_text import say
 
-# The command line of ``cell record``: the options of `rosbag record`, and some of its own.
+# The command line of ``cell record``: the options of `rosbag record`, and some more.
 
 _UNITS_S = {'s': 1.0, 'm': 60.0, 'h': 3600.0}
 _WITHOUT_LIMIT_MB = 1_000_000
@@ -54,22 +54,22 @@ _NOT_OFFERED = {
 class RecordOptions:
     """The choice of what to record, and until when.
 
-    ``recording`` has the topics of the command line; those of the configuration's devices and of a
-    node are added.
+    ``recording`` has the topics of the command line; the topics of the configuration's devices and
+    of ``node`` are added to them.
     """
 
     config: Optional[str]  # the configuration file
-    devices: Optional[str]  # A,B; None: all of the configuration
-    node: str  # whose subscriptions are recorded; '': nobody's
+    devices: Optional[str]  # A,B; None: all devices of the configuration
+    node: str  # whose subscriptions are recorded; '': no node
     recording: RecordingOptions
-    size_bytes: int  # at which the recording ends; 0: none
-    duration_s: float  # after which it ends; 0: none
+    size_bytes: int  # at which the recording ends; 0: no limit
+    duration_s: float  # after which the recording ends; 0: no limit
     queue_mb: Optional[int]
     is_quiet: bool
 
 
 def add_record_options(command: argparse.ArgumentParser) -> None:
-    """Add the options of the command to its parser."""
+    """Add the options of ``cell record``."""
     command.set_defaults(repeated='words')
     command.add_argument('words', metavar='CONFIG|TOPIC', nargs='*',
                          help='the configuration file, topics, or both')
@@ -84,7 +84,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
     """Return the parsed options.
 
     Raises:
-        ValueError: they contradict each other, or there is nothing to record.
+        ValueError: the options contradict each other, or there is nothing to record.
     """
     configs = [word for word in values.words if word.endswith('.xml') or os.path.isfile(word)]
     topics = tuple(word for word in values.words if word not in configs)
@@ -97,7 +97,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
 
 
 class _NotOffered(argparse.Action):
-    """Names the alternative instead of ignoring an option."""
+    """Rejects an option of rosbag record, naming the alternative."""
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
                  values: Any, option_string: Optional[str] = None) -> None:
@@ -171,7 +171,7 @@ def _recording(values: argparse.Namespace, topics: Tuple[str, ...]) -> Recording
 
 
 def queue_parameter(queue_mb: int) -> str:
-    """Return the parameter of the recorder for a queue of this size [MB]; 0: no limit."""
+    """Return the recorder's parameter for a queue of this size [MB; 0: no limit]."""
     return f'_queue_megabytes:={min(queue_mb, _WITHOUT_LIMIT_MB) or _WITHOUT_LIMIT_MB}'
 
 
@@ -190,11 +190,11 @@ def _duration_s(text: str) -> float:
 
 
 _READY_TIMEOUT_S = 10.0
-_STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder that has died
+_STATE_TIMEOUT_S = 1.0  # states arrive twice a second, unless the recorder has died
 
 
 def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptions) -> int:
-    """Record until SIGINT, SIGTERM or the limit, then report; return the exit code.
+    """Record until SIGINT, SIGTERM or the limit, then print the report; return the exit code.
 
     Raises:
         OSError: the configuration cannot be read.
@@ -221,22 +221,22 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
 
 
 class RecordRun:
-    """One recording by its own recorder; reports to the operator at once what matters."""
+    """One recording by its own recorder; reports problems to the operator at once."""
 
     def __init__(self, process: 'subprocess.Popen[bytes]', options: RecordOptions) -> None:
-        """Watch the recorder's process; its states come to `take_state`."""
+        """Take the recorder's process, whose states are passed to `take_state`."""
         self._process = process
         self._wanted = options
         self._end = threading.Event()
         self._reported_problems = 0
-        self._ended = False  # by itself
+        self._ended = False  # without being stopped
         self._files: List[str] = []
 
     def run(self, recorder: BagRecorder, options: RecordingOptions,
             is_time_simulated: bool) -> int:
         """Record until a signal or the limit, or until the recorder ends; return the exit code.
 
-        If time is simulated, wait for the first one: messages before it have none.
+        If time is simulated, wait for the first time: earlier messages would have no time.
         """
         recorder.wait_until_ready(_READY_TIMEOUT_S)
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -266,7 +266,7 @@ class RecordRun:
             say(text)
 
     def finish(self, recorder: BagRecorder) -> int:
-        """Stop the recording and report; return 1 if it had ended by itself, else 0.
+        """Stop the recording and print the report; return 1 if it had ended by itself, else 0.
 
         Raises:
             RecorderError: the recorder's process has ended, or refuses to stop.
@@ -285,12 +285,12 @@ class RecordRun:
             return recorder.stop()
         except RecorderUnreachable:
             self._process.send_signal(signal.SIGINT)
-            self._process.send_signal(signal.SIGCONT)  # one that was stopped would never end
+            self._process.send_signal(signal.SIGCONT)  # a suspended process would never end
             self._process.wait()
             return self._files
 
     def take_state(self, state: RecorderState) -> None:
-        """Tell new problems, and note whether the recording has to end or has ended by itself."""
+        """Report new problems; note whether the recording must end or has ended by itself."""
         new = min(state.problem_count - self._reported_problems, len(state.problems))
         for problem in state.problems[len(state.problems) - new:]:
             say(problem, file=sys.stderr)
@@ -316,7 +316,7 @@ def _recording_options(cell: Optional[Cell], devices: Sequence[Device],
 
 
 def _subscriptions(node: str) -> List[str]:
-    """The topics that a node subscribes to, as the master knows them."""
+    """Return the topics that a node subscribes to, according to the master."""
     if not node:
         return []
     name = rosgraph.names.resolve_name(node, '/')
@@ -328,11 +328,11 @@ def _subscriptions(node: str) -> List[str]:
 
 
 def _command(name: str, options: RecordOptions) -> List[str]:
-    """The recorder's program; it is interrupted, and finishes its bag, if this process dies."""
+    """Return the recorder's command; if this process dies, it is interrupted and ends its bag."""
     programs = find_node(PACKAGE, BAG_RECORDER)
     if not programs:
         raise OSError('the program bag_recorder is not built; build the workspace')
     queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]
-    folder = options.recording.folder  # others in the network may choose one below it only
+    folder = options.recording.folder  # others in the network may choose only folders below it
     return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0',
             *([f'_folder:={folder}'] if folder else []), *queue]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell run``: starts a plan, reports the states of its nodes, stops everything at the end."""
+"""The command ``cell run``: starts a plan, reports node states, stops everything at the end."""
 from __future__ import annotations
 
 import os
@@ -33,19 +33,19 @@ from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_TOLD_OF_NODE = 6  # lines before the end of a required node
-_TOLD_LINES = 20  # of the output of roslaunch, where it could start nothing
-"""The last one only if nohup does not ask to ignore it."""
+"""Signals that end the run; SIGHUP only if nohup has not asked to ignore it."""
+_NODE_TAIL = 6  # last lines of a failed required node
+_LOG_TAIL = 20  # last lines of roslaunch if it could start nothing
 
 
 class StopRequested(Exception):
-    """A signal asked for the end."""
+    """Raised if a signal asked the program to end."""
 
 
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
-    """Write the plan into the folder (default: a temporary one), run it; return the exit code.
+    """Write the plan into a folder (default: a temporary one) and run it; return the exit code.
 
-    ``choice`` is what the plan was made from.
+    ``choice`` is the choice from which the plan was generated.
 
     Raises:
         OtherCell: another cell is running on the master.
@@ -62,7 +62,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
         write_plan(plan, folder)
         return _run(f'{folder}/{LAUNCH_FILE}', choice)
     record = RunRecord()
-    output = record.begin()  # noted, so that the next start removes it if this process is killed
+    output = record.begin()  # recorded, so that the next start removes it if this process is killed
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
     if code == 0:
@@ -72,9 +72,9 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
 
 
 class _Reporter:
-    """Prints the changes of the nodes' states, and the lines that an operator should see.
+    """Prints changes of node states, and the lines that an operator should see.
 
-    What the watch finds is an alarm, in the same words as in the launcher.
+    Findings of the watch are reported as alarms, in the same words as in the launcher.
     """
 
     def __init__(self, choice: Choice) -> None:
@@ -89,12 +89,12 @@ class _Reporter:
             self._print(line)
 
     def others(self, others: Others) -> None:
-        """Report nodes that are mixed with what is shown."""
+        """Report other nodes whose messages mix with those of the cell."""
         if others:
             self._print(f'[WARN] {explanation(self._choice.mode, others)}')
 
     def look(self, look: CellLook) -> None:
-        """Report who does not answer, and who does so again."""
+        """Report nodes that do not answer, and those that answer again."""
         parts = {name: part_of_node(name, self._choice) for name in look.silent}
         count = len(self._board.events)
         self._board = self._board.seen(watch_conditions(self._choice.mode, look, parts),
@@ -136,42 +136,42 @@ def _run(launch_file: str, choice: Choice) -> int:
 
 
 def nodes_to_ask(run: LaunchRun) -> Set[str]:
-    """Return the nodes that should answer: none when roslaunch stops all, and its master, too."""
+    """Return the nodes that should answer; none while roslaunch is stopping all nodes."""
     if run.failed_required is not None:
         return set()
     return {it.name for it in run.reports() if it.state is NodeState.RUNNING}
 
 
 def _start_of(choice: Choice) -> Start:
-    """Everything listens to this computer only, if roslaunch starts the master and may do so."""
+    """Return the start for this computer only if roslaunch starts the master and may do so."""
     is_local = is_for_this_computer(RosMaster().uri, os.environ) \
         and not choice.cell.machines and not RosMaster().is_online()
     return start_for_this_computer if is_local else start_roslaunch
 
 
 def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
-    """Handle a signal; later ones are ignored, so that the end is not interrupted."""
+    """Handle the first signal; ignore later ones, so that stopping is not interrupted."""
     for number in _STOP_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     raise StopRequested
 
 
 def exit_code(run: LaunchRun) -> int:
-    """Return 1 if a required node failed, roslaunch was killed or started nothing, else 0."""
+    """Return 1 if a required node failed, or roslaunch was killed or started nothing, else 0."""
     if run.killed_by:
         say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '
             f'see {run.log_path}', file=sys.stderr)
         return 1
     failed = run.failed_required
     if failed is not None and failed.exit_code != 0:
-        told = ''.join(f'\n  {line}' for line in failed.log_tail[-_TOLD_OF_NODE:] if line)
-        say(f'the required node {failed}; see {run.log_path}{told and ", which ends:" + told}',
+        tail = ''.join(f'\n  {line}' for line in failed.log_tail[-_NODE_TAIL:] if line)
+        say(f'the required node {failed}; see {run.log_path}{tail and ", which ends:" + tail}',
             file=sys.stderr)
         return 1
     states = [report.state for report in run.reports()]
     if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
                for state in states):
-        told = ''.join(f'\n  {line}' for line in last_lines(run.log_path)[-_TOLD_LINES:] if line)
-        say(f'nothing could be started; the end of {run.log_path}:{told}', file=sys.stderr)
+        tail = ''.join(f'\n  {line}' for line in last_lines(run.log_path)[-_LOG_TAIL:] if line)
+        say(f'nothing could be started; the end of {run.log_path}:{tail}', file=sys.stderr)
         return 1
     return 0

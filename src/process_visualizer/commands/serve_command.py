@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell serve``: a running cell as a page, in anyone's browser."""
+"""The command ``cell serve``: shows a running cell as a page in browsers."""
 from __future__ import annotations
 
 import argparse
@@ -54,8 +54,8 @@ def execute_serve(options: argparse.Namespace, arguments: Dict[str, str]) -> int
 
     Raises:
         ConfigurationError: the configuration is invalid.
-        ValueError: no cell runs, or an option is out of place.
-        OSError: the page cannot be served there, or a file cannot be read.
+        ValueError: no cell is running, or an option is invalid.
+        OSError: the page cannot be served at the address, or a file cannot be read.
     """
     cell = XmlParser(arguments).parse(options.config)
     context = _tls(options.certificate, options.key)
@@ -92,7 +92,7 @@ def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLCont
 
 def _serve(cell: Cell, address: Optional[str], port: int,
            context: Optional[ssl.SSLContext]) -> None:
-    import rospy  # only now, and tornado: other commands do not need them
+    import rospy  # only now, like tornado: other commands do not need them
     from tornado.ioloop import IOLoop, PeriodicCallback
 
     from process_visualizer.serving.cell_link import CellLink, PageClock
@@ -112,13 +112,13 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     admission = Admission('' if address is None else secrets.token_urlsafe(_TOKEN_BYTES))
     loop = IOLoop.current()
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         try:
             say(text)
-        except BrokenPipeError:  # the window that has started it is gone
+        except BrokenPipeError:  # the window that started this process is gone
             loop.stop()
 
-    web = LiveServer(files, live.feed, admission, live.recent, tell)
+    web = LiveServer(files, live.feed, admission, live.recent, report)
     _listen(web, _HOME if address is None else address, port, context)
     clock = PageClock()
     try:
@@ -163,7 +163,7 @@ def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLCon
 
 
 def _urls(address: Optional[str], port: int, is_encrypted: bool, path: str) -> List[str]:
-    """The addresses at which the page can be opened."""
+    """Return the addresses at which the page can be opened."""
     hosts = [_HOME] if address is None else [address]
     if address in _EVERYWHERE:
         hosts = [it for it in get_local_addresses() if not it.startswith('127.')] or [_HOME]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell share``: a run as one page that any browser opens."""
+"""The command ``cell share``: writes runs as one page that any browser can open."""
 from __future__ import annotations
 
 import argparse
@@ -20,7 +20,7 @@ def add_share_options(command: argparse.ArgumentParser) -> None:
 
 
 def add_clouds_option(command: argparse.ArgumentParser) -> None:
-    """Add the option for the clouds of depth sensors."""
+    """Add the option that includes the clouds of depth sensors."""
     command.add_argument('--clouds', action='store_true',
                          help='with the clouds of depth sensors, thinned')
 
@@ -31,7 +31,7 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or there is more than one page can show.
-        OSError: the page cannot be written; nothing of it is left then.
+        OSError: the page cannot be written; no part of it is left.
     """
     chosen = chosen_spans(options, arguments)
     write_text(options.output, page_of(chosen, options.clouds))

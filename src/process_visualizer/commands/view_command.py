@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell view``: shows a cell that runs elsewhere, and changes nothing in it."""
+"""The command ``cell view``: shows a cell that runs elsewhere, without changing anything in it."""
 from __future__ import annotations
 
 import argparse
@@ -41,7 +41,7 @@ def add_view_options(command: argparse.ArgumentParser) -> None:
 
 
 def execute_view(options: argparse.Namespace) -> int:
-    """Show the cell until RViz is closed, or Ctrl-C; return the exit code.
+    """Show the cell until RViz is closed or Ctrl-C is pressed; return the exit code.
 
     Raises:
         RosMasterError, OSError: RViz cannot be started.
@@ -74,7 +74,7 @@ def _address(text: str) -> Address:
 
 
 def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
-    import rospy  # only now: it reads where its master is
+    import rospy  # only now, as it reads the address of its master
 
     from process_visualizer.viewing.viewer import Viewer
     rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
@@ -94,7 +94,7 @@ def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
 
 @contextlib.contextmanager
 def _own_master() -> Iterator[str]:
-    """A ROS master of this computer alone, which is that of this process from now on."""
+    """Run a ROS master for this computer only; this process uses it from now on."""
     with contextlib.closing(socket.socket()) as probe:
         probe.bind(('localhost', 0))
         port = probe.getsockname()[1]
