@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files that are replaced as a whole or not at all, and small ones that are read as a whole."""
+"""Files that are replaced atomically, and small files that are read as a whole."""
 from __future__ import annotations
 
 import errno
@@ -12,10 +12,10 @@ from typing import Iterator
 
 @contextmanager
 def whole_file(path: str) -> Iterator[str]:
-    """Yield the path of a new file in the same folder, which becomes ``path`` when all is written.
+    """Yield the path of a new file in the same folder, which replaces ``path`` after the block.
 
-    If the block raises, the new file is removed and what was there before stays as it was. A link
-    stays; the file that it points to is replaced. Devices such as /dev/stdout are written directly.
+    If the block raises, the new file is removed and the previous file stays unchanged. A link
+    stays; the file it points to is replaced. Devices such as /dev/stdout are written directly.
 
     Raises:
         OSError: the file cannot be written.
@@ -29,12 +29,12 @@ def whole_file(path: str) -> Iterator[str]:
         descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
                                                   dir=folder)
     except OSError as error:
-        error.filename = path  # what the user has named
+        error.filename = path  # the path that the user named
         raise
     try:
         mask = os.umask(0)
         os.umask(mask)
-        os.fchmod(descriptor, 0o666 & ~mask)  # as any other new file
+        os.fchmod(descriptor, 0o666 & ~mask)  # like any other new file
         yield unfinished
         os.fsync(descriptor)
         os.replace(unfinished, path)
@@ -49,13 +49,12 @@ MAX_SMALL_BYTES = 16 << 20
 
 
 def small_file(path: str, most_bytes: int = MAX_SMALL_BYTES) -> bytes:
-    """Return the content of a file of settings, or of another that cannot be large.
+    """Return the content of a small file, such as one of settings.
 
-    Nothing but a regular file is opened: a pipe keeps its reader waiting, and a device may never
-    end.
+    Only a regular file is opened: a pipe would keep its reader waiting, and a device may never end.
 
     Raises:
-        OSError: it cannot be read, is no regular file, or is larger; ``strerror`` says so.
+        OSError: the file cannot be read, is not regular, or is too large; see ``strerror``.
     """
     with open(path, 'rb', opener=_regular) as file:
         content = file.read(most_bytes + 1)
@@ -65,10 +64,10 @@ def small_file(path: str, most_bytes: int = MAX_SMALL_BYTES) -> bytes:
 
 
 def write_small_file(path: str, content: bytes) -> None:
-    """Write a file that ``small_file`` reads.
+    """Write a file for ``small_file``.
 
     Raises:
-        OSError: it cannot be written, or stands for something else; that is as it was.
+        OSError: the file cannot be written, or is not regular; it stays unchanged.
     """
     if os.path.exists(path) and not os.path.isfile(path):
         raise OSError(errno.EINVAL, 'is not a regular file', path)
@@ -79,14 +78,14 @@ def write_small_file(path: str, content: bytes) -> None:
 def _regular(path: str, flags: int) -> int:
     if not stat.S_ISREG(os.stat(path).st_mode):
         raise OSError(errno.EINVAL, 'is not a regular file', path)
-    return os.open(path, flags | os.O_NONBLOCK)  # if it has become a pipe meanwhile
+    return os.open(path, flags | os.O_NONBLOCK)  # in case it has become a pipe since
 
 
 def write_text(path: str, text: str) -> None:
-    """Write a text in UTF-8 as a whole; what UTF-8 does not have is written as an escape.
+    """Write a text atomically in UTF-8; characters that UTF-8 cannot encode are escaped.
 
     Raises:
-        OSError: it cannot be written; what was there is as it was.
+        OSError: the file cannot be written; the previous one stays unchanged.
     """
     with whole_file(path) as unfinished, \
             open(unfinished, 'w', encoding='utf-8', errors='backslashreplace') as file:
