@@ -234,14 +234,14 @@ def decompressed(data: bytes, chunk: Chunk) -> Content:
     """Return the content of a chunk, using no more memory than the chunk's header says.
 
     Raises:
-        RecordError: the data cannot be decompressed, or their size differs from the header's.
+        RecordError: the data cannot be decompressed, or its size differs from the header's.
     """
     size = chunk.uncompressed_size
     if chunk.compression == 'none':
         return data
     if size > _MAX_CHUNK_BYTES:
-        raise RecordError(f'it would take {size} bytes of memory, and {_MAX_CHUNK_BYTES} at '
-                          'most are taken')
+        raise RecordError(f'it would take {size} bytes of memory; at most {_MAX_CHUNK_BYTES} '
+                          'are allowed')
     content = bytearray()
     try:
         for step in _steps(data, chunk.compression):

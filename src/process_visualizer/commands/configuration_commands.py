@@ -195,7 +195,7 @@ def add_trust_options(command: argparse.ArgumentParser) -> None:
     command.set_defaults(repeated='packages')
     command.add_argument('packages', metavar='PACKAGE', nargs='*',
                          help='an installed package; default: list those that are trusted')
-    command.add_argument('--remove', action='store_true', help='trust them no more')
+    command.add_argument('--remove', action='store_true', help='no longer trust these packages')
 
 
 def execute_trust(options: argparse.Namespace) -> int:

@@ -74,7 +74,7 @@ def _check_that_it_runs(config: str) -> None:
 def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLContext]:
     if certificate is None:
         if key is not None:
-            raise ValueError('--key is that of a --certificate; name both')
+            raise ValueError('--key needs the --certificate that it belongs to')
         return None
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
@@ -140,8 +140,8 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     for url in _urls(address, port, context is not None, admission.path()):
         say(url)
     if address is not None and context is None:
-        say('note: without --certificate the page is not encrypted: who can listen on the network '
-            'sees it, and its token', file=sys.stderr)
+        say('note: without --certificate the page is not encrypted: anyone who can listen on the '
+            'network sees it and its token', file=sys.stderr)
     try:
         loop.start()
     finally:
