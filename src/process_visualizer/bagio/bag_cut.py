@@ -62,7 +62,7 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
     """Write the messages of a span to a bag, which appears only when it is complete.
 
     The bag begins as a recording does: with the latched messages and the transforms of /tf_static
-    that are valid at the begin, stamped with the time of the begin. Marks that were added to the
+    that are valid at its start, stamped with its start time. Marks that were added to the
     recording afterwards are added to the bag. The recorder's account covers the whole recording and
     is left out: `cell report` then says that it cannot know what was lost before the cut.
 

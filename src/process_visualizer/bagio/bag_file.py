@@ -57,7 +57,7 @@ def u32_at(buffer: Buffer, offset: int) -> int:
 
 
 def sized_part(buffer: Buffer, offset: int) -> Tuple[int, int]:
-    """Return begin and end of the part whose length is at an offset.
+    """Return start and end of the part whose length is at an offset.
 
     Raises:
         RecordError: the part goes beyond the end of the buffer.
@@ -198,7 +198,7 @@ _PIECE_BYTES = 128 << 10
 
 
 class RecordHead(NamedTuple):
-    """A record in the file without its data: its fields, and begin and size of the data [bytes]."""
+    """A record in the file without its data: its fields, and start and size of the data [bytes]."""
 
     fields: Fields
     data_offset: int

@@ -91,7 +91,7 @@ class ChunkStore:
                     continue  # already noted
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message can be read, as far as known so far."""
+        """Return whether the chunk of a message can be read, as far as is known."""
         return int(self._index.chunk[position]) not in self._damaged
 
     def message(self, position: int) -> memoryview:
@@ -276,7 +276,7 @@ def _message_in(record: memoryview) -> memoryview:
 
 
 def _message_span(record: memoryview) -> Tuple[int, int]:
-    """Return begin and size of the data of the message record at the start of a buffer."""
+    """Return offset and size of the data of the message record at the start of a buffer."""
     _, end = _message_head(record)
     return end + 4, u32_at(record, end)
 

@@ -129,7 +129,7 @@ def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
 
 _MAX_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
-# small enough for a batch's arrays to reuse the same memory, which takes a third of the time
+# small enough for a batch's arrays to reuse memory, which takes only a third of the time
 _BATCH_BYTES = INDEX_ENTRY_BYTES << 13
 _ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
 

@@ -61,7 +61,7 @@ class Recording:
         self._store = ChunkStore(self._files, self.index, cache_bytes)
 
     def choose(self, connections: Iterable[int]) -> None:
-        """Keep only the messages of some connections; begin and end stay the same."""
+        """Keep only the messages of some connections; ``begin_ns`` and ``end_ns`` stay the same."""
         self.index = self.index.chosen(connections)
         self._store = ChunkStore(self._files, self.index, self._cache_bytes)
 
@@ -134,7 +134,7 @@ class Recording:
         self._store.check()
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message can be read, as far as known so far."""
+        """Return whether the chunk of a message can be read, as far as is known."""
         return self._store.is_readable(position)
 
 
@@ -211,7 +211,7 @@ _IS_MESSAGE_U32 = int.from_bytes(_IS_MESSAGE, 'little')
 class RecordBatch(NamedTuple):
     """Records of messages, including their headers, in a buffer (uint8).
 
-    One row per record: the message's position in the index, and begin and end in the buffer of the
+    One row per record: the message's position in the index, and start and end in the buffer of the
     part of the record that was read.
     """
 
@@ -306,7 +306,7 @@ def _are_messages(batch: RecordBatch) -> np.ndarray:
 
 
 class _Rows:
-    """The wanted records in file order: chunk, and begin and end in the chunk."""
+    """The wanted records in file order: chunk, and start and end in the chunk."""
 
     def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
         order = np.argsort((index.chunk.astype(np.int64) << 32) | index.offset, kind='stable')

@@ -140,7 +140,7 @@ def usual_interval_ns(time_ns: np.ndarray) -> float:
 
 
 def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
-    """Return the longest interval [s] and its begin [ns]; zeros for fewer than two times."""
+    """Return the longest interval [s] and its start [ns]; zeros for fewer than two times."""
     if len(time_ns) < 2:
         return 0.0, 0
     row = int(np.argmax(np.diff(time_ns)))
@@ -202,7 +202,7 @@ _RARE = 0.1
 
 
 class Completeness(Enum):
-    """The completeness of a recording, as far as known."""
+    """The completeness of a recording, as far as is known."""
 
     COMPLETE = 'complete'
     INCOMPLETE = 'not complete'

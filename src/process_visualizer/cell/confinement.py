@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Confinement: removes everything that could start or read something from untrusted configurations.
+"""Confinement: removes everything from an untrusted configuration that could start or read things.
 
 This module alone decides what is removed. It works on the elements as written, before any value is
 resolved, so that no later step ever sees the removed parts of a recorded configuration.

@@ -40,7 +40,7 @@ class StartTag(NamedTuple):
 
 
 class TagText(NamedTuple):
-    """The text from a start tag on, with begin and end of each value inside its quotes.
+    """The text from a start tag on, with start and end of each value inside its quotes.
 
     ``end`` is the position after the last attribute, where another can be inserted.
     """
@@ -485,7 +485,7 @@ def without(data: bytes, removals: Sequence[Removal]) -> bytes:
 
 
 def _ends(data: bytes) -> Dict[int, int]:
-    """Return where the end tag of each element begins (or an empty element ends), by its begin."""
+    """Return where the end tag of each element begins (or an empty element ends), by its start."""
     parser = expat.ParserCreate()
     begun: List[int] = []
     ends: Dict[int, int] = {}

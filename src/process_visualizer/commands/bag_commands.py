@@ -43,7 +43,7 @@ def execute_bag_command(options: argparse.Namespace) -> int:
 
     Raises:
         BagError: a bag cannot be read, or a file beside it cannot be written.
-        ValueError: a mark is not within the time of its bag.
+        ValueError: a mark is outside the time span of its bag.
         OSError: a file of the configuration cannot be written.
     """
     try:

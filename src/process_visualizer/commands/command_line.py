@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: the functions of the window for configurations and bags, on the shell."""
+"""The command ``cell``: the window's functions for configurations and bags, in a terminal."""
 from __future__ import annotations
 
 import argparse
