@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The states of running devices, nodes and topics for the operator (no Qt)."""
+"""States of running devices, nodes and topics, for the operator (no Qt)."""

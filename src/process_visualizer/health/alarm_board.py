@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The alarms of a cell, and the list of what happened: both follow from what is wrong now."""
+"""Alarms and events of a cell, both derived from its present conditions."""
 from __future__ import annotations
 
 import time
@@ -26,14 +26,14 @@ class Action(Enum):
 class Condition(NamedTuple):
     """Something that is wrong now.
 
-    ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
-    while its ``text`` changes; ``name`` stands for a text that tells only of now when it has ended.
-    ``part`` and ``node`` are what an action is about. ``since_s`` is
-    the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
-    begins there. ``is_clause`` if the source is the subject of the text; ``end`` is said of it when
-    it has ended. A latched one stays an alarm when it is over, until it is acknowledged.
-    ``told_by`` names the values without which nobody knows whether it goes on; empty if it is not
-    about values.
+    ``source`` is the device or other thing concerned; with ``about`` it identifies the alarm while
+    the ``text`` changes. ``name`` replaces a text that describes only the present once the
+    condition has ended. Actions apply to ``part`` and ``node``. ``since_s`` is the time since the
+    epoch, if known; alarms of a recording have a ``position_s``, where they begin in it.
+    ``is_clause`` is set if the source is the subject of the text. ``end`` describes the end of the
+    condition in the event. A latched condition remains an alarm after its end, until it is
+    acknowledged. ``told_by`` names the values that show whether the condition persists; it is empty
+    if the condition is not about values.
     """
 
     source: str
@@ -53,14 +53,14 @@ class Condition(NamedTuple):
 
     @property
     def said(self) -> str:
-        """Return where and what."""
+        """Return source and text in one sentence."""
         return said_of(self.source, self.text, '' if self.is_clause else ':')
 
 
 class Alarm(NamedTuple):
-    """A condition and since when it lasts, or until when it did [s since the epoch].
+    """A condition, and when it began and ended [s since the epoch].
 
-    One that came again before it was acknowledged has been there ``times`` times since ``first_s``.
+    An alarm that recurs before it is acknowledged counts its ``times`` since ``first_s``.
     """
 
     condition: Condition
@@ -79,10 +79,10 @@ class Event(NamedTuple):
 
 
 class AlarmBoard(NamedTuple):
-    """The present alarms, and all events in their order.
+    """The present alarms, and all events in order of time.
 
-    What lasts comes before what is over, what is wrong now before what was wrong in a recording;
-    then the worst first, then the oldest.
+    Persisting alarms come before ended ones, those of now before those of a recording; then the
+    worst first, then the oldest.
     """
 
     alarms: Tuple[Alarm, ...] = ()
@@ -90,10 +90,10 @@ class AlarmBoard(NamedTuple):
 
     def seen(self, conditions: Iterable[Condition], now_s: float,
              end: Callable[[Condition], str] = lambda it: it.end) -> AlarmBoard:
-        """Return the board when this is all that is wrong now; what changed becomes events.
+        """Return the board for all present conditions; changes become events.
 
-        So does an alarm that becomes worse. Alarms of a recording are no events: they come and go
-        with the position. ``end`` returns what is to be said of a condition that has ended.
+        An alarm that becomes worse is a change, too. Alarms of a recording never become events:
+        they come and go with the position. ``end`` returns the words for the end of a condition.
         """
         before = {_key(alarm.condition): alarm for alarm in self.alarms}
         present: Dict[Tuple[object, ...], Alarm] = {}
@@ -124,7 +124,7 @@ class AlarmBoard(NamedTuple):
         return self._of(present.values())._with(event for event in events if event.text)
 
     def acknowledged(self, condition: Condition, who: str, now_s: float) -> AlarmBoard:
-        """Return the board with an alarm acknowledged, which may go as soon as it is over."""
+        """Return the board with an alarm acknowledged; an acknowledged alarm goes when it ends."""
         key = _key(condition)
         found = [it for it in self.alarms if _key(it.condition) == key and not it.is_acknowledged]
         if not found:
@@ -140,7 +140,7 @@ class AlarmBoard(NamedTuple):
             it.since_s))))
 
     def noted(self, text: str, now_s: float) -> AlarmBoard:
-        """Return the board with another event."""
+        """Return the board with one more event."""
         return self._with([Event(now_s, text)])
 
     def events_since(self, time_s: float) -> Tuple[Event, ...]:
@@ -167,7 +167,7 @@ def _ended(alarm: Alarm, end: str, now_s: float) -> str:
 
 
 def events_text(events: Sequence[Event]) -> str:
-    """Return a line for each event: local date and time, and what happened."""
+    """Return one line per event: local date and time, and the text."""
     return '\n'.join(f'{_moment(event.time_s)}  {event.text}' for event in events)
 
 

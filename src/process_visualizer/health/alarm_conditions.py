@@ -26,9 +26,10 @@ from process_visualizer.ros_names import (
 
 
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
-    """Return the dead nodes of a part, or that it has failed; ``restart`` is what may help.
+    """Return the conditions of a part: its dead nodes, or its failure.
 
-    A part all of whose nodes have ended normally is stopped, and still missed.
+    A part whose nodes have all ended normally has stopped, but is still missing. ``restart`` is the
+    possible remedy.
     """
     if report.state is PartState.STOPPING:
         return []
@@ -42,7 +43,7 @@ def part_conditions(source: str, report: PartReport, restart: Action) -> List[Co
 
 
 def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[Condition]:
-    """Return what is wrong with the parts that belong to no device, in the order of their names."""
+    """Return the conditions of the parts without a device, in the order of ``part_titles``."""
     found: List[Condition] = []
     for part, title in part_titles(mode).items():
         report = reports.get(part)
@@ -56,18 +57,18 @@ def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[C
 
 
 def own_restart(part: str) -> Action:
-    """Return the remedy for a part that belongs to no device."""
+    """Return the remedy for a part without a device."""
     return Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
 
 
 def part_titles(mode: Mode) -> Dict[str, str]:
-    """Return the names of the parts that belong to no device, for the operator."""
+    """Return the operator's names of the parts without a device."""
     return {FRAMES_PART: _FRAMES, RVIZ_PART: _RVIZ,
             BAG_PART: _RECORDER if mode is Mode.REALTIME else _PLAYER}
 
 
 def _end_of_player(node: NodeReport) -> str:
-    """Return that the player has stopped, and why, if that is its last message."""
+    """Return the end of the player in words, with the reason from its last message, if any."""
     said = [line for line in node.log_tail if line.startswith(f'{BAG_PLAYER}: ')]
     reason = said[-1][len(BAG_PLAYER) + 2:] if said else ''
     if node.state is not NodeState.EXITED:
@@ -76,28 +77,28 @@ def _end_of_player(node: NodeReport) -> str:
 
 
 def _end_of_window(node: NodeReport) -> str:
-    """Return how a window has ended, which its own button may have closed."""
+    """Return the end of a window in words; a user may have closed the window."""
     if node.state is not NodeState.EXITED:
         return node_line(node).text
     return 'was closed' if node.exit_code == 0 else _end_of_recorder(node)
 
 
 def _end_of_recorder(node: NodeReport) -> str:
-    """Return how a process has ended that is called by what it does."""
+    """Return the end of a process that is named after its purpose."""
     return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
 _PLAYER, _RECORDER, _RVIZ = 'Player', 'Recorder', 'RViz'
 _FRAMES, _MASTER = 'Frames', 'ROS master'
 _SILENT = 'is not responding'
-_STATE_KEY = 'for_s'  # of what is on /diagnostics for as long as it lasts
-_TRANSIENT_S = 1.0  # while a driver starts
+_STATE_KEY = 'for_s'  # of states, which are on /diagnostics as long as they last
+_TRANSIENT_S = 1.0  # warnings of a starting driver are shorter
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RECORDER: _end_of_recorder, _RVIZ: _end_of_window}
 
 
 def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
-    """Return which topics of a running device send nothing, for how long is told apart."""
+    """Return a condition for each silent topic of a running device; its text has no duration."""
     return [Condition(device, name, f'No data from {name}', Level.WARNING,
                       (Action.RESTART_DEVICE,), device, end='data resumed')
             for name, line in lines.items() if line.level is Level.WARNING]
@@ -105,12 +106,12 @@ def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
 
 def limit_conditions(device: str, warnings: Iterable[NodeWarning],
                      epoch_s: float) -> List[Condition]:
-    """Return which variables of a device are beyond their limits, as its nodes say.
+    """Return a condition for each variable beyond its limits, as the device's nodes report.
 
     Args:
-        device: its name.
-        warnings: of its nodes.
-        epoch_s: the time since the epoch at which the clock of warnings was 0.
+        device: the device's name.
+        warnings: those of its nodes.
+        epoch_s: time since the epoch at which the clock of the warnings was 0.
     """
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
@@ -119,21 +120,21 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
 
 
 def conflict_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return on which topics of a device nodes contradict each other, as its nodes say."""
+    """Return a condition for each contradiction between sources, as the device's nodes report."""
     return [Condition(device, f'sources of {it.node}', it.values[CONFLICT_KEY], Level.BAD)
             for it in warnings if CONFLICT_KEY in it.values]
 
 
 def message_conditions(device: str, warnings: Iterable[NodeWarning],
                        now_s: float) -> List[Condition]:
-    """Return which messages of a device its nodes leave out or doubt, for some time already.
+    """Return conditions for messages that a device's nodes have left out or doubted for some time.
 
-    What several nodes say in the same words is said once.
+    Warnings with the same text become one condition.
 
     Args:
-        device: its name.
-        warnings: of its nodes.
-        now_s: the time of their clock.
+        device: the device's name.
+        warnings: those of its nodes.
+        now_s: present time of the clock of the warnings.
     """
     found: Dict[str, Condition] = {}
     for it in warnings:
@@ -144,7 +145,7 @@ def message_conditions(device: str, warnings: Iterable[NodeWarning],
 
 
 def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return which nodes do not answer, as the nodes say that ask all others."""
+    """Return a condition for each silent node, as reported by the nodes that ask all others."""
     found: Dict[str, Condition] = {}
     for it in warnings:
         node = it.values.get(SILENT_NODE_KEY)
@@ -157,7 +158,7 @@ def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
 
 
 def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return that no cloud of a device comes, as the node says that watches the scene."""
+    """Return a condition if a device's clouds are missing, as the node scene_watch reports."""
     return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
                       end='clouds come again')
             for it in warnings if it.values.get(OLD_POINTS_KEY) == device]
@@ -165,13 +166,13 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condi
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
                      told: Iterable[Condition] = ()) -> List[Condition]:
-    """Return which nodes do not answer the program that has launched them, or the master.
+    """Return conditions for nodes that do not answer this program, and for the master.
 
     Args:
-        mode: what runs.
-        look: what was found.
-        parts: the part of the cell that a node belongs to, by its name.
-        told: what the nodes themselves say of that, with what it means: nothing is said twice.
+        mode: the mode of the running cell.
+        look: result of asking nodes and master.
+        parts: the part of the cell to which a node belongs, by the node's name.
+        told: conditions already reported by nodes; their nodes are not reported again.
     """
     said, titles = {it.node for it in told}, part_titles(mode)
     found: List[Condition] = []
@@ -189,7 +190,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
 
 
 def part_of_node(name: str, choice: Choice) -> str:
-    """Return the part of the cell to which a launched node belongs: a device, or one of ours."""
+    """Return the part of the cell to which a launched node belongs: a device, or our own part."""
     own = {f'/{BAG_RECORDER}': BAG_PART, f'/{BAG_PLAYER}': BAG_PART, f'/{RVIZ}': RVIZ_PART}
     space = name.split('/')[1]
     is_device = any(device.name == space for device in choice.devices)
@@ -198,12 +199,12 @@ def part_of_node(name: str, choice: Choice) -> str:
 
 def object_conditions(device: str, near: Iterable[NearObject],
                       played: Optional[ObjectSpans] = None) -> List[Condition]:
-    """Return which unmodeled objects a sensor sees near a robot.
+    """Return a condition for each unmodeled object that a sensor sees near a robot.
 
     Args:
         device: the sensor's name.
-        near: what it sees, since when [s since the epoch].
-        played: where in a recording that began; None if it is the running cell.
+        near: the objects, with the times at which they came near [s since the epoch].
+        played: the spans in a recording; None for the running cell.
     """
     found = []
     for it in near:
@@ -221,16 +222,16 @@ def object_conditions(device: str, near: Iterable[NearObject],
 
 
 def blind_condition(device: str, since_s: float) -> Condition:
-    """Return that a sensor [device] cannot see: a clear cell must not look the same."""
+    """Return the condition of a sensor that cannot see, which must differ from a clear cell."""
     return Condition(device, 'objects', 'no objects can be found: none of its clouds is evaluated',
                      Level.WARNING, since_s=since_s)
 
 
 def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> List[Condition]:
-    """Return which channels are out of the band of good runs.
+    """Return a condition for each channel outside the band of good runs.
 
     Args:
-        departed: device, label, how far out, and since when [s since the epoch], of each.
+        departed: device, label, distance to the band in words, and begin [s since the epoch], each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
                       since_s=since_s, told_by=(device, label), name=f'{label} out of range')
@@ -241,15 +242,15 @@ DATA_ENDED, QUIT = 'the data ended', 'the nodes were quit'
 
 
 def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
-    """Return what is to be said of a condition that has ended while the cell runs.
+    """Return the words for a condition that has ended while the cell runs.
 
-    ``lost`` are values that come no longer: it is not known whether what they told of is over.
+    ``lost`` are values that no longer arrive: whether their conditions persist is unknown.
     """
     return DATA_ENDED if condition.told_by and condition.told_by in lost else condition.end
 
 
 def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:
-    """Return how many messages a recording lacks."""
+    """Return a condition with the number of messages missing from a recording, if any."""
     words = [f'{count} {what}' for count, what in ((dropped, 'dropped'), (lost, 'lost')) if count]
     if not is_recording or not words:
         return []
@@ -259,6 +260,6 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],
                         position_s: float) -> List[Condition]:
-    """Return the alarms of a recording at a position [s]: device, text, begin and end [s] each."""
+    """Return those alarms (device, text, begin and end [s]) that are present at a position [s]."""
     return [Condition(device, text, text, Level.BAD, (Action.GO_THERE,), position_s=begin_s)
             for device, text, begin_s, end_s in alarms if begin_s <= position_s <= end_s]

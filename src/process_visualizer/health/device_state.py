@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a device for the operator: its nodes and topics in one line."""
+"""The state of a device for the operator: nodes and topics in one line."""
 from __future__ import annotations
 
 from enum import IntEnum
@@ -17,20 +17,20 @@ from process_visualizer.launching.part_report import (
     exit_words,
 )
 
-# Finds topics that are silent for longer than usual, from the counts of the recorder.
+# Detection of topics that are silent for longer than usual, from the counts of the recorder.
 
 _MIN_SILENCE_S = 1.0
 _INTERVALS = 5.0
-"""A silence of this many usual intervals is unusual."""
+"""Number of usual intervals after which a silence is unusual."""
 _PAUSE_FACTOR = 2.0
 _MAX_PAUSE_S = 10.0
-"""A longer silence that ended was an outage; a shorter one may belong to the topic."""
+"""Maximum pause that counts as usual; a longer silence was an outage."""
 _WEIGHT = 0.05
 _MIN_MESSAGES = 10
 
 
 class TopicActivity(NamedTuple):
-    """Activity of a topic: rate in Hz over the last second, silence in s (None: no message)."""
+    """Activity of a topic: rate [Hz] over the last second, and silence [s] (None: no message)."""
 
     rate_hz: float
     silence_s: Optional[float]
@@ -38,14 +38,14 @@ class TopicActivity(NamedTuple):
 
 
 class TopicWatch:
-    """Learns what is usual for each topic, and finds what is not."""
+    """Learns the usual activity of each topic, and detects unusual silences."""
 
     def __init__(self) -> None:
         self._usual: Dict[str, _Usual] = {}
 
     def update(self, topic: str, rate_hz: float, silence_s: Optional[float],
                messages: int) -> TopicActivity:
-        """Judge the present counts, with the number of messages so far."""
+        """Return the activity for the present counts; ``messages`` is the number so far."""
         if silence_s is None:
             return TopicActivity(rate_hz, None, False)
         usual = self._usual.setdefault(topic, _Usual())
@@ -73,14 +73,14 @@ class _Usual:
 
     @property
     def longest_silence_s(self) -> float:
-        """Infinite while too little is known (a latched topic sends once)."""
+        """The longest usual silence; infinite while too little is known (as of latched topics)."""
         if self._rate_hz is None or self._messages < _MIN_MESSAGES:
             return float('inf')
         return max(_MIN_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
 
 
 class Level(IntEnum):
-    """The severity of a state; the higher, the more attention it needs."""
+    """Severity of a state; a higher one needs more attention."""
 
     OFF = 0
     GOOD = 1
@@ -90,7 +90,7 @@ class Level(IntEnum):
 
 
 class Line(NamedTuple):
-    """A state in words; ``short`` is for places with little room, if ``text`` is long."""
+    """A state in words; ``short`` replaces a long ``text`` where there is little room."""
 
     level: Level
     text: str
@@ -102,7 +102,7 @@ _NOT_RESPONDING = Line(Level.BAD, 'not responding')
 
 
 class DeviceState(NamedTuple):
-    """The state of a device, and of its nodes and topics by their names.
+    """The state of a device, and of its nodes and topics by name.
 
     ``warnings`` are the present warnings of its nodes.
     """
@@ -116,10 +116,10 @@ class DeviceState(NamedTuple):
 def device_state(device: Device, report: Optional[PartReport],
                  lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = (),
                  silent: Collection[str] = ()) -> DeviceState:
-    """Return the state of a device; ``report`` is None while it is not running.
+    """Return the state of a device; ``report`` is None while the device is not running.
 
-    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may
-    include those of other devices. ``silent`` are the nodes that concern it and do not answer.
+    ``lines`` are the states of topics (see ``live_line`` and ``recorded_line``); ``warnings`` may
+    include those of other devices. ``silent`` are the nodes of the device that do not answer.
     """
     if report is None or report.state is PartState.STOPPED:
         return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
@@ -147,7 +147,7 @@ def node_line(node: NodeReport) -> Line:
 
 
 def _warned(line: Line, warnings: Tuple[NodeWarning, ...]) -> Line:
-    """Return the state of a node, with the number of its warnings."""
+    """Return the state of a node with the number of its warnings."""
     if not warnings or line.level is not Level.GOOD:
         return line
     return Line(_level(warnings), f'{line.text}, {counted(warnings)}')
@@ -168,14 +168,14 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
 
 
 def recorded_line(topic: CatalogTopic, is_played: bool) -> Line:
-    """Return the state of a recorded topic, independent of the playback rate."""
+    """Return the state of a recorded topic, independently of the playback rate."""
     if not is_played:
-        return Line(Level.OFF, 'not played')  # not wanted, or the player says why not
+        return Line(Level.OFF, 'not played')  # not wanted, or the player reports the reason
     return Line(Level.GOOD, recorded_rate_text(topic))
 
 
 def recorded_rate_text(topic: CatalogTopic) -> str:
-    """Return the rate at which a topic was recorded; a latched one has none."""
+    """Return the rate at which a topic was recorded; a latched topic has none."""
     if topic.is_latched:
         return 'latched'
     return rate_text(topic.rate_hz) if topic.rate_hz > 0.0 else 'once'
@@ -217,7 +217,7 @@ def _summary(report: PartReport, topics: Mapping[str, Line],
 
 
 def _silent(part: str, silent: Sequence[str], warnings: Tuple[NodeWarning, ...]) -> Line:
-    """Say who does not answer before what other nodes complain of, which mostly follows from it."""
+    """Return silent nodes before the warnings of other nodes, which are mostly a consequence."""
     text = about_node(part, silent[0], 'not responding', 'is ') + _more(len(silent) - 1)
     if not warnings:
         return Line(Level.BAD, text)
@@ -232,13 +232,13 @@ def _dead(part: str, nodes: 'list[NodeReport]') -> Line:
 
 
 def about_node(source: str, name: str, text: str, verb: str = '') -> str:
-    """Say which node it is, unless it is called like what it belongs to, which is named anyway."""
+    """Return the text with the node's name, unless node and source have the same name."""
     short = name.rpartition('/')[2]
     return text if short == source else f'{short} {verb}{text}'
 
 
 def said_of(source: str, text: str, separator: str = ':') -> str:
-    """Say where and what; a text that begins with the source says where itself."""
+    """Return source and text; a text that begins with the source is returned unchanged."""
     return text if text.startswith(f'{source} ') else f'{source}{separator} {text}'
 
 
@@ -247,5 +247,5 @@ def _more(count: int) -> str:
 
 
 def worst(lines: Tuple[Line, ...]) -> Line:
-    """Return the line that needs most attention."""
+    """Return the line that needs the most attention."""
     return max(lines, key=lambda line: line.level, default=_OFF)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Formats figures for the operator."""
+"""Formatting of figures for the operator."""
 from __future__ import annotations
 
 import re
 
 _THIN = '\u2009'
-"""A thin space: between thousands, and between a figure and its unit."""
+"""Thin space between thousands, and between a figure and its unit."""
 _MAX_DAYS = 4
-_OFTEN_HZ = 2.0  # a latched topic that sends less often reports changes
+_OFTEN_HZ = 2.0  # a latched topic with a lower rate sends changes only
 _UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
 
 
@@ -37,10 +37,10 @@ def clock_text(seconds: float) -> str:
 
 
 def clock_seconds(text: str) -> float:
-    """Return the seconds of an elapsed time such as 7.4, 0:07.4 or 1:02:03; opposite of clock_text.
+    """Return the seconds of an elapsed time such as 7.4, 0:07.4 or 1:02:03; inverse of clock_text.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is not a time.
     """
     parts = text.split(':')
     if len(parts) > 3 or not all(re.fullmatch(r'\d+', it, re.ASCII) for it in parts[:-1]) \
@@ -71,9 +71,9 @@ def rate_text(rate_hz: float) -> str:
 
 
 def live_rate_text(rate_hz: float, silence_s: float, is_latched: bool = False) -> str:
-    """Return the rate of a topic, or when its last message came if it sends none now.
+    """Return the rate of a topic, or the age of its last message if it sends nothing now.
 
-    A latched topic sends when something changes; its last message holds, however old it is.
+    A latched topic sends only changes; its last message stays valid, however old it is.
     """
     if is_latched and rate_hz < _OFTEN_HZ:
         return 'latched'

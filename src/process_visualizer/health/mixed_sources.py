@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds nodes that would mix live data and recordings in one display."""
+"""Detection of nodes that would mix live data and recordings in one display."""
 from __future__ import annotations
 
 from typing import Collection, List, Tuple
@@ -19,14 +19,14 @@ from process_visualizer.health.other_publishers import (
 
 
 class MixedSources(Exception):
-    """A launch would be mixed with the topics of other nodes; says which, and what to do."""
+    """A launch would mix with topics of other nodes; the text names them and the remedy."""
 
 
 def others_before(choice: Choice) -> Others:
-    """Return the nodes that would be mixed with a choice that is about to be launched.
+    """Return the nodes whose topics would mix with a choice that is about to be launched.
 
-    In playback these are all publishers of the devices' topics; in real-time mode only players, as
-    drivers may be started at any time. Without a master there are none.
+    In playback mode these are all publishers of the devices' topics; in real-time mode only
+    players, as drivers may be started at any time. Without a master there are none.
     """
     topics = _topics(choice.devices)
     try:
@@ -38,10 +38,10 @@ def others_before(choice: Choice) -> Others:
 
 
 def others_beside(choice: Choice, own: Collection[str]) -> Others:
-    """Return the nodes that are mixed with a running choice, which has its own nodes.
+    """Return the nodes, except the choice's ``own``, whose topics mix with a running choice.
 
-    In playback the player itself watches its topics, except those that several nodes share:
-    it does not know which of them belong to the cell.
+    In playback mode the player itself watches its topics, except those that several nodes share:
+    the player does not know which of these nodes belong to the cell.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -53,14 +53,14 @@ def others_beside(choice: Choice, own: Collection[str]) -> Others:
 
 
 def refuse_mixture(choice: Choice) -> None:
-    """Raise MixedSources if a choice would be mixed with topics of other nodes."""
+    """Raise MixedSources if a choice would mix with topics of other nodes."""
     others = others_before(choice)
     if others:
         raise MixedSources(explanation(choice.mode, others))
 
 
 def mixture_text(mode: Mode, others: Others) -> str:
-    """Return who publishes, and what one would see, as a sentence without its full stop."""
+    """Return the publishers and the effect in the display, as a sentence without a full stop."""
     who = '; '.join(described(others))
     if mode is Mode.REALTIME:
         return f'{who}, which plays a recording: it would be shown as if it happened now'
@@ -68,7 +68,7 @@ def mixture_text(mode: Mode, others: Others) -> str:
 
 
 def explanation(mode: Mode, others: Others) -> str:
-    """Return who publishes, and what to do about it, for a terminal."""
+    """Return the publishers, the effect and the remedy, for a terminal."""
     advice = 'Stop that player first' if mode is Mode.REALTIME else (
         'Stop that node first, or play the recording under other names, with '
         '"bag_player FILE --prefix /recorded"')

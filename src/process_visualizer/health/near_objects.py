@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unmodeled objects that are too near to a robot, as a sensor reports them."""
+"""Unmodeled objects that are too near to a robot, as reported by a sensor."""
 from __future__ import annotations
 
 import math
@@ -9,22 +9,22 @@ from process_visualizer.health.device_state import Level
 from process_visualizer.msg import DetectedObject, DetectedObjects
 
 HOLD_S = 0.5
-"""Hold time before *near* is cleared: an object that is hidden at times does not flicker."""
+"""Hold time before *near* is cleared, so that an object hidden at times does not flicker."""
 MARGIN_M = 0.03
-"""So much farther than its limit an object is near no more: noise at the limit changes nothing."""
+"""Distance beyond the limit at which *near* is cleared, so that noise changes nothing."""
 SILENT_S = 3.0
-"""A running sensor without a message for so long no longer knows what is there."""
+"""Maximum age of a running sensor's last message; after that its objects are unknown."""
 START_S = 15.0
-"""Time for a sensor that starts, and the models of its cell, until its first message."""
+"""Time until the first message, in which the sensor starts and the cell's models load."""
 _ALARMS = Level.WARNING, Level.BAD
 _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
            DetectedObject.STOP: Level.BAD}
 
 
 class SeenObject(NamedTuple):
-    """An object as a sensor sees it: edge lengths of its box and distance to a robot's link, m.
+    """An object as seen by a sensor: edge lengths of its box, distance to a robot's link [m].
 
-    ``level`` is WARNING or BAD if it is nearer than the distance ``warn`` or ``stop``, else GOOD.
+    ``level`` is WARNING or BAD if the object is nearer than ``warn`` or ``stop``, else GOOD.
     """
 
     number: int
@@ -34,7 +34,7 @@ class SeenObject(NamedTuple):
     level: Level
 
     def place(self) -> str:
-        """Return where it is, and its size: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
+        """Return place and size of the object: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
         robot, _, link = self.link.rpartition('/')
         whose = f"{robot}'s " if robot else ''
         size = ' × '.join(f'{100.0 * it:.0f}' for it in self.size_m)
@@ -42,14 +42,14 @@ class SeenObject(NamedTuple):
 
 
 def seen_objects(message: DetectedObjects) -> Tuple[SeenObject, ...]:
-    """Return the objects of a sensor's message; an unknown level counts as BAD."""
+    """Return the objects in a sensor's message; an unknown level counts as BAD."""
     return tuple(
         SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
                    _LEVELS.get(it.level, Level.BAD)) for it in message.objects)
 
 
 class NearObject(NamedTuple):
-    """An object as it was seen last, how near it is held to be, and since when [s] it is near."""
+    """An object as last seen, its level after hold time and margin, and when it came near [s]."""
 
     seen: SeenObject
     level: Level
@@ -68,15 +68,15 @@ class _Followed(NamedTuple):
 
 
 class ObjectWatch:
-    """Judges the objects of one sensor as its messages come; times [s] must not decrease."""
+    """Judges the objects of one sensor as messages arrive; times [s] must not decrease."""
 
     def __init__(self, warn_m: float, stop_m: float) -> None:
-        """Take the distances within which an object is near, and too near."""
+        """Take the distances [m] below which an object is near, and too near."""
         self._limits_m = {Level.WARNING: warn_m, Level.BAD: stop_m}
         self._followed: Dict[int, _Followed] = {}
 
     def take(self, objects: Iterable[SeenObject], now_s: float) -> None:
-        """Take all objects that are seen now."""
+        """Take all objects seen now."""
         before = {number: it._replace(latest=Level.GOOD) for number, it in self._followed.items()
                   if it.level(now_s) in _ALARMS}
         self._followed = before
@@ -90,7 +90,7 @@ class ObjectWatch:
         return tuple(sorted(near, key=lambda it: (-it.level, it.seen.distance_m)))
 
     def ends_s(self, now_s: float) -> Optional[float]:
-        """Return when an alarm ends or becomes less, if nothing else is seen; None: not at all."""
+        """Return when an alarm next ends or weakens if nothing else is seen; None if none does."""
         ends = [at_s + HOLD_S for it in self._followed.values()
                 for level, at_s in it.reached_s.items() if level > it.latest]
         return min((it for it in ends if it > now_s), default=None)
@@ -105,17 +105,17 @@ class ObjectWatch:
             now_s if before is None else before.since_s)
 
     def _judged(self, seen: SeenObject, held: Level) -> Level:
-        """The level of an object, which is kept until it is clearly farther away."""
+        """Return the level of an object, which is held until the object is clearly farther away."""
         kept = [level for level, limit_m in self._limits_m.items()
                 if level <= held and seen.distance_m < limit_m + MARGIN_M]
         return max([seen.level, *kept])
 
 
-_JOIN_S = 0.2  # what is nearer to each other is one span
+_JOIN_S = 0.2  # spans with a shorter gap are joined
 
 
 class NearSpan(NamedTuple):
-    """A time span [s] in which a sensor saw something near, and the nearest object in words."""
+    """A time span [s] in which a sensor saw near objects, and the nearest one in words."""
 
     device: str
     level: Level
@@ -125,26 +125,26 @@ class NearSpan(NamedTuple):
     distance_m: float = math.inf
 
     def joined(self, other: NearSpan) -> NearSpan:
-        """Return both as one, with the words of the nearer one."""
+        """Return both spans as one, with the text of the nearer object."""
         nearer = min(self, other, key=lambda it: it.distance_m)
         return nearer._replace(begin_s=min(self.begin_s, other.begin_s),
                                end_s=max(self.end_s, other.end_s))
 
 
 def times(spans: Iterable[NearSpan], level: Level) -> Tuple[Tuple[float, float], ...]:
-    """Return begin and end [s] of the spans of a level."""
+    """Return begin and end [s] of the spans with a level."""
     return tuple((it.begin_s, it.end_s) for it in spans if it.level is level)
 
 
 class NearMoment(NamedTuple):
-    """A time [s]; what lies between two of one segment was passed."""
+    """A time [s]; the time between two moments of one segment was covered without a jump."""
 
     segment: int
     time_s: float
 
 
 class ObjectSpans:
-    """Collects spans from what is seen at one moment after the other, in any order of time."""
+    """Collects spans from the objects seen at successive moments, whose times need no order."""
 
     def __init__(self) -> None:
         self._spans: List[NearSpan] = []
@@ -153,17 +153,17 @@ class ObjectSpans:
 
     @property
     def spans(self) -> Tuple[NearSpan, ...]:
-        """The spans in the order of time; those of one sensor and level do not overlap."""
+        """The spans in order of time; spans of the same sensor and level do not overlap."""
         return tuple(sorted(self._spans, key=lambda it: (it.begin_s, it.level)))
 
     def begun_s(self, device: str, number: int) -> Optional[float]:
-        """Return since when the object is near that a sensor sees; None: it was not seen."""
+        """Return when a sensor's object came near; None if the object was not seen near."""
         begun = self._begun.get((device, number))
         return None if begun is None else begun.time_s
 
     def take(self, device: str, seen: Iterable[SeenObject], near: Iterable[NearObject],
              moment: NearMoment) -> None:
-        """Take what a sensor sees at a moment, and what of it is held to be near."""
+        """Take the objects that a sensor sees at a moment, and those judged as near."""
         before = self._last
         self._last = {key: it for key, it in before.items() if key[0] != device}
         present = tuple(seen)
@@ -176,7 +176,7 @@ class ObjectSpans:
                         self._extend(device, level, it.seen, before.get(key, moment), moment)
 
     def forget(self, before_s: float) -> None:
-        """Forget what ended before a time [s]."""
+        """Forget spans that ended before a time [s]."""
         self._spans = [it for it in self._spans if it.end_s >= before_s]
 
     def _extend(self, device: str, level: Level, seen: SeenObject, last: NearMoment,
@@ -190,7 +190,7 @@ class ObjectSpans:
             self._begun[device, seen.number] = NearMoment(moment.segment, span.begin_s)
 
     def _join(self, span: NearSpan) -> NearSpan:
-        """Add a span; return that into which it was joined with those that it touches."""
+        """Add a span, joined with those that it touches; return the joined span."""
         for other in [it for it in self._spans if _touch(it, span)]:
             self._spans.remove(other)
             span = span.joined(other)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the present states of nodes do not say: who never gets up, and who ends again and again.
+"""History of nodes: those that never come up, and those that end repeatedly.
 
-A node that roslaunch starts again is down for an instant; one that hangs before it registers with
-the master, or is no ROS node, is starting forever.
+The present states do not show them: a node that roslaunch restarts is down only for an instant;
+one that hangs before it registers with the master, or is not a ROS node, stays in state STARTING.
 """
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from process_visualizer.launching.part_report import (
 )
 
 STARTS_WITHIN_S = 30.0
-"""A node needs a few seconds, several times that on a busy computer."""
+"""Time for a node to start: usually a few seconds, several times that on a busy computer."""
 STEADY_AFTER_S = 20.0
-"""A node that was started again is not trusted before."""
+"""Time after which a restarted node counts as steady."""
 _NEVER_UP = f'is still starting after {STARTS_WITHIN_S:.0f} s: it may hang, or be no ROS node'
 _UP = NodeState.STARTING, NodeState.RUNNING
 
@@ -37,15 +37,15 @@ class _Known:
 
 
 class NodeHistory:
-    """Remembers when nodes were started; times [s] are those of a clock that does not jump."""
+    """Remembers when nodes were started; times [s] come from a clock that does not jump."""
 
     def __init__(self) -> None:
-        """No node has run yet."""
+        """Begin without nodes."""
         self._parts: Dict[str, Dict[str, _Known]] = {}
         self._begun_s: Dict[str, float] = {}
 
     def take(self, reports: Iterable[PartReport], now_s: float) -> None:
-        """Take the present reports of all parts; each change must be seen."""
+        """Take the present reports of all parts; call this at each change."""
         present = [report for report in reports
                    if report.state not in (PartState.STOPPED, PartState.STOPPING)]
         self._begun_s = {it.part: self._begun_s.get(it.part, now_s) for it in present}
@@ -62,7 +62,7 @@ class NodeHistory:
 
     def conditions(self, source: str, report: PartReport, restart: Action,
                    now_s: float) -> List[Condition]:
-        """Return which nodes of a part do not get up, or have just been started again."""
+        """Return conditions for nodes of a part that do not come up, or were restarted recently."""
         found: List[Condition] = []
         for node in report.nodes:
             known = self._parts.get(report.part, {}).get(node.name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The present warnings of the nodes of a cell, from their logs and from /diagnostics."""
+"""Present warnings of a cell's nodes, from their logs and from /diagnostics."""
 from __future__ import annotations
 
 import math
@@ -11,18 +11,18 @@ from enum import IntEnum
 from typing import Collection, Deque, Dict, FrozenSet, Mapping, Set, Tuple
 
 LOG_S = 20.0
-"""A log line counts for this time unless it is repeated: most are throttled."""
+"""Time for which a log line counts unless it is repeated: most lines are throttled."""
 STATE_S = 5.0
-"""A state on /diagnostics is repeated every second or more often."""
+"""Time for which a state on /diagnostics counts; states are repeated at least every second."""
 _MAX_TEXTS = 20
 _HARMLESS = 'terminated before handshake header received. 0 bytes'
-"""What rospy logs when a subscriber leaves while it connects, as programs do that start or end."""
+"""Log line of rospy when a subscriber leaves while connecting: a program that starts or ends."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
 _About = Tuple[str, str, str]  # node, 'log' or 'state', and what
 
 
 class Severity(IntEnum):
-    """The severity of a warning."""
+    """Severity of a warning."""
 
     WARNING = 1
     ERROR = 2
@@ -30,11 +30,11 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True)
 class NodeWarning:
-    """A present warning or error of a node; times are those of time.monotonic() [s].
+    """A present warning or error of a node; times come from time.monotonic() [s].
 
-    ``count`` is the number of log lines, or of messages if the node counts them; 0: unknown.
-    ``values`` are for programs. ``about`` is the name under which a node states it: it stays the
-    same while the text changes, as that may count seconds; empty for lines of a log.
+    ``count`` is the number of log lines, or of messages if the node counts them (0: unknown).
+    ``values`` are for programs. ``about`` is the name of the node's state; it stays the same while
+    the text changes, which may count seconds. It is empty for log lines.
     """
 
     node: str
@@ -48,10 +48,10 @@ class NodeWarning:
 
 
 class NodeWarnings:
-    """Collects what nodes say; any thread may call it.
+    """Collects warnings of nodes; methods may be called in any thread.
 
-    A node is identified by its connection, not by the content of a message: a recorded log that a
-    player plays is not a warning.
+    A node is identified by its connection, not by the content of a message: a log line from a
+    recording is not a warning.
     """
 
     def __init__(self) -> None:
@@ -61,7 +61,7 @@ class NodeWarnings:
         self._lapsed: Dict[_About, NodeWarning] = {}
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
-        """Add a line of a node's log; lines that differ only in numbers are one warning."""
+        """Add a line of a node's log; lines that differ only in numbers count as one warning."""
         if _HARMLESS in text:
             return
         about = node, 'log', _NUMBER.sub('#', text)
@@ -76,7 +76,7 @@ class NodeWarnings:
 
     def take_state(self, node: str, name: str, severity: 'Severity | None', text: str,
                    now_s: float, values: Mapping[str, str]) -> None:
-        """Set the state of something (its name) as a node reports it; None: no problem."""
+        """Set a state, by name, as a node reports it; severity None means no problem."""
         about = node, 'state', name
         with self._lock:
             self._lapsed.pop(about, None)
@@ -100,12 +100,12 @@ class NodeWarnings:
             return tuple(sorted(self._found.values(), key=lambda it: (-it.severity, it.since_s)))
 
     def lapsed(self) -> FrozenSet[Tuple[str, str]]:
-        """Return node and text of the states that nobody repeats, or has said to be over."""
+        """Return node and text of states that are no longer repeated, nor reported as over."""
         with self._lock:
             return frozenset((it.node, it.text) for it in self._lapsed.values())
 
     def lapse(self, nodes: Collection[str]) -> None:
-        """Take that these nodes have ended: nobody repeats their states, until others do."""
+        """Note that nodes have ended: their states lapse until they are reported again."""
         with self._lock:
             ended = {about: it for about, it in self._found.items()
                      if about[1] == 'state' and it.node in nodes}
@@ -113,12 +113,12 @@ class NodeWarnings:
             self._found = {about: it for about, it in self._found.items() if about not in ended}
 
     def forget(self) -> None:
-        """Forget everything, as other nodes will run."""
+        """Forget everything, before other nodes run."""
         with self._lock:
             self._found, self._stated, self._lapsed = {}, {}, {}
 
     def _remember(self, node: str, text: str) -> None:
-        """A state of a node is also in its log: both are one warning."""
+        """Remember a state's text and drop it from the log: a node also logs its states."""
         stated = self._stated.setdefault(node, deque(maxlen=_MAX_TEXTS))
         if text not in stated:
             stated.append(text)
@@ -127,7 +127,7 @@ class NodeWarnings:
             del self._found[about]
 
     def _make_room(self, node: str) -> None:
-        """Keep only the newest warnings of a node whose texts always differ."""
+        """Drop the oldest log warning of a node with too many, such as one with changing texts."""
         own = [about for about in self._found if about[:2] == (node, 'log')]
         if len(own) >= _MAX_TEXTS:
             del self._found[min(own, key=lambda about: self._found[about].last_s)]
@@ -139,7 +139,7 @@ def by_node(warnings: Collection[NodeWarning], nodes: Set[str]) -> Tuple[NodeWar
 
 
 def counted(warnings: Collection[NodeWarning]) -> str:
-    """Return their number in words, such as ``1 error, 2 warnings``; empty for none."""
+    """Return the number of warnings, such as ``1 error, 2 warnings``; empty for none."""
     words = []
     for severity in (Severity.ERROR, Severity.WARNING):
         count = sum(it.severity is severity for it in warnings)
@@ -151,6 +151,6 @@ def counted(warnings: Collection[NodeWarning]) -> str:
 def _number(values: Mapping[str, str], name: str) -> float:
     try:
         number = float(values.get(name, '0'))
-    except ValueError:  # of another program
+    except ValueError:  # from another program
         return 0.0
     return number if math.isfinite(number) else 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds other publishers of the topics of a played recording, or of running devices."""
+"""Detection of other publishers of topics, of a played recording or of running devices."""
 from __future__ import annotations
 
 import threading
@@ -19,10 +19,10 @@ SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', 
                            '/diagnostics', '/diagnostics_agg', '/statistics'})
 """Topics on which several publishers are normal."""
 LOOK_PERIOD_S = 0.5
-"""How often a watch looks [s]."""
+"""Period of a watch [s]."""
 _MAX_NAMED = 2
 _PLAYER_SERVICES = ({'pause_playback'}, {'seek', 'set_loop', 'set_rate'})
-"""Services in the namespace of a player of recordings: of rosbag play, of bag_player."""
+"""Services in the namespace of a player: of rosbag play, of bag_player."""
 
 
 class OtherPublisher(NamedTuple):
@@ -40,7 +40,7 @@ _SystemState = List[List[Tuple[str, List[str]]]]
 
 
 def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Others:
-    """Return the publishers of topics, except our own nodes and those that do not answer.
+    """Return the publishers of topics, except ``own`` nodes and nodes that do not answer.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -49,7 +49,7 @@ def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Othe
 
 
 def publishing_players(topics: Collection[str]) -> Others:
-    """Return the players of recordings that publish topics, recognized by their services.
+    """Return the players that publish some of the topics; their services identify them.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -60,7 +60,7 @@ def publishing_players(topics: Collection[str]) -> Others:
 
 
 def described(others: Iterable[OtherPublisher]) -> List[str]:
-    """Return a sentence for each node, which names the first of its topics."""
+    """Return a sentence for each node, with the first of its topics."""
     by_node: Dict[str, List[str]] = {}
     for it in others:
         by_node.setdefault(it.node, []).append(it.topic)
@@ -68,10 +68,10 @@ def described(others: Iterable[OtherPublisher]) -> List[str]:
 
 
 class PublisherWatch:
-    """Looks for other publishers repeatedly, in a thread, from ``begin`` to ``close``."""
+    """Looks for other publishers periodically, in a thread, from ``begin`` to ``close``."""
 
     def __init__(self, look: Callable[[], Others], on_change: Callable[[Others], None]) -> None:
-        """``on_change`` is called with all present ones whenever they have changed."""
+        """``on_change`` is called with all present publishers whenever they have changed."""
         self._look, self._on_change = look, on_change
         self._known: Others = ()
         self._closed = threading.Event()
@@ -98,7 +98,7 @@ class PublisherWatch:
         try:
             self._take(self._look())
         except (rosgraph.MasterException, OSError):
-            return  # without a master nobody new can come; it may come back
+            return  # without a master no new publisher can appear; the master may come back
 
     def _run(self) -> None:
         while not self._closed.wait(LOOK_PERIOD_S):
@@ -134,7 +134,7 @@ def _players(state: _SystemState) -> Set[str]:
 
 
 def _living(publishers: Iterable[OtherPublisher]) -> Others:
-    """Leave out nodes that do not answer: the master remembers those that were killed."""
+    """Return the publishers that answer: the master still lists killed nodes."""
     found = list(publishers)
     living = {node for node in {it.node for it in found} if is_registered(node)}
     return tuple(it for it in found if it.node in living)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Limits that the system sets for the programs of this user."""
+"""System limits for the programs of this user."""
 from __future__ import annotations
 
 import getpass
@@ -7,21 +7,21 @@ import resource
 from pathlib import Path
 from typing import Callable, Optional
 
-_REAL_TIME_PRIORITY = 10  # above the lowest, which joint_proc and the player's sender use
-_CAP_SYS_NICE = 23  # the number of the capability in capabilities(7)
+_REAL_TIME_PRIORITY = 10  # above the lowest priority, which joint_proc and the player's sender use
+_CAP_SYS_NICE = 23  # bit number, see capabilities(7)
 _EFFECTIVE = 'CapEff:'
 _STATUS = Path('/proc/self/status')
 
 
 def give_real_time_advice(print_line: Callable[[str], None]) -> None:
-    """Print what real-time priority would improve for a user without it."""
+    """Print advice for a user without real-time priority."""
     advice = real_time_advice()
     if advice is not None:
         print_line(advice)
 
 
 def real_time_advice() -> Optional[str]:
-    """Return what real-time priority would improve for the user; None if it is allowed."""
+    """Return the benefit of real-time priority and how to allow it; None if it is allowed."""
     if may_have_real_time_priority(_STATUS.read_text(encoding='utf-8'),
                                    resource.getrlimit(resource.RLIMIT_RTPRIO)[0]):
         return None
@@ -31,7 +31,7 @@ def real_time_advice() -> Optional[str]:
 
 
 def may_have_real_time_priority(status: str, limit: int) -> bool:
-    """Return whether a process may have it, from its /proc/PID/status and RLIMIT_RTPRIO."""
+    """Return whether a process may use real-time priority, by its status file and RLIMIT_RTPRIO."""
     masks = [line.split()[1] for line in status.splitlines() if line.startswith(_EFFECTIVE)]
     has_capability = any(int(mask, 16) >> _CAP_SYS_NICE & 1 for mask in masks)
     return has_capability or limit == resource.RLIM_INFINITY or limit > 0
