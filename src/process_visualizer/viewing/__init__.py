@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shows a cell that runs elsewhere: its own ROS master and RViz, and one connection to the cell."""
+"""The viewer of a cell elsewhere: its own ROS master and RViz, one connection to the cell."""

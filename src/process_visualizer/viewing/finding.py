@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds the cell on another computer, and says what is in the way."""
+"""Search for the cell on another computer, and the reasons why it cannot be reached."""
 from __future__ import annotations
 
 import socket
@@ -33,13 +33,13 @@ from process_visualizer.shown_text import shown_in_line
 
 _ANSWER_S, _WHOLE_S = 4.0, 12.0
 _ENOUGH_BYTES = 16 << 10
-"""More than any packet has."""
+"""More than any packet holds."""
 _MAX_PORT = 65535
 _NODE = ADDRESS_PARAMETER.rpartition('/')[0]
 
 
 class CellNotFound(Exception):
-    """There is no cell to be watched; ``problems`` has a sentence for each thing that is wrong."""
+    """There is no cell to watch; ``problems`` has a sentence for each reason."""
 
     def __init__(self, problems: Tuple[str, ...]) -> None:
         super().__init__('; '.join(problems))
@@ -47,21 +47,21 @@ class CellNotFound(Exception):
 
 
 class _Said(NamedTuple):
-    """A master's answer: where the relay listens, None if it knows none."""
+    """A master's answer: the relay's address; None without a relay."""
 
     listens: Optional[str]
 
 
 def find_relay(wanted: Address) -> Tuple[str, int]:
-    """Return host and port at which a cell lets others watch; takes some seconds at most.
+    """Return host and port of a cell's relay for viewers; takes some seconds at most.
 
-    ``wanted`` is the computer, with the port of the cell itself or of its ROS master, if either is
-    not the usual one.
+    ``wanted`` is the computer, with the port of the relay or of the ROS master if that is not the
+    usual one.
 
     Raises:
-        CellNotFound: there is none that can be reached.
+        CellNotFound: no cell can be reached.
     """
-    if wanted.port == MASTER_PORT:  # the usual one says no more than none
+    if wanted.port == MASTER_PORT:  # the usual port adds no information
         wanted = Address(wanted.host, None)
     try:
         socket.getaddrinfo(wanted.host, None)
@@ -89,7 +89,7 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
 
 
 def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:
-    """The master of a cell may listen to its own computer only, while the cell does not."""
+    """Find a relay at the usual ports: the master may listen only to its own computer."""
     worst: OSError = error
     for port in DEFAULT_PORTS:
         problem = _problem_at(wanted.host, port)
@@ -103,10 +103,10 @@ def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:
 
 
 def _asked(uri: str) -> _Said:
-    """Ask a master for the relay.
+    """Return a master's answer about the relay.
 
     Raises:
-        OSError: it does not answer, or is no relay.
+        OSError: nothing answers, or the answer is not that of a ROS master.
     """
     try:
         with ServerProxy(uri, transport=LimitedTransport(_ANSWER_S, _WHOLE_S)) as master:
@@ -124,11 +124,11 @@ def _asked(uri: str) -> _Said:
 
 
 class _Told(ConnectionError):
-    """What listens at a port has said itself what is wrong, or by how it answers."""
+    """A problem that the listener at a port reported itself, or showed by its answer."""
 
 
 def _problem_at(host: str, port: int) -> Optional[OSError]:
-    """Return what is wrong; None if a cell answers there, and what it shows begins to arrive."""
+    """Return the problem at a port; None if a cell answers and its view begins to arrive."""
     try:
         with socket.create_connection((host, port), _ANSWER_S) as connection:
             connection.sendall(GREETING)
@@ -138,7 +138,7 @@ def _problem_at(host: str, port: int) -> Optional[OSError]:
 
 
 def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
-    """Wait for more than the greeting: it is small, and arrives where large packets do not."""
+    """Wait for more than the greeting, which is small: large packets may not arrive."""
     reader, count, end_s = LinkFrameReader(), 0, time.monotonic() + _WHOLE_S
     while count < _ENOUGH_BYTES:
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The connection to the relay of a cell, made anew whenever it is dead."""
+"""The connection to the relay of a cell, renewed whenever it is dead."""
 from __future__ import annotations
 
 import os
@@ -41,15 +41,15 @@ _NS_PER_S = 1e9
 
 
 class ClockOffset:
-    """Takes answers; of the latest ones the quickest counts, as it says most."""
+    """Offset of another clock, from the quickest recent answer, which is the most precise one."""
 
     def __init__(self) -> None:
-        """Nothing is known."""
+        """Begin without answers."""
         self._answers: Deque[Tuple[float, float]] = deque(maxlen=_LATEST)
 
     def take(self, asked_ns: int, there_ns: int, answered_ns: int) -> None:
-        """Take an answer: when it was asked for and came here, the time there [ns]."""
-        if answered_ns < asked_ns:  # the clock was set back meanwhile
+        """Take an answer: times here of question and answer, and the time there [ns]."""
+        if answered_ns < asked_ns:  # the clock was set back in between
             return
         between_ns = (asked_ns + answered_ns) // 2
         self._answers.append(((answered_ns - asked_ns) / _NS_PER_S,
@@ -62,7 +62,7 @@ class ClockOffset:
 
     @property
     def answer_s(self) -> float:
-        """Return how long the quickest answer took [s]; 0 if there is none."""
+        """Return the duration of the quickest answer [s]; 0 if there is none."""
         return min(self._answers)[0] if self._answers else 0.0
 
     @property
@@ -74,10 +74,10 @@ class ClockOffset:
 _FIRST_FILE = 1 << 31
 _PING_S = 0.4
 _DEAD_S = 1.6
-"""A connection on which nothing has come for so long is dead: the relay answers every ping."""
+"""Silence after which a connection is dead [s]: the relay answers every ping."""
 _CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
-"""An attempt that nothing answers ends after the first time; the next one begins before that: when
-the link is back, one must come soon."""
+"""Duration of an unanswered attempt, interval of attempts, pause after a connection [s]. Attempts
+overlap, so that one succeeds soon after the link is back."""
 _NO_ANSWER_S = 2.0
 _LOOK_S = 1.0
 _RECEIVED_BYTES = 128 << 10
@@ -93,10 +93,10 @@ class RelaySource(NamedTuple):
 
 
 class Listener(Protocol):
-    """Receives what comes, in the thread of the connection."""
+    """Receiver of everything from the relay; methods are called in the connection's thread."""
 
     def on_offer(self, offer: Offer) -> None:
-        """Take what the cell offers; a connection begins with it."""
+        """Take the cell's offer, the first message of a connection."""
 
     def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
         """Take further topics."""
@@ -105,21 +105,21 @@ class Listener(Protocol):
         """Take a message."""
 
     def on_left_out(self, counts: Dict[str, int]) -> None:
-        """Take how many messages of topics the link did not carry in the last seconds."""
+        """Take the numbers of messages, by topic, that the link dropped in the last seconds."""
 
     def on_lost(self, reason: str, heard_s: float) -> None:
-        """Note that there is no connection, why, and when anything came last [s, monotonic]."""
+        """Note the loss of the connection, its reason, and the last data's time [s, monotonic]."""
 
 
 class RelayConnection:
-    """Connects in a thread of its own, until it is closed."""
+    """Keeps a connection, in a thread of its own, until it is closed."""
 
     def __init__(self, address: Tuple[str, int], listener: Listener,
                  find: Optional[Callable[[], Tuple[str, int]]] = None) -> None:
-        """Take the relay's host and port, and the receiver of what comes.
+        """Take the relay's host and port, and the receiver of its messages.
 
-        ``find`` asks the cell where its relay is, or raises CellNotFound: a cell that was started
-        again may have another port.
+        ``find`` returns the present host and port of the relay, as a restarted cell may have
+        another port; it raises CellNotFound.
         """
         self._address, self._listener, self._find = address, listener, find
         self._closed = threading.Event()
@@ -134,7 +134,7 @@ class RelayConnection:
         self._thread = threading.Thread(target=self._run, name='relay', daemon=True)
 
     def start(self) -> None:
-        """Begin to connect."""
+        """Start connecting."""
         self._thread.start()
 
     def close(self) -> None:
@@ -149,7 +149,7 @@ class RelayConnection:
         self._send(json_frame(Kind.WANT, topics=list(self._wanted)))
 
     def fetch(self, uri: str, take: Callable[[bytes], None]) -> None:
-        """Ask for a file; it is given to a function, empty if there is none."""
+        """Request a file; ``take`` receives its content, empty if there is no such file."""
         with self._lock:
             channel = _FIRST_FILE + len(self._uris)
             self._files[channel], self._uris[channel] = take, uri
@@ -171,7 +171,7 @@ class RelayConnection:
             self._closed.wait(_AGAIN_S)
 
     def _look_elsewhere(self) -> None:
-        """Ask for the address while there is no connection; attempts go on meanwhile."""
+        """Look for the relay's address in a thread, while attempts to connect continue."""
         if self._find is not None and not self._looking.is_alive():
             self._looking = threading.Thread(target=self._look, name='find relay', daemon=True)
             self._looking.start()
@@ -182,13 +182,13 @@ class RelayConnection:
             try:
                 self._address = self._find()
             except CellNotFound:
-                continue  # the connection itself says what is wrong
+                continue  # the connection reports the problem itself
 
     def _connected(self) -> socket.socket:
-        """Connect: one attempt after the other begins, and the first that is answered counts.
+        """Return a connection: attempts begin one after another, and the first answered one counts.
 
         Raises:
-            OSError: none is answered, or the answer is no.
+            OSError: no attempt is answered, or the connection is refused.
         """
         found = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
         lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
@@ -207,7 +207,7 @@ class RelayConnection:
                 ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
                 if ready:
                     return _answered(ready[0].dup(), lasting_s)
-                while attempts and now_s - attempts[0][0] > lasting_s:  # nor was it answered now
+                while attempts and now_s - attempts[0][0] > lasting_s:  # still unanswered
                     attempts.popleft()[1].close()
         finally:
             for _, attempt in attempts:
@@ -217,7 +217,7 @@ class RelayConnection:
     def _converse(self, connection: socket.socket) -> None:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.sendall(GREETING)
-        if self._wanted:  # the topics that it offers are known already: what comes, comes sooner
+        if self._wanted:  # the offered topics are known already: messages arrive sooner
             connection.sendall(self.wanted_frame())
         with self._lock:
             self._socket = connection
@@ -244,7 +244,7 @@ class RelayConnection:
             if received > 0:
                 self._send(number_frame(Kind.ACKNOWLEDGE, received))
             talk.take(data)
-            self._heard_s = heard_s  # it is the relay that says it
+            self._heard_s = heard_s  # only now: these data are from a relay
 
     def _send(self, frame: bytes) -> None:
         with self._lock:
@@ -253,19 +253,19 @@ class RelayConnection:
             try:
                 self._socket.sendall(frame)
             except OSError:
-                self._socket = None  # the reading thread finds out, and connects again
+                self._socket = None  # the reading thread notices, and connects again
 
     def wanted_frame(self) -> bytes:
-        """Return the frame that says what is wanted now."""
+        """Return the frame with the topics wanted now."""
         with self._lock:
             return json_frame(Kind.WANT, topics=list(self._wanted))
 
     def send_wanted(self) -> None:
-        """Say again what is wanted: topics can be had once they are offered."""
+        """Send the wanted topics again: newly offered ones are available only now."""
         self._send(self.wanted_frame())
 
     def take_file(self, message: Message) -> None:
-        """Give a file to the function that was given with the request."""
+        """Pass a file to the function given with the request."""
         with self._lock:
             take = self._files.pop(message.channel, None)
         if take is not None and len(message.data) <= MAX_MESH_BYTES:
@@ -287,7 +287,7 @@ def _attempt(found: Any) -> socket.socket:
 
 
 def _answered(connection: socket.socket, timeout_s: float) -> socket.socket:
-    """Return a connection to which there is an answer; raise OSError if it is no."""
+    """Return an answered connection; raise OSError if it was refused."""
     problem = connection.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
     if problem:
         connection.close()
@@ -305,10 +305,10 @@ class _Talk:
         self._sources: Dict[int, RelaySource] = {}
 
     def take(self, data: bytes) -> None:
-        """Take bytes as they come.
+        """Take bytes as they arrive.
 
         Raises:
-            FramesBroken, ValueError: they are not what a relay sends.
+            FramesBroken, ValueError: the bytes are not from a relay.
         """
         for frame in self._reader.take(data):
             self._take_frame(frame)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shows one cell that runs elsewhere, until RViz is closed or the user ends it."""
+"""A viewer of one cell elsewhere, until RViz is closed or the user ends it."""
 from __future__ import annotations
 
 import os
@@ -53,7 +53,7 @@ _ABOVE_M = (0.0, 0.0, 1.5)
 
 
 class OwnScene:
-    """Publishes messages as bytes, after a look at them: RViz would take any length they claim."""
+    """Publishes messages as bytes after a check: RViz would believe any length that they claim."""
 
     def __init__(self, on_subscribe: Callable[[], None]) -> None:
         """``on_subscribe`` is called when a topic gets its first subscriber here."""
@@ -80,12 +80,12 @@ class OwnScene:
         self._on_subscribe()
 
     def wanted(self) -> Set[str]:
-        """Return the topics with subscribers here."""
+        """Return the topics with local subscribers."""
         with self._lock:
             return {name for name, it in self._topics.items() if it.publisher.subscriber_count}
 
     def show(self, source: RelaySource, message: Message) -> None:
-        """Publish a message, if it is what its topic says."""
+        """Publish a message if it fits its topic."""
         with self._lock:
             own = self._topics.get(source.topic)
             number = self._sources.setdefault(source, len(self._sources))
@@ -97,20 +97,20 @@ class OwnScene:
         own.publisher.publish(number, [message.data], time.monotonic_ns())
 
     def take_problems(self) -> List[str]:
-        """Return in words what was not shown since the last call, each thing once."""
+        """Return the problems since the last call in words, each once."""
         with self._lock:
             found, self._problems = list(self._problems), {}
         return found
 
     def tell(self, text: str, frame: str) -> None:
-        """Write a text into the scene; none takes it away."""
+        """Show a text in the scene; an empty one removes it."""
         marker = text_marker('link', frame, _ABOVE_M, text, _HEIGHT_M, _AMBER) if text else \
             Marker(action=Marker.DELETEALL)
         marker.header.frame_id = frame
         self._link.publish(MarkerArray([marker]))
 
     def close(self) -> None:
-        """Publish nothing more."""
+        """Stop publishing."""
         self._sender.close()
 
 
@@ -121,7 +121,7 @@ class _OwnTopic:
         self.publisher = publisher
 
     def problem(self, source: RelaySource, data: bytes) -> str:
-        """Return what is wrong with a message; empty if nothing is."""
+        """Return the problem of a message; empty if there is none."""
         if source.md5sum != self._connection.md5sum:
             return f'{source.caller} sends another {source.type}'
         try:
@@ -145,23 +145,23 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 
 _STEP_S = 0.25
 _OLD_S = 1.0
-"""Without a connection for longer the scene says so."""
+"""Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
 Say = Callable[[str], None]
 
 
 class Viewer:
-    """Connects, starts RViz when the cell has said what to show, and tells in words how it is.
+    """Connects, starts RViz when the cell has sent its offer, and reports in words.
 
-    This process has to be a node of the viewer's own master. ``on_*`` come in the thread of the
-    connection, ``run`` is called by the main thread.
+    This process must be a node of the viewer's own master. The methods ``on_*`` are called in the
+    thread of the connection, ``run`` in the main thread.
     """
 
     def __init__(self, name: str, address: Tuple[str, int], find: Callable[[], Tuple[str, int]],
                  folder: str, say: Say, with_rviz: bool) -> None:
-        """``name`` is what the user calls the cell; files are written into a folder.
+        """``name`` is the user's name of the cell; ``folder`` receives files.
 
-        ``address`` is that of its relay; for ``find`` see RelayConnection.
+        ``address`` is that of the cell's relay; for ``find`` see RelayConnection.
         """
         self._name, self._folder, self._say = name, folder, say
         self._with_rviz = with_rviz
@@ -178,7 +178,7 @@ class Viewer:
         self._is_ended = False
 
     def run(self) -> int:
-        """Show the cell until the end; return the exit code."""
+        """Show the cell until it is ended here; return the exit code."""
         self._say(f'connecting to {self._name}')
         self._connection.start()
         while not self._is_ended:
@@ -268,7 +268,7 @@ class Viewer:
             self._launch()
 
     def _fetch(self, offer: Offer, models: ShownModels) -> None:
-        """Ask for meshes; RViz starts when all are there, as it reads them once."""
+        """Request meshes; RViz starts when all have arrived, as it reads each only once."""
         self._awaited = dict(models.wanted)
         size = sum(offer.meshes[uri].size for uri in models.wanted)
         if models.wanted:
@@ -281,7 +281,7 @@ class Viewer:
 
     def _take_mesh(self, offer: Offer, uri: str, path: str, data: bytes) -> None:
         if offer is not self._offer or self._awaited.pop(uri, None) is None:
-            return  # for a view that is not shown any more
+            return  # for a view that is no longer shown
         if digest_of(data) == offer.meshes[uri].digest:
             Path(path).write_bytes(data)
         else:
@@ -295,7 +295,7 @@ class Viewer:
         self._say('RViz is starting' if self._with_rviz else 'ready')
 
     def _take_end(self, code: int) -> None:
-        """Without RViz roslaunch ends at once, when the models are set."""
+        """End with RViz; without RViz roslaunch ends as soon as the models are set."""
         if self._with_rviz and self._run is not None and self._run.wait(0.0):
             self._is_ended = True
 
@@ -317,7 +317,7 @@ class Viewer:
                    if names else ('the link carries everything' if 'thin' in self._said else ''))
 
     def _step(self) -> None:
-        """Say in words what has changed."""
+        """Report changes in words."""
         self._changed_wants()
         for problem in self._scene.take_problems():
             self._tell(problem, _printable(problem))
