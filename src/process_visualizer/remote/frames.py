@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frames of a connection between the relay of a cell and a viewer, as bytes.
+"""Frames of a connection between a cell's relay and a viewer, as bytes.
 
-After a greeting of fixed bytes, which exposes a wrong port at once, each side sends frames: a
-kind, a channel, a length, and that many bytes. Large messages are sent in parts, so that small
-ones do not wait for them. What the other side claims is checked before anything is allocated.
+After a greeting of fixed bytes, which reveals a wrong port at once, each side sends frames: a
+kind, a channel, a length, and as many bytes of content. Large messages are sent in parts, so that
+small ones do not wait for them. Lengths from the other side are checked before memory is allocated.
 """
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
 from process_visualizer.bagio.json_text import parsed_json
 
 GREETING = b'process_visualizer view 1\n'
-"""Of both sides. Another number: they do not understand each other."""
+"""Greeting of both sides. The number is that of the protocol; both must have the same one."""
 PART_BYTES = 8 << 10
 MAX_BYTES = 64 << 20
-"""Of one message; larger ones are not passed on."""
+"""Maximum size of a message; larger ones are not passed on."""
 FRAME_BYTES = 4 << 20
-"""Of one frame."""
+"""Maximum size of a frame's content."""
 _HEAD = Struct('<BII')
 _BEGIN = Struct('<QQ')
 _NUMBER = Struct('<Q')
@@ -28,7 +28,7 @@ _TIMES = Struct('<QQ')
 
 
 class Kind(IntEnum):
-    """The kind of a frame. The relay sends the first ones, the viewer those from WANT on."""
+    """Kind of a frame. The viewer sends the kinds from WANT on, the relay the others."""
 
     OFFER = 1
     TOPICS = 2
@@ -45,17 +45,17 @@ class Kind(IntEnum):
 
 
 class LinkFrame(NamedTuple):
-    """A frame; ``channel`` numbers a publisher of a topic, 0 where it is about none."""
+    """A frame; ``channel`` is the number of a topic's publisher, or 0."""
 
     kind: int
     channel: int
     content: bytes
 
     def json(self) -> Dict[str, Any]:
-        """Return the content as an object of JSON.
+        """Return the content as a JSON object.
 
         Raises:
-            FramesBroken: it is none.
+            FramesBroken: the content is not a JSON object.
         """
         try:
             value = parsed_json(self.content.decode('utf-8', 'surrogatepass'))
@@ -76,7 +76,7 @@ class LinkFrame(NamedTuple):
 
 
 class FramesBroken(Exception):
-    """The other side does not keep to the protocol; says how."""
+    """The other side violates the protocol; the text says how."""
 
 
 def frame_bytes(kind: Kind, content: bytes = b'', channel: int = 0) -> bytes:
@@ -85,7 +85,7 @@ def frame_bytes(kind: Kind, content: bytes = b'', channel: int = 0) -> bytes:
 
 
 def json_frame(kind: Kind, **values: Any) -> bytes:
-    """Return a frame with an object of JSON."""
+    """Return a frame with a JSON object."""
     return frame_bytes(kind, json.dumps(values).encode())
 
 
@@ -100,9 +100,9 @@ def times_frame(kind: Kind, first: int, second: int) -> bytes:
 
 
 def message_frames(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes]:
-    """Yield the frames of a message: its begin, and its parts.
+    """Yield the frames of a message: its beginning, and its parts.
 
-    ``arrived_ns`` is when the relay got it, by the cell's clock [ns since the epoch].
+    ``arrived_ns`` is the time of arrival at the relay, by the cell's clock [ns since the epoch].
     """
     yield frame_bytes(Kind.BEGIN, _BEGIN.pack(arrived_ns, len(data)), channel)
     for begin in range(0, len(data), PART_BYTES):
@@ -110,19 +110,19 @@ def message_frames(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes
 
 
 class LinkFrameReader:
-    """Makes frames of bytes as they come; one side's longest frame is limited."""
+    """Assembles frames from bytes as they arrive, up to a maximum size."""
 
     def __init__(self, most_bytes: int = FRAME_BYTES) -> None:
-        """``most_bytes`` is the longest content."""
+        """``most_bytes`` is the maximum size of a content."""
         self._most_bytes = most_bytes
         self._buffer = bytearray()
         self._is_greeted = False
 
     def take(self, data: bytes) -> List[LinkFrame]:
-        """Return the frames that are complete now.
+        """Take bytes; return the frames that are complete now.
 
         Raises:
-            FramesBroken: these are no frames.
+            FramesBroken: the bytes are not frames.
         """
         self._buffer += data
         if not self._is_greeted:
@@ -150,7 +150,7 @@ class LinkFrameReader:
 
 
 class Message(NamedTuple):
-    """A message of a channel, and when the relay got it [ns, the cell's clock]."""
+    """A message of a channel, and its time of arrival at the relay [ns, the cell's clock]."""
 
     channel: int
     arrived_ns: int
@@ -158,17 +158,17 @@ class Message(NamedTuple):
 
 
 class MessageParts:
-    """Puts messages together; those of several channels may be under way at the same time."""
+    """Assembles messages; messages of several channels may be incomplete at the same time."""
 
     def __init__(self) -> None:
-        """Nothing is under way."""
+        """Begin without messages."""
         self._open: Dict[int, Tuple[int, int, bytearray]] = {}
 
     def begin(self, frame: LinkFrame) -> List[Message]:
-        """Take the begin of a message; return it if it is empty.
+        """Take the beginning of a message; return the message if it is empty.
 
         Raises:
-            FramesBroken: it is no begin of a message.
+            FramesBroken: the frame is not a valid beginning.
         """
         arrived_ns, size = _unpacked(_BEGIN, frame.content)
         if size > MAX_BYTES:
@@ -177,10 +177,10 @@ class MessageParts:
         return self._completed(frame.channel)
 
     def part(self, frame: LinkFrame) -> List[Message]:
-        """Take a part; return the message if it is complete.
+        """Take a part; return the message if it is now complete.
 
         Raises:
-            FramesBroken: the message has not begun, or is longer than it said.
+            FramesBroken: the message has not begun, or is longer than announced.
         """
         if frame.channel not in self._open:
             raise FramesBroken('a part of nothing')

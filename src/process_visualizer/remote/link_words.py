@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults between a viewer and a cell, in words: what, where, and what to do."""
+"""Messages about faults between a viewer and a cell: what, where, and what to do."""
 from __future__ import annotations
 
 import errno
@@ -16,7 +16,7 @@ _EVERYWHERE = '0.0.0.0'
 
 
 class Address(NamedTuple):
-    """A computer, and a port or None."""
+    """A computer, and a port if known."""
 
     host: str
     port: Optional[int]
@@ -27,10 +27,10 @@ class Address(NamedTuple):
 
 
 def address_of(text: str) -> Address:
-    """Return what HOST, HOST:PORT or http://HOST:PORT stands for.
+    """Return the address in HOST, HOST:PORT or http://HOST:PORT.
 
     Raises:
-        ValueError: it is none of these.
+        ValueError: the text is none of these.
     """
     text = text.strip()
     try:
@@ -51,10 +51,10 @@ def address_of(text: str) -> Address:
 
 
 def ports_of(text: str) -> range:
-    """Return the ports in FIRST-LAST, or in one number.
+    """Return the ports in FIRST-LAST, or in a single number.
 
     Raises:
-        ValueError: it is neither.
+        ValueError: the text is neither.
     """
     first, separator, last = text.partition('-')
     try:
@@ -68,9 +68,9 @@ def ports_of(text: str) -> range:
 
 
 def listening_address(environment: Mapping[str, str], is_remote: bool) -> str:
-    """Return where the relay listens: at ROS_IP or ROS_HOSTNAME; else here, or everywhere.
+    """Return the relay's listening address: ROS_IP or ROS_HOSTNAME, else loopback or all.
 
-    ``is_remote`` says that other computers may watch, whatever the nodes do.
+    ``is_remote`` allows other computers to watch, whatever addresses the nodes use.
     """
     for name in ('ROS_IP', 'ROS_HOSTNAME'):
         value = environment.get(name, '').strip()
@@ -80,7 +80,7 @@ def listening_address(environment: Mapping[str, str], is_remote: bool) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address or name can only be this computer; a name is looked up."""
+    """Return whether an address or name is that of the loopback interface; a name is looked up."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -94,7 +94,7 @@ def is_loopback(host: str) -> bool:
 
 
 def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
-    """Say that ROS_IP or ROS_HOSTNAME names another computer; None if neither does."""
+    """Return a message if ROS_IP or ROS_HOSTNAME names another computer, else None."""
     for name in ('ROS_HOSTNAME', 'ROS_IP'):
         value = environment.get(name, '').strip()
         if value and not _is_here(value):
@@ -105,7 +105,7 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
 
 
 def _is_here(host: str) -> bool:
-    """Return whether something can listen at a name or address."""
+    """Return whether a program here can listen at a name or address."""
     try:
         found = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)
         for family, kind, protocol, _, address in found:
@@ -121,14 +121,14 @@ _DROPPED = (errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH, errno.EHOSTD
 
 
 def unknown_name(host: str) -> str:
-    """Say that a name does not resolve."""
+    """Return the message that a name does not resolve."""
     return (f'the name "{host}" is not known on this computer: write the address of the cell\'s '
             f'computer instead ("hostname -I" there prints it), or add a line "ADDRESS {host}" to '
             '/etc/hosts')
 
 
 def unreachable(address: Address, error: OSError, what: str) -> str:
-    """Say why there is no connection to a port, and what to do; ``what`` should answer there."""
+    """Return why there is no connection to a port, and the remedy; ``what`` should answer there."""
     if isinstance(error, socket.timeout) or error.errno in _DROPPED:
         return (f'{address} does not answer: the computer is off or in another network ("ping '
                 f'{address.host}"), or a firewall drops the connection; on the cell\'s computer, '
@@ -144,7 +144,7 @@ SAYS_NOTHING = ('it accepts the connection, but says nothing: another program li
 
 
 def only_small_packets(host: str) -> str:
-    """Say that large packets are lost on the way, and none says so."""
+    """Return the message that large packets are lost without any notice."""
     return ('only small packets arrive: a part of the way carries less than its ends believe '
             '(MTU). Set it on both computers, such as "sudo ip link set dev NAME mtu 1280", with '
             f'the NAME that "ip route get {host}" prints behind "dev"; a VPN has a setting of its '
@@ -152,7 +152,7 @@ def only_small_packets(host: str) -> str:
 
 
 def closed_to_others(host: str, port: int) -> str:
-    """Say that a cell lets only its own computer watch."""
+    """Return the message that a cell lets only its own computer watch."""
     return (f'the cell on {host} listens to its own computer only: start it with "cell run '
             '--remote" or the launcher with --remote, or set ROS_IP there to the address that '
             f'you reach; or use a tunnel: "ssh -N -L {port}:localhost:{port} {host}", and then '
@@ -160,9 +160,9 @@ def closed_to_others(host: str, port: int) -> str:
 
 
 def relay_silent(host: str, listens: str, error: OSError) -> str:
-    """Say why the relay of a cell cannot be reached, whose master can.
+    """Return why the relay of a cell cannot be reached although the master can.
 
-    ``listens`` is where it listens, as it says itself.
+    ``listens`` is the relay's own statement of its address.
     """
     address, _, port = listens.rpartition(':')
     if is_loopback(address):
@@ -173,13 +173,13 @@ def relay_silent(host: str, listens: str, error: OSError) -> str:
 
 
 def no_cell(master_uri: str) -> str:
-    """Say that there is a master without a cell."""
+    """Return the message that there is a master without a cell."""
     return (f'there is a ROS master at {master_uri}, but no cell of this program that lets others '
             'watch: start it with "cell run" or the launcher, of a version that has "cell view"')
 
 
 def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[str, ...]:
-    """Say that neither a master nor a cell answers."""
+    """Return the messages that neither a master nor a cell answers."""
     if isinstance(master, ConnectionRefusedError) and isinstance(relay, ConnectionRefusedError):
         return (f'nothing listens on {address.host}, neither a ROS master (port '
                 f'{address.port or MASTER_PORT}) nor a cell for viewers (port '
@@ -194,9 +194,9 @@ def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[st
 
 
 def clocks_apart(ahead_s: float) -> Optional[str]:
-    """Say how far the clocks are apart, and what that shows; None if they are not.
+    """Return the difference of the clocks, its effects and the remedy; None for a small one.
 
-    ``ahead_s`` is how far the cell's clock is ahead of this one.
+    ``ahead_s`` is the time by which the cell's clock is ahead of this one.
     """
     if abs(ahead_s) < CLOCKS_APART_S:
         return None
@@ -209,7 +209,7 @@ def clocks_apart(ahead_s: float) -> Optional[str]:
 
 
 def versions_differ(theirs: str, ours: str) -> Optional[str]:
-    """Say that the programs have different versions; None if not."""
+    """Return the message that the programs have different versions; None if they are the same."""
     if theirs == ours:
         return None
     return (f'the cell has version {theirs[:40]} of process_visualizer, this computer has {ours}: '
@@ -217,7 +217,7 @@ def versions_differ(theirs: str, ours: str) -> Optional[str]:
 
 
 def types_differ(topics: Mapping[str, OfferedTopic], ours: Mapping[str, str]) -> Tuple[str, ...]:
-    """Name the types that are others here; ``ours`` has their MD5 sums as installed here."""
+    """Return messages on types with other definitions here; ``ours`` has the MD5 sums here."""
     found = {topic.type for topic in topics.values()
              if ours.get(topic.type) not in (None, topic.md5sum)}
     return tuple(f'{it} is another type here than at the cell: what is sent as such is not shown; '
@@ -225,7 +225,7 @@ def types_differ(topics: Mapping[str, OfferedTopic], ours: Mapping[str, str]) ->
 
 
 def no_connection(name: str, since_s: float) -> str:
-    """Say that the picture is old."""
+    """Return the message that the picture is old."""
     return f'no connection to {name} for {_duration(since_s)}: this picture is old'
 
 

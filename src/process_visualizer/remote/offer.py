@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The offer of a running cell to viewers: its view, models and topics; all of it is data."""
+"""The offer of a running cell to viewers: view, models and topics, all of them untrusted data."""
 from __future__ import annotations
 
 import hashlib
@@ -9,11 +9,11 @@ from typing import Any, Dict, Iterator, Mapping, NamedTuple, Tuple
 import rosgraph.names
 
 DEFAULT_PORTS = range(11411, 11419)
-"""On which the relay listens, on the first that is free."""
+"""Ports of the relay, which listens on the first free one."""
 ADDRESS_PARAMETER = '/view_relay/address'
-"""Of the master: where the relay listens."""
+"""Parameter on the master with the relay's address."""
 MESH_ENDINGS = ('.stl', '.dae', '.obj', '.mesh', '.ply', '.png', '.jpg', '.jpeg', '.tga', '.mtl')
-"""Files that a relay gives to viewers: meshes and their textures."""
+"""Endings of files that a relay gives to viewers: meshes and their textures."""
 MAX_MESH_BYTES = 48 << 20
 _TYPE = re.compile(r'[A-Za-z]\w*/[A-Za-z]\w*', re.ASCII)
 _MD5 = re.compile('[0-9a-f]{32}')
@@ -21,7 +21,7 @@ _MAX_TOPICS = 2000
 
 
 class OfferedTopic(NamedTuple):
-    """A topic that viewers may have: ``type`` is `package/Type`."""
+    """A topic that viewers may request; ``type`` is `package/Type`."""
 
     type: str
     md5sum: str
@@ -29,7 +29,7 @@ class OfferedTopic(NamedTuple):
 
 
 class OfferedMesh(NamedTuple):
-    """A file that a model names: how long it is [bytes], and its SHA-256."""
+    """A file named in a model: its size [bytes] and SHA-256."""
 
     size: int
     digest: str
@@ -38,8 +38,8 @@ class OfferedMesh(NamedTuple):
 class Offer(NamedTuple):
     """The first message to a viewer.
 
-    ``view`` is the content of an .rviz file, ``models`` has descriptions by parameter, ``meshes``
-    the files by the URI in them. ``remark`` says in words what cannot be shown.
+    ``view`` is the content of an .rviz file; ``models`` has the descriptions by parameter, and
+    ``meshes`` the files by their URIs in the descriptions.
     """
 
     version: str
@@ -49,17 +49,17 @@ class Offer(NamedTuple):
     meshes: Dict[str, OfferedMesh]
 
     def values(self) -> Dict[str, Any]:
-        """Return it as an object of JSON."""
+        """Return the offer as a JSON object."""
         return {'version': self.version, 'mode': self.mode, 'view': self.view,
                 'models': self.models,
                 'meshes': {uri: list(mesh) for uri, mesh in self.meshes.items()}}
 
 
 def offer_of(values: Mapping[str, Any]) -> Offer:
-    """Return the offer in an object of JSON.
+    """Return the offer in a JSON object.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the object is not an offer.
     """
     meshes = {}
     for uri, pair in _pairs(values, 'meshes'):
@@ -79,10 +79,10 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
 
 
 def topics_of(values: Mapping[str, Any]) -> Dict[str, OfferedTopic]:
-    """Return the topics by name in an object of JSON.
+    """Return the topics in a JSON object, by name.
 
     Raises:
-        ValueError: it is none, or a name or type is not allowed.
+        ValueError: the object holds no topics, or a name or type is not allowed.
     """
     found: Dict[str, OfferedTopic] = {}
     for name, parts in _pairs(values, 'topics'):
@@ -101,12 +101,12 @@ def topics_of(values: Mapping[str, Any]) -> Dict[str, OfferedTopic]:
 
 
 def topics_message(topics: Mapping[str, OfferedTopic]) -> Dict[str, Any]:
-    """Return topics as values of JSON."""
+    """Return topics as a JSON object."""
     return {name: list(topic) for name, topic in topics.items()}
 
 
 def named_topics(view: Any) -> Iterator[str]:
-    """Yield the absolute names that stand in a view as values: topics, and what looks like one."""
+    """Yield the absolute names among a view's values: topics, and anything that looks like one."""
     if isinstance(view, dict):
         for value in view.values():
             yield from named_topics(value)

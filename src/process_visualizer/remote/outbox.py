@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The outbox of one viewer: never old data, and never much."""
+"""The outbox of one viewer, which holds neither old data nor much data."""
 from __future__ import annotations
 
 import math
@@ -13,11 +13,11 @@ from process_visualizer.bagio.message_layout import MessageDamaged, read_text
 from process_visualizer.remote.frames import PART_BYTES, message_frames
 
 OLD_S = 0.3
-"""A message that has waited longer is not sent any more, unless it has to arrive."""
+"""Maximum waiting time of a message that need not arrive; after that it is dropped."""
 _SOON_S = 1.0
-"""A topic that had a large message so lately will have another one."""
+"""Time after a large message of a channel in which another one is expected."""
 _MAX_WAITING_BYTES = 4 << 20
-"""Of small messages that wait."""
+"""Maximum size of all small messages that wait."""
 Thinner = Callable[[int, bytes], bytes]
 
 
@@ -30,12 +30,12 @@ class _Waiting(NamedTuple):
 
 
 class Outbox:
-    """Decides what is sent next; times [s] are those of a clock that does not jump.
+    """Decides what is sent next; times [s] come from a clock that does not jump.
 
-    First what has to arrive (answers, latched messages), then small messages in the order in which
-    they came, then parts of large ones: of each topic only the last message, a part of each in
-    turn. A latched message that was made smaller is sent again as it is when nothing else waits.
-    Nothing grows with what is published: of each channel only the last latched message is kept.
+    Data that must arrive (answers, latched messages) are sent first, then small messages in order
+    of arrival, then parts of large ones: only the last message of each topic, one part of each in
+    turn. A latched message that was thinned is sent again in full when nothing else waits. Memory
+    does not grow with the published data: only the last latched message of each channel is kept.
     """
 
     def __init__(self) -> None:
@@ -45,18 +45,18 @@ class Outbox:
         self._small: Deque[_Waiting] = deque()
         self._small_bytes = 0
         self._large: Dict[int, _Waiting] = {}
-        self._smaller: Dict[int, _Waiting] = {}  # latched ones that were sent thinned, as they are
-        self._large_s: Dict[int, float] = {}  # when a channel had its last large message
-        self._transfers: Dict[int, Iterator[bytes]] = {}  # in turn: the last one was sent last
+        self._smaller: Dict[int, _Waiting] = {}  # full latched messages that were sent thinned
+        self._large_s: Dict[int, float] = {}  # time of a channel's last large message
+        self._transfers: Dict[int, Iterator[bytes]] = {}  # in order of their turns
         self._files: Deque[Tuple[int, Iterator[bytes]]] = deque()
         self._left_out: Dict[int, int] = {}
 
     def put_frame(self, frame: bytes) -> None:
-        """Add a frame that has to arrive, before anything that waits."""
+        """Add a frame that must arrive, before everything else that waits."""
         self._urgent.append(frame)
 
     def put_kept(self, channel: int, arrived_ns: int, data: bytes) -> None:
-        """Add a message that has to arrive, unless its channel has a newer one: a latched one."""
+        """Add a latched message, which must arrive unless its channel gets a newer one."""
         waiting = _Waiting(channel, arrived_ns, data, 0.0, True)
         is_large = len(data) > PART_BYTES
         self._smaller.pop(channel, None)
@@ -66,7 +66,7 @@ class Outbox:
         (self._large if is_large else self._kept)[channel] = waiting
 
     def put_file(self, channel: int, arrived_ns: int, data: bytes) -> None:
-        """Add a file: it has to arrive, but everything else goes first."""
+        """Add a file, which must arrive, but after everything else."""
         self._files.append((channel, message_frames(channel, arrived_ns, data)))
 
     def put(self, channel: int, arrived_ns: int, data: bytes, now_s: float) -> None:
@@ -84,27 +84,27 @@ class Outbox:
             self._leave_out(self._take_small().channel)
 
     def take_left_out(self) -> Dict[int, int]:
-        """Return how many messages of each channel were not sent since the last call."""
+        """Return the number of dropped messages by channel since the last call."""
         counts, self._left_out = self._left_out, {}
         return counts
 
     @property
     def transfers(self) -> int:
-        """Return how many large messages are under way, wait, or will soon: they share the link."""
+        """Return the number of large messages (in transfer, waiting, expected) on the link."""
         newest_s = max(self._large_s.values(), default=0.0)
         soon = {it for it, since_s in self._large_s.items() if newest_s - since_s < _SOON_S}
         return len(self._transfers.keys() | self._large.keys() | soon)
 
     def next_frames(self, now_s: float, thinned: Thinner,
                     with_large: bool = True) -> Optional[bytes]:
-        """Return what is to be sent now, or None if nothing waits.
+        """Return the bytes to send now, or None if nothing waits.
 
-        ``thinned`` makes a large message of a channel smaller, just before it is sent.
+        ``thinned`` reduces a large message of a channel just before it is sent.
         """
         if self._urgent:
             return self._urgent.popleft()
         for channel in self._kept:
-            if channel not in self._transfers:  # an older one would come after it
+            if channel not in self._transfers:  # otherwise an older message would arrive after it
                 it = self._kept.pop(channel)
                 return b''.join(message_frames(it.channel, it.arrived_ns, it.data))
         while self._small:
@@ -146,37 +146,38 @@ class Outbox:
 
 
 _MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 2 << 20
-"""The largest is what is old at most when a wide link becomes thin: 1.7 s of 10 Mbit/s."""
+"""Limits of the window; the largest bounds the old data when a wide link becomes thin: 1.7 s of
+10 Mbit/s."""
 _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
 _LARGE_S, _MIN_LARGE_BYTES = 0.15, 16 << 10
 _QUEUED_S = 0.06
-"""So much longer than the quickest one an answer may take: that is what queues on the way."""
+"""Maximum delay of an answer beyond the quickest one, by queues on the way."""
 _SHRINK, _MOST_SHRINK = 0.8, 0.1
 _OVERDUE = 2.0
-"""By this factor slower than it may be, as when a link has become thin."""
+"""Factor by which an answer exceeds its maximum time when a link has become thin."""
 _RESERVE = 2.0
 _QUICKEST_S = 20.0
-"""The quickest answer counts for so long: the way may become another one."""
+"""Time for which the quickest answer counts: the route may change."""
 _RATE_S = 0.5
 
 
 class LinkWindow:
-    """Follows what the viewer acknowledges; times [s] are those of a clock that does not jump.
+    """Adapts a window to the viewer's acknowledgments; times [s] come from a clock without jumps.
 
-    TCP alone fills every buffer on the way, up to seconds of a thin link. So no more is under way
-    than the link carries in the time of an answer: it grows while answers come as quickly as they
-    can, and shrinks when they become slower. A link that becomes thin says nothing at first: so
-    nothing large is sent while an answer is overdue.
+    TCP alone fills every buffer on the way, up to seconds of a thin link. So the data in flight are
+    limited to what the link carries during an answer: the window grows while answers are as quick
+    as possible, and shrinks when they become slower. When a link becomes thin, answers are missing
+    at first, so nothing large is sent while an answer is overdue.
     """
 
     def __init__(self, least_bytes: int = _MIN_BYTES, begin_bytes: int = _BEGIN_BYTES,
                  queued_s: float = _QUEUED_S, longest_s: float = math.inf) -> None:
-        """Nothing is known of the link.
+        """Begin without knowledge of the link.
 
         Args:
-            least_bytes, begin_bytes: the smallest window, and the first one.
-            queued_s: by so much an answer may be slower than the quickest one.
-            longest_s: an answer may take, however quick others were.
+            least_bytes, begin_bytes: minimum and initial size of the window.
+            queued_s: maximum delay of an answer beyond the quickest one.
+            longest_s: maximum time of an answer, however quick others were.
         """
         self._least_bytes, self._window = least_bytes, float(begin_bytes)
         self._queued_s, self._longest_s = queued_s, longest_s
@@ -190,46 +191,46 @@ class LinkWindow:
 
     @property
     def under_way(self) -> int:
-        """The bytes that are not acknowledged."""
+        """The number of unacknowledged bytes."""
         return self._sent - self._acknowledged
 
     @property
     def bytes_s(self) -> float:
-        """Return what the viewer gets at present [bytes/s]; 0 while nothing is known."""
+        """Return the rate at which the viewer receives data [bytes/s]; 0 while unknown."""
         return self._bytes_s
 
     @property
     def carries_bytes_s(self) -> float:
-        """Return what the link would carry [bytes/s]; a cautious guess while nothing is known."""
+        """Return the capacity of the link [bytes/s]; a cautious guess while it is unknown."""
         return self._window / (self.answer_s or _BEGIN_S)
 
     def large_bytes(self, count: int) -> float:
-        """Return how long each of some large messages may be to be there soon [bytes]."""
+        """Return the size [bytes] up to which each of ``count`` large messages arrives soon."""
         return max(_MIN_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
 
     def may_send(self) -> bool:
-        """Return whether more may be sent now, if it is small: it need not wait for large data."""
+        """Return whether small data may be sent now, which need not wait for large data."""
         return self.under_way < _RESERVE * self._window
 
     def may_send_large(self, now_s: float) -> bool:
-        """Return whether more may be sent now, whatever it is."""
+        """Return whether data of any size may be sent now."""
         is_overdue = (self.under_way > self._least_bytes
                       and now_s - self._marks[0][1] > _OVERDUE * self._patience_s)
         return self.under_way < self._window and not is_overdue
 
     @property
     def _patience_s(self) -> float:
-        """How long an answer may take."""
+        """The maximum time of an answer [s]."""
         quickest_s = self._quickest[0][1] if self._quickest else math.inf
         return min(quickest_s + self._queued_s, self._longest_s)
 
     def sent(self, count: int, now_s: float) -> None:
-        """Note bytes that have been sent."""
+        """Note the number of bytes that were sent."""
         self._sent += count
         self._marks.append((self._sent, now_s))
 
     def acknowledged(self, total: int, now_s: float) -> None:
-        """Note how many bytes the viewer has had in all."""
+        """Note the total number of bytes that the viewer has received."""
         if not self._acknowledged < total <= self._sent:
             return
         was_full = self.under_way > 0.5 * self._window
@@ -249,7 +250,7 @@ class LinkWindow:
         while self._quickest[0][0] < now_s - _QUICKEST_S:
             self._quickest.popleft()
         if answer_s > self._patience_s:
-            if now_s - self._shrunk_s > answer_s:  # once for what is under way
+            if now_s - self._shrunk_s > answer_s:  # once for all data in flight
                 is_thin = answer_s > _OVERDUE * self._patience_s
                 shrink = max(self._patience_s / answer_s, _MOST_SHRINK) if is_thin else _SHRINK
                 self._window = max(self._least_bytes, self._window * shrink)
@@ -272,10 +273,10 @@ _PIXEL_BYTES = {'mono8': 1, '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'rgb
 
 
 def thinned(kind: str, data: bytes, most_bytes: float) -> bytes:
-    """Return a cloud or an image with about ``most_bytes`` at most; other messages unchanged.
+    """Return a cloud or an image reduced to about ``most_bytes``, other messages unchanged.
 
-    Points that are nowhere are dropped first, then every n-th one is kept, as are every n-th row
-    and column of an image. What cannot be understood is returned as it is.
+    Points without coordinates are dropped first, then every n-th point is kept, or every n-th row
+    and column of an image. Messages that cannot be parsed are returned unchanged.
     """
     if len(data) <= most_bytes:
         return data
@@ -317,7 +318,7 @@ def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
 
 def _somewhere(points: np.ndarray, offsets: 'dict[bytes, Tuple[int, int]]',
                number: str) -> np.ndarray:
-    """The points whose place is known."""
+    """Return the points with a finite depth."""
     offset, datatype = offsets.get(b'z', (0, 0))
     if datatype != 7 or offset + 4 > points.shape[1]:  # FLOAT32
         return points

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""View and models of a cell that runs elsewhere: data, of which only what is shown counts."""
+"""View and models of a cell elsewhere: untrusted data, of which only known displays are used."""
 from __future__ import annotations
 
 import os
@@ -19,7 +19,7 @@ from process_visualizer.robot.model_resources import resource_path
 from process_visualizer.rviz.views import onlooker_view
 
 LINK_TOPIC = '/view_link/marker_array'
-"""Where the viewer says in its own scene that the cell cannot be reached."""
+"""Topic on which the viewer shows in its own scene that the cell cannot be reached."""
 _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection', 'Enabled': True,
                  'Always In Sight': True, 'Marker Topic': LINK_TOPIC}
 _GROUP = 'rviz/Group'
@@ -37,8 +37,8 @@ def shown_view(text: str, own: View) -> View:
     """Return the content of the viewer's .rviz file.
 
     Args:
-        text: the view of the cell. Its displays, frame and camera are taken over.
-        own: the content of the default .rviz file, for the rest.
+        text: the view of the cell; its displays, frame and camera are used.
+        own: the content of the default .rviz file, used for the rest.
 
     Raises:
         ValueError: the text is no view.
@@ -58,13 +58,13 @@ def shown_view(text: str, own: View) -> View:
 
 
 def fixed_frame(view: Mapping[str, Any]) -> str:
-    """Return the frame of a view in which everything is shown."""
+    """Return the fixed frame of a view."""
     options = _mapping(_mapping(view, 'Visualization Manager'), 'Global Options')
     return str(options.get('Fixed Frame', ''))
 
 
 def model_parameters(text: str) -> List[str]:
-    """Return the absolute names of the parameters from which a view's models come.
+    """Return the absolute names of the parameters with a view's models.
 
     Raises:
         ValueError: the text is no view.
@@ -76,7 +76,7 @@ def parsed_view(text: str) -> View:
     """Return the content of a view as plain values.
 
     Raises:
-        ValueError: the text is no view, or has too much in it.
+        ValueError: the text is not a view, or is too large.
     """
     return _parsed(text)
 
@@ -107,13 +107,13 @@ def _parsed(text: str) -> View:
 
 
 class _Copy:
-    """Copies plain values, and counts them: references in YAML may multiply."""
+    """Copies plain values and counts them: references in YAML may multiply."""
 
     def __init__(self) -> None:
         self._count = 0
 
     def of(self, value: Any, depth: int = 0) -> Any:
-        """Return a copy; raise ValueError if there is too much, or anything that is not plain."""
+        """Return a copy; raise ValueError for too many or too deeply nested values."""
         self._count += 1
         if self._count > _MAX_VALUES or depth > _DEEPEST:
             raise ValueError('there is too much in it')
@@ -154,10 +154,10 @@ _MAX_MODEL_TEXT = 16 << 20
 
 
 class ShownModels(NamedTuple):
-    """Models by parameter, as RViz is to have them.
+    """Models by parameter, as RViz gets them.
 
-    ``wanted`` are the files that the cell has to send: where to put each, by its URI there.
-    ``left_out`` are those that there are not.
+    ``wanted`` are the files that the cell must send: local paths by the URIs at the cell.
+    ``left_out`` are the URIs of files that are not available.
     """
 
     texts: Dict[str, str]
@@ -166,7 +166,7 @@ class ShownModels(NamedTuple):
 
 
 def mesh_paths(models: Mapping[str, str]) -> Dict[str, str]:
-    """Return the meshes and textures of models that a cell gives to viewers: paths by URI."""
+    """Return the meshes and textures of models that a cell offers to viewers: paths by URI."""
     packages = rospkg.RosPack()
     found: Dict[str, str] = {}
     for text in models.values():
@@ -184,7 +184,7 @@ def mesh_paths(models: Mapping[str, str]) -> Dict[str, str]:
 
 
 def offered_meshes(paths: Mapping[str, str]) -> Dict[str, OfferedMesh]:
-    """Return what is said of files to viewers, by URI; what cannot be read is left out."""
+    """Return the descriptions of files for viewers, by URI; unreadable files are left out."""
     found: Dict[str, OfferedMesh] = {}
     for uri, path in paths.items():
         digest = _digest(path)
@@ -195,10 +195,10 @@ def offered_meshes(paths: Mapping[str, str]) -> Dict[str, OfferedMesh]:
 
 def shown_models(models: Mapping[str, str], meshes: Mapping[str, OfferedMesh], folder: str
                  ) -> ShownModels:
-    """Return the models with the meshes that this computer has, or gets from the cell.
+    """Return the models, with meshes of this computer or from the cell.
 
-    A file here counts if it has the content of that of the cell. Files of the cell come into a
-    folder; no name of them is taken over.
+    A local file is used if it has the same content as the cell's. Files from the cell are stored
+    in ``folder`` under new names.
 
     Raises:
         ValueError: a model is not valid.
@@ -237,13 +237,13 @@ def _root(text: str) -> ElementTree.Element:
 
 
 def _resources(root: ElementTree.Element) -> List[ElementTree.Element]:
-    """The meshes and textures."""
+    """Return the elements of meshes and textures."""
     return [it for it in root.iter() if it.tag in ('mesh', 'texture')]
 
 
 def _remove(element: ElementTree.Element,
             parents: Mapping[ElementTree.Element, ElementTree.Element]) -> None:
-    """Take out a texture, or what a mesh is the shape of: without it that would be no URDF."""
+    """Remove a texture, or the whole visual or collision of a mesh, which is invalid without it."""
     while element.tag not in ('texture', 'visual', 'collision') and element in parents:
         element = parents[element]
     parent = parents.get(element)
