@@ -27,7 +27,7 @@ from process_visualizer.srv import (
 
 
 class RecorderError(Exception):
-    """The recorder refused or could not do something; the text says why, and what to do."""
+    """The recorder refused a command or failed; the text has the reason and the remedy."""
 
 
 class RecorderUnreachable(RecorderError):
@@ -36,12 +36,12 @@ class RecorderUnreachable(RecorderError):
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """Options of a recording; by default the recorder's parameters.
+    """Options of a recording; the defaults stand for the recorder's parameters.
 
-    The bag is named ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
-    and time). Topics that match one of the ``patterns`` (regular expressions for whole names), and
-    none of ``excluded``, are recorded as soon as they are published. With ``recent_s`` the bag
-    begins with the last seconds that the recorder has in memory.
+    The bag is named ``NAME.bag``; without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
+    and time). Topics that match one of the ``patterns`` (regular expressions for whole names) and
+    none of ``excluded`` are recorded as soon as they are published. With ``recent_s`` the bag
+    begins with the last seconds in the recorder's memory.
     """
 
     topics: Tuple[str, ...] = ()
@@ -59,7 +59,7 @@ class RecordingOptions:
 
 _NODE = f'/{BAG_RECORDER}'
 _ANSWER_TIMEOUT_S = 60.0
-"""To write what is in memory to a slow disk takes its time."""
+"""Limit of an answer: writing the memory to a slow disk takes a while."""
 _SERVICES = {'start': StartRecording, 'save_recent': StartRecording,
              'copy_recent': StartRecording, 'stop': StopRecording, 'mark_at': MarkAt}
 
@@ -77,8 +77,8 @@ def request_of(options: RecordingOptions) -> StartRecordingRequest:
 class BagRecorder:
     """Commands the node ``bag_recorder`` and follows its state; needs an initialized rospy node.
 
-    Every method waits for the recorder's answer: call them off the GUI thread. ``on_state`` is
-    called from rospy's thread.
+    Every command waits for the recorder's answer; do not call it in the GUI thread. ``on_state`` is
+    called in rospy's thread.
     """
 
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
@@ -93,7 +93,7 @@ class BagRecorder:
             for name, service in _SERVICES.items()}
 
     def begin(self) -> None:
-        """Begin to follow the state, if the constructor did not; waits for the master."""
+        """Start following the state, if the constructor did not; waits for the master."""
         self._follower.begin()
 
     @property
@@ -102,7 +102,7 @@ class BagRecorder:
         return self._follower.state
 
     def close(self) -> None:
-        """Stop following the state; the recorder keeps running."""
+        """Stop following the state and close the connections; the recorder continues."""
         self._follower.close()
         for service in self._services.values():
             service.close()
@@ -119,11 +119,11 @@ class BagRecorder:
 
     def wait_for(self, condition: Callable[[RecorderState], bool],
                  timeout_s: Optional[float] = None) -> Optional[RecorderState]:
-        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        """Wait for a state that fulfills a condition; return it, or None after the timeout."""
         return self._follower.wait_for(condition, timeout_s)
 
     def start(self, options: RecordingOptions) -> str:
-        """Start a recording; return its path when every topic with a publisher is connected.
+        """Start a recording; return its path once every topic with a publisher is connected.
 
         Raises:
             RecorderError: no recording has started.
@@ -131,42 +131,42 @@ class BagRecorder:
         return str(self._call('start', request_of(options)).path)
 
     def save_recent(self, options: RecordingOptions) -> str:
-        """Write the messages in memory (or the last ``recent_s``) into a bag; return its path.
+        """Write the messages in memory (or of the last ``recent_s``) to a bag; return its path.
 
         Raises:
-            RecorderError: it cannot be written.
+            RecorderError: the bag cannot be written.
         """
         return str(self._call('save_recent', request_of(options)).path)
 
     def copy_recent(self, folder: str, name: str = '', recent_s: float = 0.0) -> str:
-        """Write all that is in memory (or the last ``recent_s``) into a bag; return its path.
+        """Copy the messages in memory (or of the last ``recent_s``) to a bag; return its path.
 
-        It changes nothing: a recording goes on, and what is copied can still be saved.
+        A recording continues, and the copied messages can still be saved.
 
         Raises:
-            RecorderError: there is nothing, or it cannot be written.
+            RecorderError: the memory is empty, or the bag cannot be written.
         """
         options = RecordingOptions(folder=folder, name=name, recent_s=recent_s)
         return str(self._call('copy_recent', request_of(options)).path)
 
     def stop(self) -> List[str]:
-        """Stop; return the paths of the bags when everything is written.
+        """Stop recording; return the paths of the bags once everything is written.
 
-        The master is not needed: one that was restarted does not know the recorder.
+        The master is not needed: a restarted one does not know the recorder.
 
         Raises:
-            RecorderError: nothing was being recorded, or something could not be written.
+            RecorderError: there was no recording, or something could not be written.
         """
         return list(self._call('stop').files)
 
     def mark(self, label: str, stamp_s: float = 0.0) -> None:
-        """Write a labeled moment into the recording or into the memory.
+        """Write a labeled mark to the recording or to the memory.
 
-        ``stamp_s`` is its time on the recorder's clock, 0: when the recorder takes it. The same
-        mark may be sent again, if it is not known whether the recorder has taken it.
+        ``stamp_s`` is the time of the mark on the recorder's clock, 0 for its arrival there. The
+        same mark may be sent again if it is not known whether the recorder has taken it.
 
         Raises:
-            RecorderError: neither is possible.
+            RecorderError: there is neither a recording nor a memory to write to.
         """
         self._call('mark_at', label, genpy.Time.from_sec(stamp_s))
 
@@ -180,23 +180,23 @@ class BagRecorder:
         return answer
 
 
-_TEXTS = 5  # that describe a connection
-_MAX_BYTES = 1 << 16  # of a message that holds a few numbers
+_TEXTS = 5  # number of texts that describe a connection
+_MAX_BYTES = 1 << 16  # far more than a message with a few numbers has
 
 
 class RecorderMemory:
-    """Reads each message once; needs no node of its own. Calls block."""
+    """Reads each message in the recorder's memory once, without a node of its own. Calls block."""
 
     def __init__(self, node: str = f'/{BAG_RECORDER}', timeout_s: float = 3.0,
                  largest_bytes: int = _MAX_BYTES) -> None:
-        """Messages of more than ``largest_bytes`` are left out, such as images; 0: none are."""
+        """Messages larger than ``largest_bytes``, such as images, are left out; 0: no limit."""
         self._largest = largest_bytes
         self._service = ServiceConnection(f'{node}/read_recent', ReadRecent, timeout_s)
         self._next = 0
         self._connections: Tuple[Connection, ...] = ()
 
     def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
-        """Return messages of topics that have not been read yet, and whether there are more.
+        """Return unread messages of topics, and whether there are more.
 
         Raises:
             ServiceUnreachable: the recorder does not answer.
@@ -209,7 +209,7 @@ class RecorderMemory:
         return _part(answer, self._connections), bool(answer.more)
 
     def restart(self) -> None:
-        """Read everything from the beginning of the memory on."""
+        """Read from the beginning of the memory again."""
         self._next, self._connections = 0, ()
 
     def close(self) -> None:

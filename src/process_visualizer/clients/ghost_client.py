@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Commands the node ghost."""
+"""Commands to the node ghost."""
 from __future__ import annotations
 
 from typing import Any, List, Optional, Sequence, Type
@@ -16,23 +16,23 @@ from process_visualizer.srv import (
     ShowGhostRequest,
 )
 
-_TIMEOUT_S = 10.0  # an hour of joints is to be read
+_TIMEOUT_S = 10.0  # the node reads up to an hour of joint positions
 _NODE_START_S = 5.0  # the node may have started just now
 
 
 class GhostError(Exception):
-    """There is no ghost; says why."""
+    """The ghost cannot be shown; the text gives the reason."""
 
 
 def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = (),
                master_uri: Optional[str] = None, start_s: float = 0.0) -> None:
-    """Show robots and arrows of another run in step with the player; without any hide them.
+    """Show robots and arrows of another run in step with the player; hide all if there are none.
 
     Args:
-        tracks: of the robots.
-        arrows: of its quantities.
-        master_uri: of another master than that of this process.
-        start_s: so long the node may still need to start.
+        tracks: the robots' tracks.
+        arrows: the arrows of the run's quantities.
+        master_uri: that of another master than this process's, if given.
+        start_s: maximum time that the node may still need to start [s].
 
     Raises:
         GhostError: the node does not answer, or refuses.
@@ -41,7 +41,7 @@ def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = 
 
 
 def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
-    """Follow the live robots beside a reference, and draw it or not; without tracks follow none.
+    """Follow the live robots beside a reference, drawn or not; stop if it has no tracks.
 
     Raises:
         GhostError: the node does not answer, or refuses.
@@ -51,12 +51,12 @@ def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
 
 def ghost_request(tracks: Sequence[GhostTrack],
                   arrows: Sequence[ReferenceArrow]) -> ShowGhostRequest:
-    """Return what the node is sent by `show_ghost`."""
+    """Return the request that `show_ghost` sends to the node."""
     return ShowGhostRequest(_robots(tracks), [_message(it) for it in arrows])
 
 
 def follow_request(reference: LiveReference, is_visible: bool = True) -> FollowGhostRequest:
-    """Return what the node is sent by `follow_ghost`."""
+    """Return the request that `follow_ghost` sends to the node."""
     events = [GhostEvent(name=event.name, topic=event.topic, field=event.field,
                          threshold=event.threshold, is_above=event.is_above,
                          hysteresis=event.hysteresis, times=list(times_s))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models as markers: the visual shapes of robot descriptions, and what nodes draw as meshes."""
+"""Models as markers: the visual shapes of robot descriptions, and meshes drawn by nodes."""
 from __future__ import annotations
 
 from typing import Iterable, List
@@ -18,7 +18,7 @@ _DRAWN_WITHIN_S = 1.0
 
 
 def set_shape(marker: Marker, visual: LinkVisual, place: Placement) -> None:
-    """Let a marker show the shape of a link at a place in the marker's frame."""
+    """Set a marker to the shape of a link, at a place in the marker's frame."""
     marker.type = KINDS[visual.kind]
     marker.mesh_resource = visual.mesh
     marker.scale.x, marker.scale.y, marker.scale.z = visual.size
@@ -26,9 +26,9 @@ def set_shape(marker: Marker, visual: LinkVisual, place: Placement) -> None:
 
 
 def models_of(devices: Iterable[Device]) -> List[Marker]:
-    """Return the models of running devices: their descriptions, or the meshes that they draw.
+    """Return the models of running devices, from their descriptions or the meshes that they draw.
 
-    What is no description is left out, as RViz does, too.
+    Invalid descriptions are left out, as in RViz.
     """
     found: List[Marker] = []
     for device in devices:
@@ -55,12 +55,12 @@ def _link_marker(visual: LinkVisual) -> Marker:
 
 
 def _drawn(topic: str) -> List[Marker]:
-    """The meshes of a topic on which a node draws."""
+    """Return the meshes that a node draws on a topic."""
     if topic not in {name for name, _ in rospy.get_published_topics()}:
         return []
     try:
         array = rospy.wait_for_message(topic, MarkerArray, _DRAWN_WITHIN_S)
     except rospy.ROSException:
-        return []  # it draws nothing now
+        return []  # the node draws nothing now
     return [it for it in array.markers
             if it.type == Marker.MESH_RESOURCE and it.action == Marker.ADD]

@@ -24,7 +24,7 @@ _LAST_OFFERED = 'set_loop'
 
 
 class PlayerError(Exception):
-    """The player refused a command and changed nothing; the text says why."""
+    """The player refused a command and changed nothing; the text gives the reason."""
 
 
 class PlayerUnreachable(PlayerError):
@@ -34,10 +34,10 @@ class PlayerUnreachable(PlayerError):
 class PlayerClient:
     """Commands the node ``bag_player`` and follows its state; needs an initialized rospy node.
 
-    Every method waits for the player's answer, so call them off the GUI thread, and returns it as
-    a text for the user. Connections are kept, for scrubbing, and opened again when the player has
-    been restarted. All commands raise PlayerError, with the player's reason, if they cannot be
-    carried out, and PlayerUnreachable. ``on_state`` is called from rospy's thread.
+    Every command waits for the player's answer and returns it as a text for the user; do not call
+    it in the GUI thread. Connections are kept, for scrubbing, and renewed after a restart of the
+    player. A command that cannot be carried out raises PlayerError with the player's reason, or
+    PlayerUnreachable. ``on_state`` is called in rospy's thread.
     """
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
@@ -45,9 +45,8 @@ class PlayerClient:
                  master_uri: Optional[str] = None) -> None:
         """Follow the state, from now or from ``begin`` on.
 
-        A player on another master can be commanded, but not followed.
-
-        A call to a player that does not answer within the timeout fails.
+        A player on another master can be commanded, but not followed. A call fails if the player
+        does not answer within the timeout.
         """
         self._node = node
         self._follower: StateFollower[PlayerState] = StateFollower(
@@ -58,7 +57,7 @@ class PlayerClient:
                           for name, service in _SERVICES.items()}
 
     def begin(self) -> None:
-        """Begin to follow the state, if the constructor did not; waits for the master."""
+        """Start following the state, if the constructor did not; waits for the master."""
         self._follower.begin()
 
     @property
@@ -67,7 +66,7 @@ class PlayerClient:
         return self._follower.state
 
     def close(self) -> None:
-        """Stop following the state and close the connections; the player keeps running."""
+        """Stop following the state and close the connections; the player continues."""
         self._follower.close()
         for service in self._services.values():
             service.close()
@@ -84,11 +83,11 @@ class PlayerClient:
 
     def wait_for(self, condition: Callable[[PlayerState], bool],
                  timeout_s: Optional[float] = None) -> Optional[PlayerState]:
-        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        """Wait for a state that fulfills a condition; return it, or None after the timeout."""
         return self._follower.wait_for(condition, timeout_s)
 
     def play(self) -> str:
-        """Continue to play; at the end, start over."""
+        """Continue playing; at the end, start over."""
         return self._call('play')
 
     def pause(self) -> str:
@@ -108,19 +107,19 @@ class PlayerClient:
         return self._call('repeat')
 
     def seek(self, position_s: float) -> str:
-        """Go to a position [s from the beginning], limited to its ends; keep playing or pausing."""
+        """Go to a position [s from the beginning] within the recording; keep playing or pausing."""
         return self._call('seek', position_s)
 
     def set_rate(self, rate: float) -> str:
-        """Change the rate: 0.01 to 16, or -16 to -0.01 backwards."""
+        """Set the rate: 0.01 to 16, or -16 to -0.01 for backward playback."""
         return self._call('set_rate', rate)
 
     def step(self, count: int = 0, topic: str = '', duration_s: float = 0.0) -> str:
-        """Pause and move by messages, of one topic or ('') of all, or (count 0) by a time [s]."""
+        """Pause and move by messages of one topic or all (''), or by a time [s] if count is 0."""
         return self._call('step', count, topic, duration_s)
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
-        """Repeat the part between two positions [s], all if both are 0; or stop repeating."""
+        """Repeat the part between two positions [s], or all if both are 0; or stop repeating."""
         return self._call('set_loop', loop, begin_s, end_s)
 
     def _call(self, name: str, *request: object) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows what a node of another ROS master publishes: rospy knows one master only."""
+"""A subscriber to a node of another ROS master: rospy knows only one master."""
 from __future__ import annotations
 
 import socket
@@ -26,13 +26,13 @@ _LENGTH = struct.Struct('<I')
 class RemoteFollower:
     """Reads one topic of one node, in a thread of its own, until that node ends.
 
-    The node is asked directly, as any subscriber does; its master does not learn of it.
+    The node is asked directly, as by any subscriber; the node's master is not notified.
     """
 
     def __init__(self, topic: str, message_class: Type[Any], node: str, master_uri: str,
                  on_message: Callable[[Any], None], on_end: Callable[[], None],
                  start_s: float = _START_S) -> None:
-        """``on_message`` and ``on_end`` are called in the thread; after ``close`` neither is.
+        """``on_message`` and ``on_end`` are called in the thread, and no longer after ``close``.
 
         A node that does not publish within ``start_s`` counts as ended.
         """
@@ -46,7 +46,7 @@ class RemoteFollower:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop following; wait for the end of the thread."""
+        """Stop following, and wait for the end of the thread."""
         with self._lock:
             self._closed.set()
             if self._connection is not None:
@@ -76,7 +76,7 @@ class RemoteFollower:
             self._on_message(message)
 
     def _connected(self, end_s: float) -> socket.socket:
-        """Connect; a node that has just started is asked again until it publishes."""
+        """Connect; ask a node that has just started again until it publishes."""
         while True:
             try:
                 return self._connect()

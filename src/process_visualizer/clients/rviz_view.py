@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's own services for its view, for the launcher."""
+"""RViz's services for its view, as methods for the launcher."""
 from __future__ import annotations
 
 import threading
@@ -19,7 +19,7 @@ _NODE = f'/{RVIZ}'
 
 
 class _SendFilePath:
-    """The service rviz/SendFilePath: a text is sent, and a truth value returned.
+    """The service rviz/SendFilePath: takes a text, returns a truth value.
 
     RViz's own Python module cannot be used, because it loads all of RViz.
     """
@@ -30,21 +30,21 @@ class _SendFilePath:
 
 
 class RvizViewError(Exception):
-    """RViz could not write or read its view; says why."""
+    """RViz could not write or read its view; the text gives the reason."""
 
 
 class RvizView:
-    """The view of a running RViz, which writes or reads it. The methods block."""
+    """The view of a running RViz; its methods block."""
 
     def __init__(self, node: str = _NODE, timeout_s: float = 10.0) -> None:
-        """``node`` is the name of RViz; ``timeout_s`` is for each answer."""
+        """``node`` is the name of RViz; ``timeout_s`` limits each answer."""
         self._node = node
         self._save, self._load, self._load_before = (
             ServiceConnection(f'{node}/{name}', _SendFilePath, timeout_s)
             for name in ('save_config', 'load_config_discarding_changes', 'load_config'))
 
     def save(self, path: str) -> None:
-        """Write the present view of RViz, with its camera, into a file (absolute path).
+        """Let RViz write its present view, with the camera, to a file (absolute path).
 
         Raises:
             RvizViewError: RViz does not answer, or fails.
@@ -52,7 +52,7 @@ class RvizView:
         self._call([self._save], path, 'cannot write its view to')
 
     def load(self, path: str) -> None:
-        """Show the view in a file (absolute path).
+        """Let RViz show the view in a file (absolute path).
 
         RViz before 1.14.5 has only the second service, which discards changes in that version;
         later ones ask the user.
@@ -77,7 +77,7 @@ class RvizView:
 
 
 def _first_offered(services: Sequence[ServiceConnection], path: str) -> Any:
-    """The answer of the first service that exists."""
+    """Return the answer of the first service that exists."""
     for service in services[:-1]:
         try:
             return service.call(path)
@@ -87,7 +87,7 @@ def _first_offered(services: Sequence[ServiceConnection], path: str) -> Any:
 
 
 _FRAMES_AFTER_OK = 5
-"""Frames that must have been drawn since every display is OK: a second of a software renderer."""
+"""Number of frames drawn after all displays became OK: a second with a software renderer."""
 
 
 class DrawnView:
@@ -100,12 +100,12 @@ class DrawnView:
 
     @property
     def frames(self) -> int:
-        """Return how many have been drawn."""
+        """The number of frames drawn so far."""
         with self._changed:
             return self._frames()
 
     def take(self, report: DiagnosticArray) -> None:
-        """Take a report; called in any thread."""
+        """Take a report; may be called in any thread."""
         with self._changed:
             self._report = report
             all_ok = all(status.level == DiagnosticStatus.OK for status in report.status)
@@ -116,12 +116,12 @@ class DrawnView:
             self._changed.notify_all()
 
     def begin_again(self) -> None:
-        """Forget that everything was drawn: the scene has changed."""
+        """Forget that everything was drawn, as the scene has changed."""
         with self._changed:
             self._frames_when_ok = None
 
     def wait_until_drawn(self, timeout_s: float) -> bool:
-        """Wait until all displays are OK and were drawn five times."""
+        """Wait until all displays are OK and five more frames were drawn."""
         with self._changed:
             return self._changed.wait_for(self._is_drawn, timeout_s)
 
@@ -131,7 +131,7 @@ class DrawnView:
             return self._changed.wait_for(lambda: self._frames_when_ok is not None, timeout_s)
 
     def problems(self) -> List[str]:
-        """The displays that are not OK, one line for each."""
+        """Return a line for each display that is not OK."""
         with self._changed:
             if self._report is None:
                 return [f'nothing was received on {DISPLAY_STATUS_TOPIC}: is RViz running '

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Asks the node sensor_fit where a sensor is."""
+"""The pose of a depth sensor, from the node sensor_fit."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Tuple
@@ -29,11 +29,11 @@ _CLOUD = 'sensor_msgs/PointCloud2'
 
 
 class FitError(Exception):
-    """The pose of a sensor was not found; the text says why."""
+    """The pose of a sensor was not found; the text gives the reason."""
 
 
 class SensorFit(NamedTuple):
-    """The pose found for a sensor, in the global frame; distances in m."""
+    """The pose found for a sensor, in the global frame; distances [m]."""
 
     pose: Pose
     before_m: float
@@ -43,7 +43,7 @@ class SensorFit(NamedTuple):
 
 
 def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorFit:
-    """Find where a depth sensor is, from its next cloud and the models of other devices.
+    """Return the pose of a depth sensor, from its next cloud and the models of other devices.
 
     ``frame`` is the global frame. Blocks for some seconds.
 
@@ -70,7 +70,7 @@ def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorF
 
 
 def _advice(device: Device, topic: str) -> str:
-    """Return what helps a sensor of which only a cropped cloud exists."""
+    """Return the advice for a sensor with only a cropped cloud; empty for others."""
     if device.roi is None or topic != _points(device):
         return ''
     return ('. Its cloud is cropped to the box of its <roi>: make the box larger (tab Calibration) '
@@ -78,12 +78,12 @@ def _advice(device: Device, topic: str) -> str:
 
 
 def _points(device: Device) -> str:
-    """Return what depth_proc shows of a sensor, cropped if it has a box."""
+    """Return the topic of depth_proc's cloud of a sensor, which is cropped if it has a box."""
     return f'/{device.name}/points'
 
 
 def _cloud_topic(device: Device) -> str:
-    """The whole cloud of a device if it has one: a cropped one shows few models."""
+    """Return the topic of a device's cloud, uncropped if possible, which shows more models."""
     published = {name for name, kind in rospy.get_published_topics() if kind == _CLOUD}
     shown = device.topic_for(TopicFunction.POINTCLOUD)
     others = [topic.name for topic in device.topics if topic is not shown]

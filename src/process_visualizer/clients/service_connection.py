@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A persistent connection to a service, which notices when the node hangs or has restarted."""
+"""A persistent connection to a service, which notices a node that hangs or has restarted."""
 from __future__ import annotations
 
 import io
@@ -23,16 +23,16 @@ from process_visualizer.launching.ros_api import (
 )
 
 _RETRY_S = 0.1
-_HEAD = struct.Struct('<BI')  # of an answer: whether it is one, and the length of what follows
+_HEAD = struct.Struct('<BI')  # of an answer: success, and the length of the rest
 _LENGTH = struct.Struct('<I')
 
 
 class ServiceUnreachable(Exception):
-    """The service does not answer; the text says why."""
+    """The service does not answer; the text gives the reason."""
 
 
 class ServiceMissing(ServiceUnreachable):
-    """No node offers it."""
+    """No node offers the service."""
 
 
 class _Gone(Exception):
@@ -42,17 +42,17 @@ class _Gone(Exception):
 class ServiceConnection:
     """Calls one service repeatedly over one connection. May be used by several threads.
 
-    rospy's own proxy either asks the master for the address at each call, or waits for ever for a
+    rospy's own proxy either asks the master for the address at each call, or waits forever for a
     node that hangs and fails once after each restart.
     """
 
     def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0,
                  master_uri: Optional[str] = None,
                  address: Optional[Callable[[], Tuple[str, int]]] = None) -> None:
-        """``name`` is global, ``service`` a generated class; ``timeout_s`` is for each answer.
+        """``name`` is global, ``service`` a generated class; ``timeout_s`` limits each answer.
 
-        ``master_uri`` is of another master than that of this process. ``address`` returns where
-        the node is if the master does not tell; it raises CONNECTION_ERRORS if it is not known.
+        ``master_uri`` is set for another master than that of this process. ``address`` returns
+        the node's host and port if the master does not; it raises CONNECTION_ERRORS.
         """
         self._name, self._master_uri = name, master_uri
         self._service = service
@@ -61,7 +61,7 @@ class ServiceConnection:
         self._socket: Optional[socket.socket] = None
 
     def call(self, *request: Any) -> Any:
-        """Return the answer to a request, given as one, or by its fields in their order.
+        """Return the answer to a request, given as a message or by its fields in order.
 
         Raises:
             ServiceMissing: no node offers the service.
@@ -81,9 +81,9 @@ class ServiceConnection:
                 raise problem(f'{self._name} does not answer: {error}') from error
 
     def wait(self, timeout_s: float, interrupted: Optional[threading.Event] = None) -> bool:
-        """Wait until a node offers it: ROS sends no notice of that, so ask ten times a second.
+        """Wait until a node offers the service, by asking ten times a second: ROS sends no notice.
 
-        False if none does in time, or the wait is interrupted.
+        Return False after the timeout, or if ``interrupted`` is set.
         """
         interrupted = interrupted or threading.Event()
         end_s = time.monotonic() + timeout_s
@@ -108,7 +108,7 @@ class ServiceConnection:
         return AskedMaster(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
 
     def _exchanged(self, data: bytes) -> bytes:
-        """The bytes of the answer; a node that has gone is looked up once more."""
+        """Return the bytes of the answer; a node that has gone is looked up once more."""
         if self._socket is not None:
             try:
                 return _exchange(self._socket, data)
@@ -179,7 +179,7 @@ class StateFollower(Generic[State]):
     def __init__(self, topic: str, message_class: Type[Any],
                  on_state: Optional[Callable[[State], None]] = None,
                  follow_now: bool = True) -> None:
-        """Subscribe, or wait for ``begin``: it asks the master, and waits for the answer."""
+        """Subscribe, which blocks until the master answers, or leave that to ``begin``."""
         self._topic, self._message_class = topic, message_class
         self._on_state = on_state
         self._state: Optional[State] = None
@@ -203,19 +203,19 @@ class StateFollower(Generic[State]):
             self._subscriber.unregister()
 
     def sender_address(self) -> Tuple[str, int]:
-        """Return host and port of the node that sends, which may have services there too.
+        """Return host and port of the sending node, which may also offer services there.
 
-        A master that has died, or was restarted, is not needed for that.
+        The master is not asked: it may have died, or been restarted.
 
         Raises:
-            CONNECTION_ERRORS: none sends, or it does not answer.
+            CONNECTION_ERRORS: no node sends the topic, or the node does not answer.
         """
         return connected_publisher(rospy.get_node_uri(), rospy.get_name(), self._topic,
                                    PATIENT_TIMEOUT_S)
 
     def wait_for(self, condition: Callable[[State], bool],
                  timeout_s: Optional[float] = None) -> Optional[State]:
-        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        """Wait for a state that fulfills a condition; return it, or None after the timeout."""
         with self._changed:
             fulfilled = self._changed.wait_for(
                 lambda: self._state is not None and condition(self._state), timeout_s)

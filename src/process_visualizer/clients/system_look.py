@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looks at a running system: listens to all topics for a moment, and reads its parameters."""
+"""Observation of a running system, from its parameters and a moment of all topics."""
 from __future__ import annotations
 
 import threading
@@ -37,7 +37,7 @@ from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster,
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
-"""How long the topics are listened to [s]."""
+"""Time of listening to the topics [s]."""
 _MAX_MESSAGES, _LARGE_BYTES = 100, 100_000
 _FRAME_TOPICS = (TF_TOPIC, STATIC_TF_TOPIC)
 _DESCRIPTION = 'robot_description'
@@ -46,12 +46,12 @@ _CONFIGURATION = f'{_RECORDER}/configuration'
 
 
 def from_system() -> NewConfiguration:
-    """Return a configuration for what is running; this process must be a node.
+    """Return a configuration for the running system; this process must be a node.
 
-    If a cell is running, it is the configuration of that cell.
+    The configuration of a running cell is returned if there is one.
 
     Raises:
-        ValueError: nothing is running that belongs in one, or the master has gone.
+        ValueError: nothing is running that belongs in a configuration, or the master has gone.
     """
     try:
         master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
@@ -62,7 +62,7 @@ def from_system() -> NewConfiguration:
 
 
 def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
-    """The configuration of the running cell; if that cannot be used, one for its other topics."""
+    """Return the running cell's configuration; if it is unusable, one from the system's topics."""
     try:
         return of_stored(stored, seen, f'the cell running at {rosgraph.get_master_uri()}',
                          Origin.NETWORK)
@@ -72,13 +72,13 @@ def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
 
 
 def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
-    """Return the configuration of the running cell, which its recorder has, or None.
+    """Return the configuration of the running cell, from its recorder, or None.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
     """
     if not master.hasParam(_CONFIGURATION) or not is_registered(_RECORDER):
-        return None  # the master keeps the parameter of a cell that has ended
+        return None  # the master keeps the parameter after the end of a cell
     try:
         return stored_configuration(parsed_json(master.getParam(_CONFIGURATION)))
     except (TypeError, AttributeError, ValueError):
@@ -86,7 +86,7 @@ def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
 
 
 def look_at_system(master: AskedMaster, look_s: float = LOOK_S) -> Seen:
-    """Return what is running; this process must be a node.
+    """Return the observations of the running system; this process must be a node.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -134,7 +134,7 @@ def _remarks(silent: Iterable[SeenTopic]) -> Tuple[str, ...]:
 class _Listener:
     """Subscribes to topics of any type and keeps some messages of each publisher.
 
-    ``problems`` are the topics whose messages cannot be understood.
+    ``problems`` are messages about topics whose definitions cannot be parsed.
     """
 
     def __init__(self, topics: Set[str]) -> None:
@@ -161,7 +161,7 @@ class _Listener:
                 for its, messages in found]
 
     def _wait(self, look_s: float, subscribers: Dict[str, rospy.Subscriber]) -> None:
-        """Wait; of topics with large messages, listen to only one message."""
+        """Wait; listen to only one message of a topic with large messages."""
         end_s = time.monotonic() + look_s
         while True:
             with self._changed:
@@ -186,7 +186,7 @@ class _Listener:
 
 
 def _connection(topic: str, header: Dict[str, str]) -> Connection:
-    """Return what a publisher said; not each sends a definition along."""
+    """Return the connection in a publisher's header; not every publisher sends a definition."""
     return with_definition(Connection(
         topic, header.get('type', ''), header.get('md5sum', ''),
         header.get('message_definition', ''), False, header.get('callerid', '')))
