@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs roslaunch as a child, follows its nodes, leaves nothing behind (no Qt)."""
+"""Running roslaunch as a child: its nodes are followed, and nothing is left behind (no Qt)."""

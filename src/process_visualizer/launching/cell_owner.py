@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The owner of a ROS master's cell: the node of its name, and who started it."""
+"""The owner of a ROS master's cell: the process of a node, and its user."""
 from __future__ import annotations
 
 import os
@@ -26,9 +26,9 @@ from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 
 class CellOwner(NamedTuple):
-    """A launcher. ``user``, ``since_s`` (since the epoch) and ``folder`` only if it runs here.
+    """A launcher; ``folder`` has the generated files of its cell.
 
-    ``folder`` has the generated files of what it has launched.
+    ``user``, ``since_s`` (since the epoch) and ``folder`` are set only if it runs on this computer.
     """
 
     master_uri: str
@@ -40,7 +40,7 @@ class CellOwner(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The owner of the cell, in words."""
+        """A sentence about the owner."""
         who = f' of {self.user}' if self.user else ''
         where = '' if self.user else f' on {self.computer}'
         since = '' if self.since_s is None else \
@@ -50,7 +50,7 @@ class CellOwner(NamedTuple):
 
 
 def cell_owner(node: str) -> Optional[CellOwner]:
-    """Return who has the cell if another process is the node of this name, and answers.
+    """Return the owner if another process answers as the node of this name, else None.
 
     The master still knows a node that has ended without unregistering. Takes at most 6 s.
     """
@@ -69,7 +69,7 @@ def cell_owner(node: str) -> Optional[CellOwner]:
 
 
 def _user(pid: int) -> str:
-    """The name of the user whose process it is, or the number of one without a name."""
+    """Return the name of a process's user, or the user's number if there is no name."""
     try:
         number = os.stat(f'/proc/{pid}').st_uid
     except OSError:
@@ -81,7 +81,7 @@ def _user(pid: int) -> str:
 
 
 def _since_s(pid: int) -> Optional[float]:
-    """Return when it was started [s since the epoch]."""
+    """Return the start time of a process [s since the epoch]."""
     ticks = start_time(pid)
     booted = [line.split()[1] for line in Path('/proc/stat').read_text().splitlines()
               if line.startswith('btime ')]
@@ -90,14 +90,14 @@ def _since_s(pid: int) -> Optional[float]:
     return float(booted[0]) + int(ticks) / os.sysconf('SC_CLK_TCK')
 
 
-# Detection of another cell: ROS ends a node when another of the same name starts.
+# Detection of another cell: ROS ends a node when another one with the same name starts.
 
 _NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
-"""They run with every cell, and only with a cell."""
+"""Nodes that run in every cell, and only in a cell."""
 
 
 class OtherCell(Exception):
-    """Another cell is running on the master; says how it was detected, and what to do."""
+    """Another cell is running on the master; the text has the evidence and the remedy."""
 
 
 def refuse_other_cell() -> None:

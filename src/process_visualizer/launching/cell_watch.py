@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Asks the nodes that were launched whether they answer, and their master.
+"""A check whether the launched nodes and their master answer.
 
-In the scene ``scene_watch`` does the same, and ``cell_frames`` asks that: this watch is neither a
-node nor a child of roslaunch, so what stops all of those does not stop it.
+For the scene, the node ``scene_watch`` does the same, and ``cell_frames`` checks ``scene_watch``.
+This watch is neither a node nor a child of roslaunch, so it survives whatever stops all of those.
 """
 from __future__ import annotations
 
@@ -30,31 +30,31 @@ import rosgraph
 from process_visualizer.launching.ros_api import CALLER_ID, AskedMaster, Master
 from process_visualizer.ros_names import SCENE_WATCH
 
-# Finds out within half a second whether nodes answer, by asking all for their process ids.
+# Detection within half a second of nodes that do not answer, by asking all for their process ids.
 
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
-"""On a computer that is not busy. On a busy one, all nodes answer late: see `Patience`."""
+"""Maximum time of an answer on an idle computer. On a busy one all are late: see `Patience`."""
 STARTS_WITHIN_S = 5.0
-"""Of a node that should be there, and has not answered yet."""
+"""Time to start for a node that is expected, but has not answered yet."""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
-"""Returns the URI of a node's slave API, None for an unknown node; or raises LookupUnanswered."""
+"""Returns the URI of a node's slave API, or None for an unknown node; raises LookupUnanswered."""
 Connect = Callable[[str], socket.socket]
 
 
 class LookupUnanswered(Exception):
-    """The master did not say whether it knows a node: nothing is known of that."""
+    """The master did not answer, so it is unknown whether a node is registered."""
 
 
 class MasterLookup:
-    """Asks the master where nodes are; not again while it is silent, which its owner ends."""
+    """Asks the master for URIs of nodes, but not while it is silent; the owner resets that."""
 
     def __init__(self, master: Master) -> None:
-        """``master`` is the one to ask."""
+        """Take the master to ask."""
         self._master, self.is_silent = master, False
 
     def __call__(self, node: str) -> Optional[str]:
@@ -74,7 +74,7 @@ def connecting(uri: str) -> socket.socket:
     """Return a socket that is being connected.
 
     Raises:
-        OSError: it cannot be connected.
+        OSError: a connection is impossible.
     """
     parts = urlsplit(uri)
     family, kind, protocol, _, address = socket.getaddrinfo(
@@ -86,22 +86,22 @@ def connecting(uri: str) -> socket.socket:
 
 
 class Patience:
-    """How long to wait for an answer [s]: longer while other nodes answer slowly, too.
+    """Maximum time of an answer [s], which is longer while other nodes answer slowly, too.
 
-    The slowest node alone does not count: it may have hung, and its answer have come afterwards.
+    The slowest node alone does not count: it may have hung for a while and then answered.
     """
 
     MOST_S = 2.0
     _FACTOR, _REMEMBERED_S = 3.0, 10.0
 
     def __init__(self) -> None:
-        """Nothing is known of this computer yet."""
+        """Begin without knowledge of this computer."""
         self._slowest_s: Dict[str, float] = {}
         self._slowest_before_s: Dict[str, float] = {}
         self._since_s = -math.inf
 
     def learn(self, node: str, answer_s: float, now_s: float) -> None:
-        """Take how long an answer of a node took."""
+        """Take the duration of a node's answer."""
         if now_s - self._since_s > self._REMEMBERED_S:
             self._slowest_before_s, self._slowest_s = self._slowest_s, {}
             self._since_s = now_s
@@ -109,7 +109,7 @@ class Patience:
 
     @property
     def answer_within_s(self) -> float:
-        """Return how long a node may take."""
+        """Return the maximum time of an answer [s]."""
         second_s = max(map(_second, (self._slowest_s, self._slowest_before_s)))
         return min(max(ANSWER_WITHIN_S, self._FACTOR * second_s), self.MOST_S)
 
@@ -119,17 +119,17 @@ def _second(slowest_s: Mapping[str, float]) -> float:
 
 
 class NodePulse:
-    """One node, and whether it answered."""
+    """The state of one node: whether it answers."""
 
     def __init__(self, name: str, connect: Connect) -> None:
         """``name`` is the node's name; see `Pulses` for ``connect``."""
         self.name, self._connect = name, connect
         self.problem = ''  # ENDED, SILENT or nothing
-        self.is_expected = False  # it was there already, or the master knows it
+        self.is_expected = False  # was up already, or is known to the master
         self._seen = self._is_sent = False
-        self._told_from_s: Optional[float] = None  # if it has not answered until then
+        self._told_from_s: Optional[float] = None  # when silence becomes a problem
         self._uri: Optional[str] = None
-        self._silent_uri: Optional[str] = None  # of one that hangs
+        self._silent_uri: Optional[str] = None  # address of a node that hangs
         self._received = b''
         self._connection: Optional[socket.socket] = None
         self._due_s = self._deadline_s = self._asked_s = 0.0
@@ -137,30 +137,30 @@ class NodePulse:
 
     @property
     def has_answered(self) -> bool:
-        """Return whether it has answered once."""
+        """Return whether the node has ever answered."""
         return self._seen
 
     def postpone(self, late_s: float) -> None:
-        """Do not count the time in which this program could not listen as silence of the node."""
+        """Exclude a time in which this program could not listen from the node's silence."""
         self._deadline_s += late_s
         if self._told_from_s is not None:
             self._told_from_s += late_s
 
     def next_s(self) -> float:
-        """Return when something must be done for this node."""
+        """Return the time of the next action for this node."""
         return self._deadline_s if self._connection else self._due_s
 
     def take_answer_s(self, now_s: float) -> Optional[float]:
-        """Return how long a new answer took, once."""
+        """Return the duration of a new answer, once."""
         has_news, self._has_news = self._has_news, False
         return now_s - self._asked_s if has_news else None
 
     def act(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector,
             answer_within_s: float = ANSWER_WITHIN_S) -> None:
-        """Ask the node if it is time.
+        """Ask the node if it is due.
 
-        One that does not answer in time is silent; the question is given up later, as an answer
-        that is late shows that the computer is busy.
+        A node that does not answer in time is silent; the question is abandoned only later, as a
+        late answer shows that the computer is busy.
         """
         if now_s < self.next_s():
             return
@@ -177,7 +177,7 @@ class NodePulse:
             self._ask(now_s, lookup, selector)
 
     def receive(self, selector: selectors.BaseSelector) -> None:
-        """Read the answer; the node's socket can be written or read."""
+        """Send the question or read the answer, when the node's socket is ready."""
         assert self._connection is not None
         try:
             if self._received == b'' and not self._is_sent:
@@ -199,7 +199,7 @@ class NodePulse:
         except LookupUnanswered:
             self._uri = self._silent_uri
             if self._uri is None:
-                return  # it is as it was
+                return  # the state is unchanged
         if self._uri is None:
             self._note(ENDED)
             return
@@ -214,7 +214,7 @@ class NodePulse:
         selector.register(self._connection, selectors.EVENT_WRITE, self)
 
     def _take_refusal(self, error: OSError) -> None:
-        """A node that the master knows, and whose computer says that nobody listens, was there."""
+        """Note that a node known to the master was up if its computer refuses the connection."""
         self.is_expected = self.is_expected or isinstance(error, ConnectionError)
 
     def _send(self, selector: selectors.BaseSelector) -> None:
@@ -238,13 +238,13 @@ class NodePulse:
         self._note(problem)
 
     def _note(self, problem: str) -> None:
-        """Remember the problem; a node that has never answered may not have started yet."""
+        """Note the problem, unless the node may not have started yet."""
         is_there = self._seen or (self.is_expected and self._is_late)
         self.problem = problem if is_there else ''
 
 
 class Pulses:
-    """The nodes that are watched; run it in a separate thread."""
+    """The watched nodes; call ``step`` in a separate thread."""
 
     def __init__(self, lookup: Lookup, connect: Connect = connecting) -> None:
         """Watch no node at first.
@@ -260,7 +260,7 @@ class Pulses:
         self.nodes: Dict[str, NodePulse] = {}
 
     def watch(self, names: Iterable[str], are_expected: bool = False) -> None:
-        """Watch further nodes; those that ``are_expected`` are missed soon if they do not start."""
+        """Watch further nodes; ``are_expected`` reports them soon if they do not start."""
         for name in names:
             node = self.nodes.setdefault(name, NodePulse(name, self._connect))
             node.is_expected = node.is_expected or are_expected
@@ -270,9 +270,9 @@ class Pulses:
 
         Args:
             now_s: the present time of a clock that does not jump.
-            longest_s: how long to wait.
+            longest_s: the maximum time to wait.
         """
-        self._receive(0.0)  # what has come in the meantime
+        self._receive(0.0)  # answers that have arrived in the meantime
         late_s = 0.0 if self._listened_s is None else now_s - self._listened_s
         self._listened_s = now_s
         for node in self.nodes.values():
@@ -298,9 +298,9 @@ def _is_complete(answer: bytes) -> bool:
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
 _REFUSES_S = 3.0
-"""Of a node that has ended, roslaunch tells sooner; one that refuses for so long is still there."""
+"""Time of refusals after which a node's process still runs: roslaunch reports an end sooner."""
 _MAX_FAILURES = 2
-"""Most questions in a row without an answer; a busy master may miss one."""
+"""Number of consecutive unanswered questions that is a problem; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '
                  'start it again')
 MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the cell and start '
@@ -308,24 +308,24 @@ MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the ce
 
 
 class CellLook(NamedTuple):
-    """The nodes that do not answer, by their names, and what is wrong with the master, or ''."""
+    """The names of the silent nodes, and the problem of the master, or ''."""
 
     silent: FrozenSet[str] = frozenset()
     master: str = ''
 
 
 class CellWatch:
-    """Asks in a thread of its own, from ``begin`` to ``close``; reports what has changed."""
+    """Asks in a thread of its own, from ``begin`` to ``close``; reports changes."""
 
     def __init__(self, running: Callable[[], Collection[str]],
                  on_change: Callable[[CellLook], None], master: Optional[Master] = None,
                  connect: Connect = connecting) -> None:
-        """Ask nobody yet.
+        """Prepare the watch, without asking yet.
 
         Args:
-            running: returns the names of the nodes that are up, and should answer.
+            running: returns the names of the nodes that are up and should answer.
             on_change: called in the thread.
-            master: the one to ask; that of this process if None.
+            master: the master to ask; None for that of this process.
             connect: see `Pulses`.
         """
         self._running, self._on_change = running, on_change
@@ -350,15 +350,15 @@ class CellWatch:
         self._closed.set()
 
     def step(self, now_s: float, longest_s: float) -> None:
-        """Ask who is to be asked now, wait for answers for a limited time [s], and tell.
+        """Ask those that are due, wait for answers for a limited time, and report changes.
 
         Args:
             now_s: the present time of a clock that does not jump.
-            longest_s: how long to wait.
+            longest_s: the maximum time to wait.
         """
         running = frozenset(self._running())
         if not running:
-            self._process_id, self._failures, self._is_other = None, 0, False  # another cell's
+            self._process_id, self._failures, self._is_other = None, 0, False  # of another cell
             self._tell(CellLook())
             self._closed.wait(longest_s)
             return
@@ -372,7 +372,7 @@ class CellWatch:
                             self._master_problem()))
 
     def _refusing(self, running: Collection[str], now_s: float) -> Set[str]:
-        """Return the nodes whose process runs, but which take no questions any more."""
+        """Return the nodes whose process runs, but no longer accepts questions."""
         self._refused_from_s = {
             name: self._refused_from_s.get(name, now_s) for name in running
             if self._pulses.nodes[name].problem == ENDED and not self._is_other}
@@ -392,7 +392,7 @@ class CellWatch:
         try:
             process_id = self._master.getPid()
         except (rosgraph.MasterException, OSError):
-            self._lookup.is_silent = True  # it is asked again with the next look at it
+            self._lookup.is_silent = True  # until the next question to the master
             self._failures += 1
             return
         self._lookup.is_silent, self._failures = False, 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The other computers on which a launch file starts nodes, and whether they can be reached now."""
+"""Other computers on which a launch file starts nodes, and whether they can be reached."""
 from __future__ import annotations
 
 import socket
@@ -13,7 +13,7 @@ _SSH_PORT = 22
 
 
 class FarComputer(NamedTuple):
-    """A ``<machine>`` and the nodes that run there."""
+    """A ``<machine>`` and the nodes that run on it."""
 
     name: str
     address: str
@@ -21,12 +21,12 @@ class FarComputer(NamedTuple):
     nodes: Tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return what runs where."""
+        """Return nodes and computer in words."""
         return f'{", ".join(self.nodes) or "what runs"} on {self.name} ({self.address})'
 
 
 def far_computers(launch_file: str) -> List[FarComputer]:
-    """Return the computers that a generated launch file names; none if it cannot be read."""
+    """Return the computers in a generated launch file; none if it cannot be read."""
     try:
         root = ElementTree.fromstring(Path(launch_file).read_bytes())
     except (OSError, ElementTree.ParseError):
@@ -53,9 +53,9 @@ def _port(text: str) -> int:
 
 
 def silent(computers: Sequence[FarComputer]) -> List[FarComputer]:
-    """Return those that do not answer; takes some seconds at most.
+    """Return the computers that do not answer; takes some seconds at most.
 
-    One that refuses to talk does answer. Of one whose address only SSH knows nothing is said.
+    A refused connection is an answer. A computer whose address only SSH knows is not returned.
     """
     if not computers:
         return []

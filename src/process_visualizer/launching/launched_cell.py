@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A cell in parts, each of which can be restarted while the others keep running."""
+"""A cell in parts, each of which can be restarted while the others continue."""
 from __future__ import annotations
 
 import threading
@@ -19,7 +19,7 @@ OnChange = Callable[[PartReport], None]
 
 
 class LaunchedPart:
-    """Starts and stops a part; ``on_change`` is called in several threads, one at a time."""
+    """Starts and stops a part; ``on_change`` is called by several threads, one at a time."""
 
     def __init__(self, name: str, on_change: OnChange, start: Start,
                  master_uri: Optional[str] = None) -> None:
@@ -33,11 +33,11 @@ class LaunchedPart:
 
     @property
     def part(self) -> Optional[Part]:
-        """The part that runs, or was started last."""
+        """The part that is running, or was started last."""
         return self._part
 
     def adopt(self, part: Part) -> None:
-        """Take a part that does what the one that runs does already."""
+        """Replace the running part by one that launches the same, without a restart."""
         self._part = part
 
     @property
@@ -47,7 +47,7 @@ class LaunchedPart:
             return self._report
 
     def start(self, part: Part, folder: str) -> None:
-        """Start a launch file of the folder; failures are reported."""
+        """Start the part's launch file in the folder; failures appear in the report."""
         self._part = part
         self._tail = LogTail()
         self._change(lambda report: report.starting(part.nodes))
@@ -63,7 +63,7 @@ class LaunchedPart:
             self._change(lambda report: report.failed(reason))
 
     def stop(self) -> None:
-        """Stop it, and everything that it has left if it has failed."""
+        """Stop the part, and everything left behind by a failed one."""
         self._change(lambda report: report.stopping())
         if self._run is not None:
             self._run.stop(self._tail.add)
@@ -91,15 +91,15 @@ class LaunchedPart:
 
 
 def _nodes_of_type(nodes: Mapping[str, str], package_and_type: str) -> 'list[str]':
-    """roslaunch names a node that it cannot start by its executable."""
+    """Return the nodes with a type: roslaunch names a node that cannot start by package/type."""
     return [name for name, type_name in nodes.items() if type_name == package_and_type]
 
 
 class LaunchedCell:
     """Runs a roslaunch for each part of a plan; needs a running ROS master.
 
-    The methods block; call them in one thread. ``on_change`` is called in other threads, for one
-    part never twice at the same time, and must not wait for a method of this object.
+    The methods block; call them in one thread. ``on_change`` is called in other threads, but for
+    each part by one at a time; it must not wait for a method of this object.
     """
 
     def __init__(self, folder: str, on_change: OnChange,
@@ -107,7 +107,7 @@ class LaunchedCell:
                  variables: Optional[Mapping[str, str]] = None) -> None:
         """``folder`` receives the plan's files and the logs of the parts.
 
-        ``master_uri`` is of another master than that of this process; see RoslaunchForks for
+        ``master_uri`` is set for another master than that of this process; see RoslaunchForks for
         ``niceness`` and ``variables``.
         """
         self._folder, self._master_uri = folder, master_uri
@@ -116,18 +116,18 @@ class LaunchedCell:
         self._parts: Dict[str, LaunchedPart] = {}
 
     def prepare(self) -> List[int]:
-        """Load roslaunch ahead, so that starting is faster; end what a crashed run has left.
+        """Load roslaunch ahead, for a faster start; end the processes left by crashed runs.
 
-        Returns the ids of the processes that were ended.
+        Returns the ids of the ended processes.
         """
         ended = clean_up_crashed_runs()
         self._forks.prepare()
         return ended
 
     def start(self, plan: Plan) -> None:
-        """Start all parts, after stopping those that run.
+        """Start all parts, after stopping the running ones.
 
-        Returns while they are being started; ``on_change`` reports the rest, including failures.
+        Returns while the parts are starting; ``on_change`` reports the rest, including failures.
 
         Raises:
             PlanError: the files cannot be written.
@@ -136,14 +136,13 @@ class LaunchedCell:
         self.change(plan)
 
     def differing(self, plan: Plan) -> List[str]:
-        """The parts that are up, or have failed, and that the plan changes or no longer has."""
+        """Return the launched parts, failed ones included, that the plan changes or removes."""
         return [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
 
     def change(self, plan: Plan, keep: Collection[str] = ()) -> List[str]:
-        """Stop removed parts, restart those that differ, start new ones; the rest keeps running.
+        """Stop removed parts, restart changed ones, start new ones; the others continue.
 
-        Parts to ``keep`` keep running as they are. Returns the names of the parts that were
-        started.
+        Parts in ``keep`` continue unchanged. Returns the names of the started parts.
 
         Raises:
             PlanError: the files cannot be written; nothing has changed then.
@@ -160,7 +159,7 @@ class LaunchedCell:
         return started
 
     def adopt(self, plan: Plan) -> None:
-        """Take the parts of a plan as those that run: they do already what it says.
+        """Replace the running parts by those of a plan that launches the same, without a restart.
 
         Raises:
             PlanError: the files cannot be written; nothing has changed then.
@@ -183,14 +182,14 @@ class LaunchedCell:
                 launched.start(part, self._folder)
 
     def stop(self) -> None:
-        """Stop everything at the same time; return when nothing is left."""
+        """Stop all parts at the same time; return when nothing is left."""
         try:
             self._stop(list(self._parts))
         finally:
             self._forks.close()
 
     def reports(self) -> List[PartReport]:
-        """The latest report of each part."""
+        """Return the latest report of each part."""
         return [part.report for part in self._parts.values()]
 
     @contextmanager

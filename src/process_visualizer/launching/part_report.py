@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a launched part, and which changes are possible."""
+"""The state of a launched part, and its possible changes."""
 from __future__ import annotations
 
 import signal
@@ -9,7 +9,7 @@ from typing import Dict, FrozenSet, Iterable, Mapping, Optional, Tuple
 
 
 def exit_words(code: Optional[int]) -> str:
-    """Return how a process with this exit code ended; below 0 it is the number of a signal."""
+    """Return the end of a process in words; an exit code below 0 is the number of a signal."""
     if code is not None and code < 0:
         return f'killed by {_signal_words(-code)}'
     return f'ended with code {"unknown" if code is None else code}'
@@ -18,12 +18,12 @@ def exit_words(code: Optional[int]) -> str:
 def _signal_words(number: int) -> str:
     try:
         return signal.Signals(number).name
-    except ValueError:  # one that has no name
+    except ValueError:  # a signal without a name
         return f'signal {number}'
 
 
 class NodeState(Enum):
-    """``STARTING`` until the node has registered with the master."""
+    """State of a node: ``STARTING`` until it has registered with the master."""
 
     STARTING = 'starting'
     RUNNING = 'running'
@@ -33,9 +33,9 @@ class NodeState(Enum):
 
 @dataclass(frozen=True)
 class NodeReport:
-    """A node's name (absolute), state, exit code if it has one, and how often it was restarted.
+    """A node's absolute name, its state, its exit code if any, and its number of restarts.
 
-    ``log_tail`` are the last lines before its last end.
+    ``log_tail`` has the last lines before its latest end.
     """
 
     name: str
@@ -46,25 +46,25 @@ class NodeReport:
     log_tail: Tuple[str, ...] = ()
 
     def started(self) -> 'NodeReport':
-        """roslaunch has started the process, or started it again."""
+        """Return the report after roslaunch has started or restarted the process."""
         if self.state is NodeState.EXITED:
             return replace(self, state=NodeState.STARTING, exit_code=None,
                            restarts=self.restarts + 1)
         return replace(self, state=NodeState.STARTING, reason='')
 
     def registered(self) -> 'NodeReport':
-        """The master knows the node; a process that has ended stays ended."""
+        """Return the report after the registration; an ended process stays ended."""
         if self.state is not NodeState.STARTING:
             return self
         return replace(self, state=NodeState.RUNNING)
 
     def exited(self, exit_code: int, log_tail: Tuple[str, ...] = ()) -> 'NodeReport':
-        """The process has ended."""
+        """Return the report after the end of the process."""
         return replace(self, state=NodeState.EXITED, exit_code=exit_code, reason='',
                        log_tail=log_tail)
 
     def failed(self, reason: str) -> 'NodeReport':
-        """roslaunch could not start the process."""
+        """Return the report after roslaunch failed to start the process."""
         return replace(self, state=NodeState.FAILED, exit_code=None, reason=reason)
 
     def __str__(self) -> str:
@@ -78,10 +78,10 @@ class NodeReport:
 
 
 class PartState(Enum):
-    """``STARTING`` until no node is starting any more, then ``RUNNING``, whatever nodes do.
+    """State of a part: ``STARTING`` until no node is starting, then ``RUNNING``.
 
-    ``FAILED`` if its roslaunch has ended by itself; ``STOPPED`` if it was stopped, or if all of
-    its nodes have ended normally.
+    ``RUNNING`` does not depend on later changes of nodes. ``FAILED`` if roslaunch has ended by
+    itself; ``STOPPED`` if the part was stopped, or if all of its nodes have ended normally.
     """
 
     STARTING = 'starting'
@@ -105,7 +105,7 @@ _NEXT: Mapping[PartState, FrozenSet[PartState]] = {
 class PartReport:
     """A part's name, its state, and the latest report of each of its nodes.
 
-    ``reason`` says why it is FAILED, ``log_tail`` are the last lines of its roslaunch then.
+    For a FAILED part, ``reason`` is set, and ``log_tail`` has the last lines of its roslaunch.
     """
 
     part: str
@@ -121,12 +121,12 @@ class PartReport:
                      or node.state is NodeState.EXITED and node.exit_code != 0)
 
     def starting(self, nodes: Iterable[str]) -> 'PartReport':
-        """Return the report of a part that is started, with nodes of these names."""
+        """Return the report of a part that is being started, with the names of its nodes."""
         begun = replace(self._become(PartState.STARTING), reason='', log_tail=())
         return replace(begun, nodes=tuple(NodeReport(name) for name in nodes))
 
     def node_changed(self, node: NodeReport) -> 'PartReport':
-        """A node reports a change; ignored by a part that is not up."""
+        """Return the report after a change of a node, which is ignored unless the part is up."""
         if self.state not in (PartState.STARTING, PartState.RUNNING):
             return self
         nodes: Dict[str, NodeReport] = {known.name: known for known in self.nodes}
@@ -134,12 +134,12 @@ class PartReport:
         return replace(self, nodes=tuple(nodes.values()))._up_if_complete()
 
     def launched(self) -> 'PartReport':
-        """Everything has been launched."""
+        """Return the report after everything has been launched."""
         return self._up_if_complete()
 
     def ended(self, exit_code: int, log_tail: Tuple[str, ...] = (),
               required: Optional[NodeReport] = None) -> 'PartReport':
-        """Its roslaunch has ended, by itself unless it was being stopped."""
+        """Return the report after the end of roslaunch, unexpected unless the part is stopping."""
         if self.state not in (PartState.STARTING, PartState.RUNNING):
             return self
         if exit_code == 0 and required is None and not self.nodes:
@@ -154,11 +154,11 @@ class PartReport:
         return replace(self._become(PartState.FAILED), reason=reason)
 
     def stopping(self) -> 'PartReport':
-        """Return the report of a part that is being stopped; one that has ended stays as it is."""
+        """Return the report of a part that is being stopped; a stopped part is unchanged."""
         return self if self.state is PartState.STOPPED else self._become(PartState.STOPPING)
 
     def stopped(self) -> 'PartReport':
-        """Nothing of it is left."""
+        """Return the report after the end of everything."""
         stopped = self if self.state is PartState.STOPPED else self._become(PartState.STOPPED)
         return replace(stopped, nodes=(), reason='', log_tail=())
 
@@ -181,7 +181,7 @@ def _ended_well(node: NodeReport) -> bool:
 
 def _reason(part: PartReport, exit_code: int, log_tail: Tuple[str, ...],
             required: Optional[NodeReport]) -> str:
-    """The first thing that explains the end."""
+    """Return the first explanation of the end."""
     if required is not None:
         return f'the required node {required}'
     if part.dead_nodes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A second cell that plays a recording beside the first, on a ROS master of its own."""
+"""A second cell that plays a recording beside the first one, on its own ROS master."""
 from __future__ import annotations
 
 import contextlib
@@ -20,18 +20,18 @@ _NICENESS = 10  # drivers and the recorder of the running cell come first
 
 
 class ReplayCell:
-    """Starts when it is first needed, and stays until it is stopped.
+    """A cell that starts when first needed, and runs until it is stopped.
 
-    On a master of its own every node has its usual name and every topic too, whatever the nodes of
-    a cell do with their names, and nothing that they publish or offer can reach the running cell.
-    The methods block; call them in one thread that lives as long as the program does.
+    On its own master, all nodes and topics have their usual names, however the nodes form these
+    names, and no topic or service can reach the running cell. The methods block; call them in one
+    thread that lives as long as the program.
     """
 
     def __init__(self, on_change: OnChange,
                  variables: Optional[Mapping[str, str]] = None) -> None:
         """``on_change`` is called in other threads with the reports of the parts.
 
-        ``variables`` are those of the environment in which its nodes differ from this process.
+        ``variables`` are environment variables of its nodes that differ from those of this process.
         """
         self._on_change, self._variables = on_change, variables
         self._folder = ''
@@ -42,25 +42,25 @@ class ReplayCell:
 
     @property
     def master_uri(self) -> str:
-        """The address of its master."""
+        """The address of the replay's master."""
         return self._master.uri
 
     @property
     def folder(self) -> str:
-        """Return where its files are, and what it plays; it goes with the cell."""
+        """The folder of the replay's files and its recording; it is removed with the cell."""
         if not self._folder:
             self._folder = new_run_folder()
             self._record.write(self._folder, is_replay=True)
         return self._folder
 
     def show(self, choice: Choice) -> None:
-        """Start the nodes of a choice; those that run already and do the same keep running.
+        """Start the nodes of a choice; running nodes that are unchanged continue.
 
-        The player is started again in any case: its bag is another one, by the same name.
+        The player is always restarted: its bag has the same name, but is another one.
 
         Raises:
             RosMasterError: there is no master.
-            ConfigurationError, PlanError, OSError: they cannot be started.
+            ConfigurationError, PlanError, OSError: the nodes cannot be started.
         """
         self._master.ensure()
         if self._launched is None:
@@ -77,7 +77,7 @@ class ReplayCell:
                 self._launched.restart(part)
 
     def stop(self) -> None:
-        """Stop everything, and remove what was written."""
+        """Stop everything, and remove all written files."""
         if self._launched is not None:
             self._launched.stop()
         self._launched = self._choice = None
@@ -88,7 +88,7 @@ class ReplayCell:
 
 
 def _free_port() -> int:
-    """Return a port that is free now."""
+    """Return a port that is currently free."""
     with contextlib.closing(socket.socket()) as probe:
         probe.bind(('localhost', 0))
         return int(probe.getsockname()[1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to a ROS master, and connections to nodes: both may hang, and none waits for ever."""
+"""Questions to a ROS master and connections to nodes, with time limits, as both may hang."""
 from __future__ import annotations
 
 import io
@@ -22,7 +22,7 @@ _MAX_ANSWER_BYTES = 64 << 20
 
 
 class _LimitedSocket(socket.socket):
-    """Reads one answer after the other; none may take for ever, or be endless."""
+    """Reads answers, each with limits of time and size."""
 
     part_s = 0.0
     end_s = 0.0
@@ -41,7 +41,7 @@ class _LimitedSocket(socket.socket):
 
 
 class _LimitedConnection(HTTPConnection):
-    """Has a limited socket."""
+    """A connection with a limited socket."""
 
     limited: Optional[_LimitedSocket] = None
     part_s = whole_s = 0.0
@@ -55,7 +55,7 @@ class _LimitedConnection(HTTPConnection):
         self.begin()
 
     def begin(self) -> None:
-        """Let the time for another answer begin."""
+        """Begin the time of the next answer."""
         if self.limited is not None:
             self.limited.part_s = self.part_s
             self.limited.end_s = time.monotonic() + self.whole_s
@@ -63,10 +63,10 @@ class _LimitedConnection(HTTPConnection):
 
 
 class LimitedTransport(Transport):
-    """Does not wait for ever, whatever answers."""
+    """A transport that never waits forever, whatever answers."""
 
     def __init__(self, timeout_s: float, whole_s: Optional[float] = None) -> None:
-        """``timeout_s`` is how long it waits for each part of an answer, ``whole_s`` for all."""
+        """``timeout_s`` limits the wait for each part of an answer, ``whole_s`` for the whole."""
         super().__init__()
         self._timeout_s = timeout_s
         self._whole_s = _WHOLE_FACTOR * timeout_s if whole_s is None else whole_s
@@ -84,7 +84,7 @@ class LimitedTransport(Transport):
         return connection
 
     def parse_response(self, response: Any) -> Any:
-        """See Transport; what is no XML-RPC is an error of the connection."""
+        """See Transport; an answer that is not XML-RPC is a ConnectionError."""
         try:
             return super().parse_response(response)
         except (ExpatError, LookupError, TypeError, ValueError) as error:
@@ -92,13 +92,13 @@ class LimitedTransport(Transport):
 
 
 ANSWER_TIMEOUT_S = 0.5
-"""For those who ask again and again, and have more to do."""
+"""Time limit for repeated questions by callers that have other tasks."""
 PATIENT_TIMEOUT_S = 3.0
-"""For those who ask once."""
+"""Time limit for single questions."""
 
 
 class Master(Protocol):
-    """The methods of rosgraph.Master of these names, with their results and errors."""
+    """Some methods of rosgraph.Master, with the same names, results and errors."""
 
     def getPid(self) -> int:
         """Return the master's process id."""
@@ -114,34 +114,34 @@ class Master(Protocol):
 
 
 class AskedMaster:
-    """The master of this process, or another one.
+    """A client of this process's master, or of another one.
 
-    Each method raises OSError if no master answers in time, and rosgraph.MasterException if it
-    answers that there is no such thing.
+    Each method raises OSError if no master answers in time, and rosgraph.MasterException if the
+    master answers with an error, such as for an unknown name.
     """
 
     def __init__(self, caller: str, uri: Optional[str] = None,
                  timeout_s: float = ANSWER_TIMEOUT_S) -> None:
-        """Keep whom to ask; nothing is asked yet.
+        """Prepare the client, without asking yet.
 
         Args:
-            caller: the name of the node that asks.
-            uri: of another master than that of this process.
-            timeout_s: for each part of an answer.
+            caller: the name of the asking node.
+            uri: the address of another master than that of this process.
+            timeout_s: time limit for each part of an answer.
         """
         self.caller, self._uri, self._timeout_s = caller, uri, timeout_s
 
     @property
     def master_uri(self) -> str:
-        """Its address."""
+        """The address of the master."""
         return self._uri or str(rosgraph.get_master_uri())
 
     def getPid(self) -> int:
-        """Return its process id."""
+        """Return the master's process id."""
         return int(self._of(int, 'getPid'))
 
     def getSystemState(self) -> List[Any]:
-        """Return publishers, subscribers and services: for each name its nodes."""
+        """Return publishers, subscribers and services, each a list of names with their nodes."""
         return list(self._of(list, 'getSystemState'))
 
     def getTopicTypes(self) -> List[Any]:
@@ -153,7 +153,7 @@ class AskedMaster:
         return str(self._asked('lookupNode', node))
 
     def lookupService(self, service: str) -> str:
-        """Return the URI of a service, given by its whole name."""
+        """Return the URI of a service, given by its global name."""
         return str(self._asked('lookupService', service))
 
     def getParamNames(self) -> List[str]:
@@ -161,19 +161,19 @@ class AskedMaster:
         return list(self._of(list, 'getParamNames'))
 
     def hasParam(self, key: str) -> bool:
-        """Return whether there is a parameter of this whole name."""
+        """Return whether there is a parameter with this global name."""
         return bool(self._asked('hasParam', key))
 
     def getParam(self, key: str) -> Any:
-        """Return the value of a parameter, given by its whole name."""
+        """Return the value of a parameter, given by its global name."""
         return self._asked('getParam', key)
 
     def setParam(self, key: str, value: Any) -> None:
-        """Set a parameter, given by its whole name."""
+        """Set a parameter, given by its global name."""
         self._asked('setParam', key, value)
 
     def _of(self, kind: type, method: str) -> Any:
-        """Ask for a value of a type."""
+        """Return the master's answer, which must have a type."""
         value = self._asked(method)
         if not isinstance(value, kind):
             raise rosgraph.MasterException('the master answers nonsense')
@@ -192,13 +192,13 @@ class AskedMaster:
         return value
 
 
-# A node's data, over a connection of our own: rospy knows one master, and waits for ever.
+# A node's data over our own connection: rospy knows only one master, and waits forever.
 
 _HEADER_BYTES = 65536
 
 CONNECTION_ERRORS = (OSError, ValueError, TypeError, Error, HTTPException,
                      rosgraph.MasterException, ROSHandshakeException)
-"""What asking a node and its master may raise."""
+"""Exceptions that questions to a node and its master may raise."""
 
 
 def publisher_address(master: 'AskedMaster', node: str, topic: str,
@@ -206,22 +206,22 @@ def publisher_address(master: 'AskedMaster', node: str, topic: str,
     """Return host and port at which a node publishes a topic.
 
     Raises:
-        CONNECTION_ERRORS: it does not, or does not answer.
+        CONNECTION_ERRORS: the node does not publish the topic, or does not answer.
     """
     return _publisher_at(master.lookupNode(node), master.caller, topic, timeout_s)
 
 
 def connected_publisher(own_uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[str, int]:
-    """Return host and port of a node to whose topic another one is subscribed; asks no master.
+    """Return host and port of a topic's publisher, from its subscriber; no master is asked.
 
     Args:
-        own_uri: of the node that is subscribed.
-        caller: the name of the node that asks.
-        topic: its whole name.
-        timeout_s: for each part of an answer.
+        own_uri: the URI of the subscribed node.
+        caller: the name of the asking node.
+        topic: the global name.
+        timeout_s: time limit for each part of an answer.
 
     Raises:
-        CONNECTION_ERRORS: none publishes it, or it does not answer.
+        CONNECTION_ERRORS: no node publishes the topic, or the publisher does not answer.
     """
     with ServerProxy(own_uri, transport=LimitedTransport(timeout_s)) as own:
         answer: Any = own.getBusInfo(caller)
@@ -243,7 +243,7 @@ def _publisher_at(uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[
 
 def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[str, str],
                            timeout_s: float) -> Tuple[socket.socket, Dict[str, str]]:
-    """Return a connection to a node, and the header with which it has accepted ours (TCPROS).
+    """Return a connection to a node, and the node's answer to our header (TCPROS).
 
     Raises:
         OSError, ROSHandshakeException: nothing answers, or the header is refused.
@@ -261,17 +261,17 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
     return connection, answer
 
 
-# Asks a ROS master or node directly, by its address.
+# Direct questions to a ROS master or node, by its address.
 
 CALLER_ID = '/process_visualizer_watcher'
 
 
 def process_id_at(uri: str) -> int:
-    """The process id of the master or node at an address.
+    """Return the process id of the master or node at an address.
 
     Raises:
-        OSError, HTTPException, xmlrpc.client.Error: nothing, or another program, answers within 3
-        s.
+        OSError, HTTPException, xmlrpc.client.Error: nothing answers within 3 s, or another
+            program does.
         ValueError: the answer is not that of a master or node.
     """
     with ServerProxy(uri, transport=LimitedTransport(PATIENT_TIMEOUT_S)) as server:
@@ -283,10 +283,10 @@ def process_id_at(uri: str) -> int:
 
 
 def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
-    """Return whether the master knows a node of that name and it answers; False without one.
+    """Return whether the master knows a node and the node answers; False without a master.
 
-    The master still knows a node that has ended without unregistering, and one that has a
-    parameter in its cache. ``master_uri`` is of another master than the usual one.
+    The master still knows a node that has ended without unregistering, or that has cached a
+    parameter. ``master_uri`` is set for another master than the usual one.
     """
     try:
         process_id_at(AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))

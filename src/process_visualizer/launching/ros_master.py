@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master: the one that is running, or one of our own."""
+"""The ROS master: a running one, or our own."""
 from __future__ import annotations
 
 import os
@@ -28,7 +28,7 @@ _STARTED = 'started core service [/rosout]'
 
 
 class RosMasterError(Exception):
-    """There is no usable ROS master; says why and what to do."""
+    """There is no usable ROS master; the text has the reason and the remedy."""
 
 
 class RosMaster:
@@ -48,37 +48,37 @@ class RosMaster:
 
     @property
     def uri(self) -> str:
-        """Its address."""
+        """The address of the master."""
         return self._uri
 
     def is_online(self) -> bool:
-        """Return whether it answers; takes at most 3 s."""
+        """Return whether the master answers; takes at most 3 s."""
         return self.process_id() is not None
 
     def process_id(self) -> Optional[int]:
-        """Its process id, or None if it does not answer; takes at most 3 s."""
+        """Return the master's process id, or None without an answer; takes at most 3 s."""
         try:
             return process_id_at(self._uri)
         except (OSError, HTTPException, XmlRpcError, ValueError):
             return None
 
     def check(self) -> None:
-        """Raise RosMasterError unless it answers, or could be started here; takes at most 3 s."""
+        """Raise RosMasterError unless a master answers or can be started; takes at most 3 s."""
         self._is_there()
 
     def ensure(self) -> bool:
-        """Make sure that there is a master; True if it is one of our own.
+        """Make sure that there is a master; return True if it is our own.
 
         Raises:
             RosMasterError: no master is running, and none can be started.
         """
         if not self._is_there():
-            self.stop()  # what may be left of one that has died
+            self.stop()  # remains of a master that has died
             self._start()
         return self._process is not None
 
     def stop(self) -> None:
-        """End our own master, if there is one."""
+        """Stop our own master, if there is one."""
         if self._process is None:
             return
         self._process.stop()
@@ -89,7 +89,7 @@ class RosMaster:
         self._process = self._reader = None
 
     def _is_there(self) -> bool:
-        """Return False if nothing listens at the address, and a master can be started there."""
+        """Return whether a master answers; False if nothing listens and one can be started."""
         host = self._host()
         try:
             process_id_at(self._uri)

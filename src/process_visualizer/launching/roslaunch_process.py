@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs roslaunch as a child in its own session."""
+"""roslaunch as a child process in its own session."""
 from __future__ import annotations
 
 import array
@@ -39,10 +39,12 @@ from process_visualizer.launching.run_record import (
 
 
 class ForkedProcess:
-    """Made from the reading ends of the pipes for output and status; ``pid`` is its process id.
+    """A roslaunch forked by the server, with the interface of Popen; ``pid`` is its process id.
+
+    ``output`` and ``status`` are the reading ends of its pipes.
 
     Raises:
-        ChildProcessError: the server has not started it.
+        ChildProcessError: the server has not started the process.
     """
 
     def __init__(self, output: int, status: int) -> None:
@@ -54,31 +56,31 @@ class ForkedProcess:
             self._status.close()
             raise ChildProcessError('roslaunch cannot be started')
         self.pid = int(first)
-        self._code = -int(signal.SIGKILL)  # if it has no chance to say another
+        self._code = -int(signal.SIGKILL)  # unless the process reports another code
         self._ended = threading.Event()
         threading.Thread(target=self._follow, name='follow roslaunch', daemon=True).start()
 
     def poll(self) -> Optional[int]:
-        """The exit code, or None while it runs."""
+        """Return the exit code, or None while the process runs."""
         return self._code if self._ended.is_set() else None
 
     def wait(self, timeout: Optional[float] = None) -> int:
-        """Wait for its end; returns the exit code, or raises subprocess.TimeoutExpired."""
+        """Wait for the end; return the exit code, or raise subprocess.TimeoutExpired."""
         if not self._ended.wait(timeout):
             raise subprocess.TimeoutExpired('roslaunch', timeout or 0.0)
         return self._code
 
     def send_signal(self, number: int) -> None:
-        """Send a signal if it still runs."""
+        """Send a signal if the process still runs."""
         if not self._ended.is_set():
             os.kill(self.pid, number)
 
     def kill(self) -> None:
-        """Send SIGKILL if it still runs."""
+        """Send SIGKILL if the process still runs."""
         self.send_signal(signal.SIGKILL)
 
     def _follow(self) -> None:
-        """The status pipe is closed only when it ends: its nodes do not inherit it."""
+        """Read the status pipe to the end of the process: nodes do not inherit the pipe."""
         with self._status as status:
             for line in status:
                 self._code = int(line)
@@ -88,20 +90,20 @@ class ForkedProcess:
 _SIGINT_TIMEOUT_S = 30.0
 _SIGTERM_TIMEOUT_S = 5.0
 _LOCAL = {'ROS_HOSTNAME': 'localhost'}
-"""ROS's libraries listen at 127.0.0.1 then, otherwise at every address."""
+"""Makes ROS's libraries listen at 127.0.0.1; otherwise they listen at every address."""
 _NAMED = {'ROS_IP', 'ROS_HOSTNAME'}
 _LOCAL_HOSTS = ('localhost', '127.0.0.1', '::1')
 _TELL_PERIOD_S = 5.0
 _FAR_S = 1.0
-"""Within which roslaunch has ended if all is well, so that no computer need be asked."""
+"""Time in which roslaunch normally ends; after that other computers are checked."""
 _LOST_PERIOD_S = 3.0
 _CORE = {'rosmaster', 'rosout'}
-"""What roslaunch ends last."""
+"""Processes that roslaunch ends last."""
 
 
 Child = Union['subprocess.Popen[str]', ForkedProcess]
 Start = Callable[[List[str], Mapping[str, str]], Child]
-"""Starts roslaunch with arguments and an environment, in its own session."""
+"""Starts roslaunch in its own session, with arguments and an environment."""
 
 
 def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Child:
@@ -113,21 +115,21 @@ def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Chi
 
 
 def start_for_this_computer(arguments: List[str], environment: Mapping[str, str]) -> Child:
-    """Start the command roslaunch so that master and nodes listen to this computer only."""
+    """Start the command roslaunch, with master and nodes that listen to this computer only."""
     return start_roslaunch(arguments, {**environment, **_LOCAL})
 
 
 def is_for_this_computer(master_uri: str, environment: Mapping[str, str]) -> bool:
-    """Return whether a master at that address can be meant for this computer only."""
+    """Return whether a master at an address is for this computer only."""
     return urlparse(master_uri).hostname in _LOCAL_HOSTS and not _NAMED & {
         name for name, value in environment.items() if value}
 
 
 class RoslaunchProcess:
-    """A roslaunch process; its nodes carry the mark of ``run_id`` in their environment.
+    """A roslaunch process; its nodes have the mark ``run_id`` in their environment.
 
-    roslaunch gives each node 15 s for SIGINT and 2 s for SIGTERM, so stopping takes its time. If
-    this process is killed, the kernel interrupts roslaunch, which then stops its nodes.
+    roslaunch gives each node 15 s after SIGINT and 2 s after SIGTERM, so stopping may take a while.
+    If this process is killed, the kernel interrupts roslaunch, which then stops its nodes.
     """
 
     def __init__(self, arguments: Sequence[str], run_id: str,
@@ -144,21 +146,21 @@ class RoslaunchProcess:
         return self._process.stdout
 
     def exit_code(self) -> Optional[int]:
-        """The exit code, or None while it runs."""
+        """Return the exit code, or None while roslaunch runs."""
         return self._process.poll()
 
     def wait(self) -> int:
-        """Wait for the end of roslaunch; returns its exit code."""
+        """Wait for the end of roslaunch; return its exit code."""
         return self._process.wait()
 
     def stop(self, tell: Callable[[str], None] = lambda text: None,
              far: Sequence[FarComputer] = ()) -> List[int]:
-        """Stop roslaunch and everything it started; return the ids of remaining orphans.
+        """Stop roslaunch and everything it started; return the ids of ended orphans.
 
-        What was stopped with SIGSTOP goes on, so that a recorder finishes its bag.
-        ``tell`` is called every 5 s with what has not ended yet. roslaunch would wait for minutes
-        for a computer whose link is cut: of the ``far`` ones those that do not answer are told at
-        once, and left to themselves when everything here has ended.
+        Processes stopped by SIGSTOP are continued, so that a recorder finishes its bag. ``tell``
+        is called every 5 s with the processes that have not ended yet. roslaunch would wait minutes
+        for a computer whose link is cut: ``far`` computers that do not answer are reported at once,
+        and abandoned when everything here has ended.
         """
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
@@ -175,7 +177,7 @@ class RoslaunchProcess:
 
     def _wait_after(self, number: int, timeout_s: float, tell: Callable[[str], None],
                     far: Sequence[FarComputer]) -> List[FarComputer]:
-        """Send a signal and wait for the end; return those for which alone it would go on."""
+        """Send a signal and wait for the end; return the silent computers if only they are left."""
         if self.exit_code() is None:
             self._process.send_signal(number)
             continue_processes(self._run_id)
@@ -204,7 +206,7 @@ class RoslaunchProcess:
 
 
 def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:
-    """The environment of a roslaunch, but for the mark of its run; None is the usual master."""
+    """Return the environment of a roslaunch without the mark of its run; None: usual master."""
     environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
     if master_uri is not None:
         environment['ROS_MASTER_URI'] = master_uri
@@ -212,7 +214,10 @@ def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:
 
 
 def dying_with_parent() -> List[str]:
-    """The command that lets the kernel interrupt a process when its parent dies, if any."""
+    """Return the command prefix by which the kernel interrupts a process when its parent dies.
+
+    The prefix is empty if setpriv is not installed.
+    """
     setpriv = shutil.which('setpriv')
     return [setpriv, '--pdeathsig', 'INT', '--'] if setpriv else []
 
@@ -222,7 +227,7 @@ _END_TIMEOUT_S = 5.0
 
 
 class _Fork(NamedTuple):
-    """Our ends of the pipes of a fork: its request, its output, its status."""
+    """Our ends of a fork's pipes: request, output and status."""
 
     request: int
     output: int
@@ -230,19 +235,19 @@ class _Fork(NamedTuple):
 
 
 class RoslaunchForks:
-    """The server; it is started when it is first needed, or again if it has ended.
+    """The server ``roslaunch_server``, started when first needed, and again if it has ended.
 
     The environment of the server, and so of each roslaunch, has the mark of a record; that of a
-    roslaunch's nodes has the mark given to ``start``. The server ends when this process ends, for
+    roslaunch's nodes has the mark given to ``start``. The server ends with this process, for
     whatever reason.
     """
 
     def __init__(self, niceness: int = 0, variables: Optional[Mapping[str, str]] = None) -> None:
-        """Take what all processes have in common.
+        """Take the common settings of all processes.
 
         Args:
-            niceness: above 0 others have precedence (see nice(1)).
-            variables: of their environment, beside those given to ``start``.
+            niceness: above 0, other processes have precedence (see nice(1)).
+            variables: environment variables in addition to those given to ``start``.
         """
         self._niceness, self._variables = niceness, dict(variables or {})
         self._record = RunRecord()
@@ -251,13 +256,13 @@ class RoslaunchForks:
         self._loaded: Dict[str, _Fork] = {}
 
     def prepare(self) -> None:
-        """Start the server if it is not running; return before it has loaded anything."""
+        """Start the server if it is not running; return before its modules are loaded."""
         if self._server is not None and self._server.poll() is None:
             return
         self.close()
         self._record.write()
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        for end in (ours, its):  # whatever this process has as its default timeout
+        for end in (ours, its):  # independent of this process's default timeout
             end.setblocking(True)
         environment = {**os.environ, RUN_VARIABLE: self._record.run_id}
         with its:
@@ -269,9 +274,9 @@ class RoslaunchForks:
         self._requests = ours
 
     def load(self, launch_file: str, environment: Mapping[str, str]) -> None:
-        """Let a roslaunch load a file, and wait until ``start`` is called with the same file.
+        """Let a roslaunch load a file, and wait for ``start`` with the same file.
 
-        Call ``discard`` after that. The process that is started reports what cannot be loaded.
+        Call ``discard`` afterwards. The process from ``start`` reports errors of loading.
         """
         self.prepare()
         fork = self._fork()
@@ -280,18 +285,18 @@ class RoslaunchForks:
         self._loaded[launch_file] = fork
 
     def discard(self) -> None:
-        """End what has loaded a file and was not started."""
+        """End the processes that have loaded a file, but were not started."""
         for fork in self._loaded.values():
             _close(fork)
         self._loaded.clear()
 
     def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
-        """Start a roslaunch.
+        """Start a roslaunch; a master must be running.
 
-        Of the command's arguments only the last is used, the launch file. Needs a running master.
+        Only the last of the command's arguments is used: the launch file.
 
         Raises:
-            ChildProcessError: it cannot be started.
+            ChildProcessError: roslaunch cannot be started.
         """
         self.prepare()
         launch_file, variables = arguments[-1], self._all_of(environment)
@@ -326,7 +331,7 @@ class RoslaunchForks:
         return kept
 
     def close(self) -> None:
-        """End the server and everything it has forked."""
+        """End the server and all its forks."""
         self.discard()
         if self._server is None or self._requests is None:
             return
@@ -352,7 +357,7 @@ def _close(descriptors: Iterable[int]) -> None:
 
 
 def _write(descriptor: int, content: Any) -> None:
-    """Write a line; the reader may be gone, which is noticed when its answer is read."""
+    """Write a line; a missing reader is noticed when its answer is read."""
     rest = json.dumps(content).encode() + b'\n'
     with contextlib.suppress(BrokenPipeError):
         while rest:

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A program that forks a roslaunch for each request.
 
-Half of the start of roslaunch is spent on loading its modules; here they are loaded once. The rest
-is spent on two processes that find out versions for the parameters of roscore, which a part of a
-cell does not need.
-Requests come over the socket whose descriptor is the first argument: a byte with three descriptors
-(see ``forked_process``). Over the first of them come two lines: what to load, and then, perhaps
-later, the environment in which to launch it. The program ends when the other end of the socket is
-closed, and the kernel then interrupts every roslaunch that still runs.
+Half of the start time of roslaunch is spent on loading its modules; here they are loaded once. The
+rest is spent on two processes that determine versions for the parameters of roscore, which a part
+of a cell does not need.
+
+Requests arrive on the socket whose descriptor is the first argument: a byte with three descriptors
+(see ``RoslaunchForks``). The first descriptor delivers two lines: what to load, and then, perhaps
+later, the environment for launching. The program ends when the other end of the socket is closed;
+the kernel then interrupts every roslaunch that is still running.
 """
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ _DESCRIPTORS = 3
 def main() -> None:
     """Serve until the other end of the socket is closed."""
     with socket.socket(fileno=int(sys.argv[1])) as requests:
-        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the kernel forgets those that have ended
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no zombies of ended children
         while True:
             descriptors = _next_request(requests)
             if not descriptors:
@@ -60,7 +61,7 @@ def _next_request(requests: socket.socket) -> List[int]:
 
 
 def _fork() -> int:
-    """Fork; if the machine cannot start a process, the client sees the closed descriptors."""
+    """Fork; on failure, return -1, and the client sees the closed descriptors."""
     try:
         return os.fork()
     except OSError as error:
@@ -69,11 +70,11 @@ def _fork() -> int:
 
 
 def _become_roslaunch(request: int, output: int, status: int) -> None:
-    """Run roslaunch in its own session; its process id and exit code go to ``status``."""
+    """Run roslaunch in its own session; write process id and exit code to ``status``."""
     os.setsid()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    # Until its process monitor handles interrupts. As exceptions they would be lost in roslaunch,
-    # which in many places goes on after any exception.
+    # Until roslaunch's process monitor handles interrupts. As exceptions they would be lost: in
+    # many places roslaunch continues after any exception.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     _end_with_parent()
     os.dup2(output, 1)
@@ -87,7 +88,7 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
 
 
 def _launch(request: IO[str]) -> int:
-    """Launch a file as the command roslaunch does; return its exit code."""
+    """Launch a file like the command roslaunch; return the exit code."""
     launch_file, environment, folder = json.loads(request.readline())
     os.chdir(folder)
     _take_environment(environment)
@@ -100,7 +101,7 @@ def _launch(request: IO[str]) -> int:
         parent.prepare()
         start = request.readline()
         if not start:
-            _end(0)  # it was not wanted, and its output goes nowhere
+            _end(0)  # not needed; nobody reads the output
         _take_environment(json.loads(start))
         parent.start()
         parent.spin()
@@ -116,7 +117,7 @@ def _take_environment(environment: Dict[str, str]) -> None:
 
 
 def _end(code: int) -> NoReturn:
-    """End at once: rospy and Python's own end, which wait for threads, take a third of a second."""
+    """Exit at once: the exits of rospy and Python wait for threads, for a third of a second."""
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -124,10 +125,10 @@ def _end(code: int) -> NoReturn:
 
 
 class _Parent(ROSLaunchParent):
-    """Loads its file without roscore's: that belongs to the master, which is already running."""
+    """Loads a launch file without that of roscore, which the running master has loaded."""
 
     def prepare(self) -> None:
-        """Do all that comes before the first node.
+        """Prepare everything before the first node.
 
         Raises:
             RLException: the file is wrong.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One run of a generated launch file, from start to the end of everything it started."""
+"""One run of a generated launch file, from its start to the end of all its processes."""
 from __future__ import annotations
 
 import contextlib
@@ -21,7 +21,7 @@ from process_visualizer.launching.roslaunch_process import (
 )
 from process_visualizer.launching.run_record import RunRecord
 
-# Parses what roslaunch writes about its processes (ros_comm 1.14 to 1.16).
+# Parsing of roslaunch's output about its processes (ros_comm 1.14 to 1.16).
 
 _CONTROL = re.compile(r'\x1b\[[0-9;]*m|\x1b\]2;.*?\x07')
 _PROCESS = r'\[(?P<name>[^\[\]]+)-\d+\]'
@@ -36,10 +36,10 @@ _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)'
 
 @dataclass(frozen=True)
 class LaunchEvent:
-    """The message of a line about a process; ``name`` is the node's absolute name.
+    """An event of a process, from one line; ``name`` is the node's absolute name.
 
     ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
-    ``rest`` is what the node wrote before roslaunch ended the line about its start.
+    ``rest`` is output of the node in roslaunch's line about its start, before that line's end.
     """
 
     kind: str
@@ -50,12 +50,12 @@ class LaunchEvent:
 
 
 def plain(line: str) -> str:
-    """The line without colors, window titles and its end."""
+    """Return the line without colors, window titles and line end."""
     return _CONTROL.sub('', line).rstrip()
 
 
 def parse_line(line: str) -> Optional[LaunchEvent]:
-    """The event that a plain line reports, or None."""
+    """Return the event that a plain line reports, or None."""
     match = _STARTED.search(line)
     if match:
         return LaunchEvent('started', '/' + match['name'], rest=line[match.end():])
@@ -75,13 +75,13 @@ def parse_line(line: str) -> Optional[LaunchEvent]:
 
 
 def stdout_file_in(line: str) -> Optional[str]:
-    """The file of a node with output to the log, from the line that follows its end."""
+    """Return the stdout file of a node that logs to a file, from the line after its end."""
     match = _LOG_FILE.fullmatch(line)
     return f'{match["path"]}-stdout.log' if match else None
 
 
 def exit_code_in(line: str) -> Optional[int]:
-    """The exit code in the line that follows the report on a required process."""
+    """Return the exit code in the line after the report about a required process."""
     match = _EXIT_CODE.search(line)
     return int(match['code']) if match else None
 
@@ -101,20 +101,20 @@ class LogTail:
         self._lines.append(line)
 
     def lines(self) -> Tuple[str, ...]:
-        """The lines, the newest last."""
+        """Return the lines, the newest last."""
         return tuple(self._lines)
 
     def after(self, earlier: Tuple[str, ...]) -> Tuple[str, ...]:
-        """Half of the lines from another log, if it has any, before those of this one.
+        """Return half of the lines from another log, if it has any, before half of these.
 
-        The standard output of a node goes to its log file, its errors come here.
+        A node's standard output goes to its log file, but its standard error to this one.
         """
         half = TAIL_LINES // 2
         return (*earlier[-half:], *self.lines()[-half:]) if earlier else self.lines()
 
 
 def last_lines(path: Union[str, Path]) -> Tuple[str, ...]:
-    """The last lines of a file; none if it cannot be read."""
+    """Return the last lines of a file; none if it cannot be read."""
     try:
         with Path(path).open('rb') as file:
             size = file.seek(0, 2)
@@ -126,17 +126,17 @@ def last_lines(path: Union[str, Path]) -> Tuple[str, ...]:
 
 
 _CHECK_PERIODS_S = 0.05, 0.25
-_ASKING_SHARE = 0.1  # of the time, at most, unless the longest period is over
+_ASKING_SHARE = 0.1  # maximum share of the time, except for the longest period
 
 OnReport = Callable[[NodeReport], None]
 OnLine = Callable[[str], None]
 
 
 class NodeWatcher:
-    """Calls ``on_report`` at every change of a node's state and ``on_line`` with every line.
+    """Calls ``on_report`` at every change of a node's state and ``on_line`` for every line.
 
-    ``watch`` reads the output in the calling thread until it ends; the master is asked in another
-    thread, and only while a node is starting.
+    ``watch`` reads the output to its end in the calling thread; another thread asks the master,
+    only while a node is starting.
     """
 
     def __init__(self, on_report: OnReport, on_line: OnLine,
@@ -154,12 +154,12 @@ class NodeWatcher:
         self.failed_required: Optional[NodeReport] = None
 
     def reports(self) -> List[NodeReport]:
-        """The latest report of every node."""
+        """Return the latest report of every node."""
         with self._lock:
             return list(self._reports.values())
 
     def watch(self, output: Iterable[str]) -> None:
-        """Follow the output of roslaunch until its end."""
+        """Follow the output of roslaunch to its end."""
         asker = threading.Thread(target=self._ask_master, name='ask master', daemon=True)
         asker.start()
         for line in output:
@@ -199,7 +199,7 @@ class NodeWatcher:
         return self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
 
     def _take_required_exit(self, line: str) -> None:
-        """The exit code of a required process is on a separate line."""
+        """Take the exit code of a required process from its separate line."""
         code = exit_code_in(line)
         if code is None and 'process has finished cleanly' in line:
             code = 0
@@ -208,7 +208,7 @@ class NodeWatcher:
             self._required = None
 
     def _take_log_file(self, line: str) -> None:
-        """The next line of roslaunch names the log file of a node that has ended."""
+        """Take the log file of an ended node from roslaunch's next line."""
         path, name, self._ended_last = stdout_file_in(line), self._ended_last, None
         if path is None or name is None:
             self._tail.add(line)
@@ -228,10 +228,10 @@ class NodeWatcher:
         return after
 
     def _ask_master(self) -> None:
-        """Ask which of the starting nodes have registered; seldom if there are many."""
+        """Ask the master for starting nodes that have registered; less often if there are many."""
         while not self._ended.is_set():
             self._starting.wait()
-            self._starting.clear()  # before looking, so that no start in between is missed
+            self._starting.clear()  # before reading the states, so that no start is missed
             begin_s = time.monotonic()
             names = [report.name for report in self.reports()
                      if report.state is NodeState.STARTING]
@@ -244,7 +244,7 @@ class NodeWatcher:
 
 
 def _pause_s(asking_s: float) -> float:
-    """Return how long to wait after asking for so long."""
+    """Return the pause [s] after a round of questions that took ``asking_s``."""
     shortest_s, longest_s = _CHECK_PERIODS_S
     return min(max(asking_s / _ASKING_SHARE, shortest_s), longest_s)
 
@@ -254,11 +254,11 @@ _LAST_LINES_TIMEOUT_S = 1.0
 
 
 class LaunchRun:
-    """Runs a launch file; reports come in a thread of the run, never in the caller's thread.
+    """Runs a launch file; callbacks are called in a thread of the run, never in the caller's.
 
-    Start it in a thread that lives as long as the program does (the main thread): the kernel
-    interrupts roslaunch when the thread that started it ends. ``on_end`` is called after the last
-    report with the exit code of roslaunch (negative: the signal that ended it).
+    Create it in a thread that lives as long as the program (the main thread): the kernel interrupts
+    roslaunch when its starting thread ends. ``on_end`` is called after the last report, with the
+    exit code of roslaunch (negative: the signal that ended it).
     """
 
     def __init__(self, launch_file: str, on_report: Callable[[NodeReport], None],
@@ -266,9 +266,9 @@ class LaunchRun:
                  on_end: Callable[[int], None] = lambda code: None,
                  log_file: str = LOG_FILE, start: Start = start_roslaunch,
                  master_uri: Optional[str] = None) -> None:
-        """Start it; ``log_file`` is written beside the launch file.
+        """Start roslaunch; ``log_file`` is written beside the launch file.
 
-        ``master_uri`` is of another master than that of this process.
+        ``master_uri`` is set for another master than that of this process.
 
         Raises:
             OSError: the log cannot be written, or roslaunch cannot be started.
@@ -307,7 +307,7 @@ class LaunchRun:
         return self._ended.wait(timeout_s)
 
     def reports(self) -> List[NodeReport]:
-        """The latest report of every node."""
+        """Return the latest report of every node."""
         return self._watcher.reports()
 
     @property
@@ -317,30 +317,30 @@ class LaunchRun:
 
     @property
     def failed_required(self) -> Optional[NodeReport]:
-        """The required node that ended the run by exiting."""
+        """The required node whose exit ended the run, if any."""
         return self._watcher.failed_required
 
     @property
     def killed_by(self) -> str:
-        """Return how roslaunch was killed from outside, in words; '' if it was not."""
+        """The signal by which roslaunch was killed from outside, in words; '' if it was not."""
         return self._killed_by
 
     def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
         """Stop everything; return the ids of processes that roslaunch left behind.
 
-        ``tell`` is called with what is waited for, if that takes long.
+        ``tell`` receives messages about processes that take long to end.
         """
         self._is_stopping = True
         orphans = self._process.stop(tell, self._far)
         for thread in self._threads:
             thread.join()
-        with contextlib.suppress(OSError):  # what cannot be written was reported when it came
+        with contextlib.suppress(OSError):  # a failure to write was reported at once
             self._log.close()
         self._record.remove()
         return orphans
 
     def _wait_for_end(self) -> None:
-        """The end of roslaunch, not of its output, which nodes left behind keep open."""
+        """Wait for the end of roslaunch, not of its output: nodes left behind keep that open."""
         code = self._process.wait()
         if code < 0 and not self._is_stopping:
             self._killed_by = exit_words(code)
@@ -354,7 +354,7 @@ class LaunchRun:
             self._write_log(line)
 
     def _write_log(self, line: str) -> None:
-        """A full disk must not stop the reading, or roslaunch would block on its pipe."""
+        """Write a line; a full disk must not stop reading, or roslaunch would block on its pipe."""
         try:
             self._log.write(line + '\n')
             self._log.flush()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A file for each run, so that the next start can clean up after a crash."""
+"""A record file for each run, by which the next start can clean up after a crash."""
 from __future__ import annotations
 
 import contextlib
@@ -17,29 +17,29 @@ import rospkg
 
 from process_visualizer.whole_file import small_file
 
-# Finds the processes of a run by a mark in their environment, which every descendant inherits.
+# Processes of a run have a mark in their environment, which every descendant inherits.
 
 RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
 _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
-_EXEC_S = 5.0  # in which a process becomes another program, also on a computer that is too busy
+_EXEC_S = 5.0  # maximum time of an exec, even on an overloaded computer
 _EXEC_PERIOD_S = 0.002
-_ENVIRONMENT = slice(47, 49)  # where it begins and ends in memory, in the fields of `_stat`
+_ENVIRONMENT = slice(47, 49)  # the fields of `_stat` with its begin and end in memory
 _LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
 
 
 def processes_of_run(run_id: str) -> List[int]:
-    """The ids of processes with the run's mark in their environment, except this process."""
+    """Return the ids of processes with the run's mark in their environment, except this process."""
     mark = f'{RUN_VARIABLE}={run_id}'.encode()
     pids = [int(path.name) for path in Path('/proc').iterdir() if path.name.isdigit()]
     return [pid for pid in pids if pid != os.getpid() and mark in _environment(pid).split(b'\0')]
 
 
 def _environment(pid: int) -> bytes:
-    """The environment of a process; empty if it has ended, or belongs to another user or Linux.
+    """Return a process's environment; empty for ended ones, other users' and kernel threads.
 
-    While a process becomes another program nothing can be read, though the kernel says that the
-    environment is not empty, or not yet where it is.
+    During an exec nothing can be read, although the kernel reports an environment that is not
+    empty, or does not report its place yet.
     """
     deadline = time.monotonic() + _EXEC_S
     try:
@@ -56,12 +56,12 @@ def _environment(pid: int) -> bytes:
 
 
 def _stat(pid: int) -> List[str]:
-    """The fields of a process after its name: state, parent's id, …; see proc(5)."""
+    """Return the fields of a process after its name: state, parent's id, …; see proc(5)."""
     return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
 
 
 def names_of(pids: List[int]) -> List[str]:
-    """The names of processes that have not ended."""
+    """Return the names of those processes that have not ended."""
     found = []
     for pid in pids:
         with contextlib.suppress(OSError):
@@ -70,14 +70,14 @@ def names_of(pids: List[int]) -> List[str]:
 
 
 def continue_processes(run_id: str) -> None:
-    """Continue the processes of a run that were stopped by SIGSTOP: they heed no other signal."""
+    """Continue a run's processes stopped by SIGSTOP, which react only to SIGCONT and SIGKILL."""
     _signal_all(processes_of_run(run_id), signal.SIGCONT)
 
 
 def start_time(pid: int) -> Optional[str]:
-    """Return when the process started, in the kernel's ticks, unlike any later one with that id.
+    """Return the start time of a process in the kernel's ticks, which distinguishes reused ids.
 
-    None if there is none, or if it has ended and its parent has not read its exit code yet.
+    None if there is no such process, or only a zombie.
     """
     try:
         fields = _stat(pid)
@@ -87,12 +87,12 @@ def start_time(pid: int) -> Optional[str]:
 
 
 def end_processes(run_id: str) -> List[int]:
-    """End the processes of a run, with SIGTERM and after 3 s with SIGKILL; return their ids."""
+    """End the processes of a run with SIGTERM, after 3 s with SIGKILL; return their ids."""
     ended: List[int] = []
 
     def end_more() -> bool:
         left = processes_of_run(run_id)
-        more = [pid for pid in left if pid not in ended]  # begun by one that had not ended yet
+        more = [pid for pid in left if pid not in ended]  # started by others in the meantime
         _signal_all(more, signal.SIGTERM)
         ended.extend(more)
         return not left
@@ -104,7 +104,7 @@ def end_processes(run_id: str) -> List[int]:
 
 
 def wait_until_gone(run_id: str, timeout_s: float) -> bool:
-    """Wait for the end of all processes of a run, by polling, as they are not our children."""
+    """Wait for the end of a run's processes, by polling, as they are not our children."""
     return _wait_for(lambda: not processes_of_run(run_id), timeout_s)
 
 
@@ -129,7 +129,7 @@ _FOLDER_PREFIX = 'process_visualizer-'
 
 
 def new_run_folder() -> str:
-    """Make a temporary folder for the files of a run; a record can note it."""
+    """Make a temporary folder for the files of a run, and return its path."""
     return tempfile.mkdtemp(prefix=_FOLDER_PREFIX)
 
 
@@ -141,22 +141,22 @@ class RunRecord:
         self._path = _folder() / f'{self.run_id}.json'
 
     def write(self, folder: str = '', is_replay: bool = False) -> None:
-        """Note who owns the run, and the folder (by ``new_run_folder``) that goes with it.
+        """Record the owner of the run, and the folder (by ``new_run_folder``) to remove with it.
 
-        ``is_replay``: it is beside the cell that the owner has.
+        ``is_replay`` marks a run beside the owner's cell.
         """
         self._path.parent.mkdir(parents=True, exist_ok=True)
         owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder,
                  'is_replay': is_replay}
         written = self._path.with_suffix('.new')
         written.write_text(json.dumps(owner), encoding='utf-8')
-        written.replace(self._path)  # so that a concurrent clean-up finds a complete record
+        written.replace(self._path)  # a concurrent clean-up always finds a complete record
 
     def begin(self) -> str:
-        """Make a temporary folder for the files of the run, and note it; return its name.
+        """Make a temporary folder for the files of the run and record it; return its path.
 
         Raises:
-            OSError: that cannot be done; nothing is left.
+            OSError: folder or record cannot be written; nothing is left behind.
         """
         folder = new_run_folder()
         try:
@@ -169,12 +169,12 @@ class RunRecord:
         return folder
 
     def remove(self) -> None:
-        """The run is over and left nothing."""
+        """Remove the record after the end of the run, which has left nothing behind."""
         self._path.unlink(missing_ok=True)
 
 
 def clean_up_crashed_runs() -> List[int]:
-    """End the processes of runs without an owner, and remove their folders; return the ids."""
+    """End the processes of runs without a living owner, remove their folders; return the ids."""
     ended: List[int] = []
     for path in sorted(_folder().glob('*.json')):
         owner = _owner(path)
@@ -186,9 +186,9 @@ def clean_up_crashed_runs() -> List[int]:
 
 
 def folder_of_run(owner_id: int) -> str:
-    """Return the folder of the cell that a living process has launched; empty if there is none.
+    """Return the folder of the cell that a running process has launched; empty if there is none.
 
-    The process may have further runs: a replay, a master, what starts quickly.
+    The process may have further runs: a replay, a master, a server for quick starts.
     """
     owners = (_owner(path) for path in sorted(_folder().glob('*.json')))
     return next((str(it['folder']) for it in owners if it.get('pid') == owner_id and _lives(it)
@@ -213,7 +213,7 @@ def _lives(owner: Dict[str, Any]) -> bool:
 
 
 def _remove_run_folder(owner: Dict[str, Any]) -> None:
-    """Only if it looks like one: a record changed by hand must not delete other folders."""
+    """Remove a run folder by its prefix: a record edited by hand must not delete other folders."""
     folder = str(owner.get('folder') or '')
     if os.path.basename(folder).startswith(_FOLDER_PREFIX):
         shutil.rmtree(folder, ignore_errors=True)
