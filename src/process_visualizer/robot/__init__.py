@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots: kinematics, frames, velocity, arrows, and the descriptions of models (pure)."""
+"""Robots: kinematics, frames, velocity, arrows, and descriptions of models (pure)."""

@@ -11,17 +11,17 @@ from process_visualizer.robot.rotations import Triple, Vector
 
 VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
 FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
-"""The thesis' colors, red green blue from 0 to 1, where a configuration has no others."""
+"""Default colors, from the thesis: red green blue from 0 to 1."""
 
 
 _MAX_READ = 1e9
 
 
 def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
-    """Return the length [m] of an arrow: linear, within two limits (thesis section 5.3.2).
+    """Return the length [m] of an arrow: linear within two limits (thesis section 5.3.2).
 
     Args:
-        magnitude: what the arrow shows, at least 0, in its own unit (m/s, N).
+        magnitude: the shown value, at least 0, in its own unit (m/s, N).
         scale: meters of arrow per unit.
         min_m, max_m: the limits of the length [m].
     """
@@ -31,7 +31,7 @@ def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> 
 def format_value(label: str, value: float, unit: str, decimals: int) -> str:
     """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign.
 
-    Of a number with very many digits only the first ones are written.
+    Very large numbers are written with three digits and an exponent.
     """
     number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
     text = f'{number:.{decimals}f}' if abs(number) < _MAX_READ else f'{number:.3g}'
@@ -44,10 +44,10 @@ def format_age(label: str, age_s: float) -> str:
 
 
 def line_of_block(text: str, line: int, line_count: int) -> str:
-    """Return a block of line_count lines that is blank but for the text in one of them.
+    """Return a block of ``line_count`` lines that is blank except for the text in one line.
 
-    RViz turns a text to the viewer and centers it on its position. Blocks of as many lines at
-    one position show one under the other from every side, each with its own color.
+    RViz turns a text toward the viewer and centers it on its position. So the texts of several
+    blocks at one position appear one below the other from every side, each in its own color.
     """
     lines = [' '] * line_count
     lines[line] = text
@@ -55,13 +55,13 @@ def line_of_block(text: str, line: int, line_count: int) -> str:
 
 
 def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple:
-    """Return where a robot's numbers stand, (3,) [m] from the tool along the base frame's axes.
+    """Return the place of a robot's numbers, (3,) [m] from the tool along the base frame's axes.
 
-    They stand beyond the tool as seen from the robot's foot, and along the foot's z axis: a
-    hanging robot has them below its tool, where they do not meet those of a standing one.
+    The numbers are beyond the tool as seen from the robot's foot, and along the foot's z axis:
+    those of a hanging robot are below its tool, away from those of a standing one.
 
     Args:
-        tool_position: of the tool in the base frame, (3,) [m].
+        tool_position: (3,) [m] in the base frame.
         outward_m, up_m: distances from the tool along the two directions.
     """
     x, y = tool_position[0], tool_position[1]
@@ -70,14 +70,14 @@ def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple
     return outward_m * outward[0], outward_m * outward[1], up_m
 
 
-# Display of a process variable: its text, the length of its arrow, the place of the text.
+# Display of a process variable: the text, the length of the arrow, the place of the text.
 
 Number = Union[int, float]
 
-MIN_ARROW_M = 0.005  # a shorter one is a mere disc
+MIN_ARROW_M = 0.005  # a shorter arrow would look like a disc
 VARIABLE_DIAMETER_M = 0.016
 FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
-MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
+MAX_LENGTH_M = 100.0  # wild values must not exceed RViz's single precision
 _MAX_WRITTEN_OUT = 1e12
 _MAX_DECIMALS = 6
 _TEXT_GAP_M = 0.04  # between arrows and texts
@@ -89,11 +89,11 @@ def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
     """Return the arrow (3,) [m]: scale (value - offset) along the axis, at most max_m long.
 
     Args:
-        value: of the variable; finite.
-        offset: value at which the arrow has no length.
+        value: value of the variable; finite.
+        offset: value at which the arrow has length 0.
         scale_m: meters of arrow per unit of the value.
         axis: unit vector (3,).
-        max_m: longest length, at most MAX_LENGTH_M.
+        max_m: maximum length, at most MAX_LENGTH_M.
     """
     limit_m = min(max_m, MAX_LENGTH_M)
     length_m = (float(value) - offset) * scale_m if scale_m else 0.0
@@ -103,7 +103,7 @@ def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
 def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: float) -> str:
     """Return, for instance, 'upper edge 263, 8 above 255' or 'oven 351.2 K, 1.2 above 350'.
 
-    Where the offset is 0 the value says everything.
+    The difference is omitted if the offset is 0.
     """
     parts = [label, _written(value, _decimals(value, scale_m)), unit]
     text = ' '.join(part for part in parts if part)
@@ -115,7 +115,7 @@ def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: 
 
 
 def offset_words(difference: Number, offset: float, decimals: int) -> str:
-    """Return how far a value is from its offset: '8 above 255', '6 below 255', 'at 255'."""
+    """Return the difference from an offset in words: '8 above 255', '6 below 255', 'at 255'."""
     distance = _written(abs(difference), decimals)
     if float(distance) == 0.0:
         return f'at {offset:.10g}'
@@ -123,14 +123,14 @@ def offset_words(difference: Number, offset: float, decimals: int) -> str:
 
 
 def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[Triple]:
-    """Return where arrows begin, (3,) [m] each in its frame, so that none hides another.
+    """Return the feet of arrows, (3,) [m] each in its frame, such that no arrow hides another.
 
-    Arrows along one line in one frame stand side by side, around the frame's origin; others begin
-    in it.
+    Arrows along the same line in the same frame are side by side, around the frame's origin; other
+    arrows begin at the origin.
 
     Args:
-        arrows: frame, and axis as a unit vector (3,), of each.
-        distance_m: between neighbors.
+        arrows: frame, and axis as a unit vector (3,), of each arrow.
+        distance_m: distance between neighbors.
     """
     lines = [(frame, _line(axis)) for frame, axis in arrows]
     feet: List[Triple] = []
@@ -150,7 +150,7 @@ def _line(axis: Vector) -> Triple:
 
 
 def sideways(axis: Vector) -> Triple:
-    """Return a horizontal unit vector across an axis, a unit vector (3,); y for a vertical one."""
+    """Return a horizontal unit vector (3,) across an axis (3,); y for a vertical axis."""
     length = math.hypot(axis[0], axis[1])
     if length < 1e-3:
         return 0.0, 1.0, 0.0
@@ -158,13 +158,13 @@ def sideways(axis: Vector) -> Triple:
 
 
 def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[float, float, float]:
-    """Return where the middle of a block of texts stands, (3,) [m] in the arrows' common frame.
+    """Return the middle of a block of texts, (3,) [m] in the arrows' common frame.
 
-    It is on the frame's z axis, above the arrows' feet and tips, where none of them crosses it;
-    but not so high that a long arrow takes it out of sight.
+    The block is on the frame's z axis, above the arrows' feet and tips, where no arrow crosses it;
+    its height is limited, so that a long arrow does not move it out of sight.
 
     Args:
-        vectors: the arrows, each (3,) [m], from the frame's origin.
+        vectors: the arrows, (3,) [m] each, from the frame's origin.
         block_height_m: height of all lines.
     """
     highest_tip_m = max(float(vector[2]) for vector in vectors)
@@ -173,14 +173,14 @@ def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[flo
 
 
 def _decimals(value: Number, scale_m: float) -> int:
-    """Return how many decimals show a millimeter of the arrow, or three digits without one.
+    """Return the decimals that show a millimeter of the arrow, or three digits without an arrow.
 
-    So the number is calm beside its arrow. It has two digits at least, which matters where a
-    small scale belongs to small values.
+    So the number is as steady as its arrow. It has at least two digits, which matters for small
+    values with a small scale.
     """
     if isinstance(value, int):
         return 0
-    # Below 1 the number of decimals stays, or noise around zero would change it at random.
+    # Near zero the number of decimals is constant, or noise would change it at random.
     to_first_digit = -math.floor(math.log10(max(abs(value), 0.1)))
     if not scale_m:
         return max(to_first_digit + 2, 0)
@@ -196,7 +196,7 @@ def _written(value: Number, decimals: int) -> str:
     return f'{round(value, decimals) + 0.0:.{decimals}f}'  # -0.0 + 0.0 is 0.0
 
 
-# The style of the reference beside a run: the same in RViz and on a page.
+# Style of the reference run beside a run, the same in RViz and on a page.
 
 _Color = Tuple[float, float, float, float]
 
@@ -204,11 +204,11 @@ GHOST_COLOR: _Color = (0.35, 0.65, 1.0, 0.35)
 GHOST_ARROW_COLOR: _Color = (0.35, 0.65, 1.0, 1.0)
 GHOST_ARROW_DIAMETER_M = 0.007
 BESIDE_M = 0.022
-"""Distance beside its foot: in line with the thicker arrow of this run, it would be hidden."""
+"""Distance of a ghost arrow from the foot of this run's thicker arrow, which would hide it."""
 DEVIATION_COLOR: _Color = (1.0, 0.35, 0.85, 1.0)
 EXAGGERATION = 20.0
-"""Length of an arrow per deviation: a millimeter could not be seen in a cell."""
+"""Length of an arrow per deviation: a millimeter would be invisible in a cell."""
 MIN_DEVIATION_M = 0.0002
-"""The least that has an arrow; its number is there in any case."""
+"""Minimum deviation with an arrow; the number is always shown."""
 MAX_DEVIATION_M = 0.4
 DEVIATION_DIAMETER_M = 0.02

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robot descriptions: expands xacro, and lets urdfdom check the result."""
+"""Robot descriptions: xacro files are expanded, and checked by urdfdom."""
 from __future__ import annotations
 
 import os
@@ -27,14 +27,14 @@ from process_visualizer.robot.xacro_file import XacroError, expand_xacro
 
 _LINKS = (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link'),
           ('gazebo', 'reference'), ('sensor/parent', 'link'))
-"""The elements below the root of a URDF that name links, and their attributes."""
+"""Elements below the root of a URDF that name links, and their attributes."""
 
 
 def rename_links(robot: ElementTree.Element, prefix: str) -> None:
     """Put a prefix before the names of all links of a <robot>.
 
-    Joints keep their names: those belong to the device's own topics, in which the driver uses
-    them, whereas links are frames, whose names the whole cell shares.
+    Joints keep their names, which the driver uses in the device's own topics, whereas links are
+    frames, whose names are shared by the whole cell.
     """
     links = {link.get('name') for link in robot.findall('link')}
     for path, attribute in _LINKS:
@@ -45,22 +45,22 @@ def rename_links(robot: ElementTree.Element, prefix: str) -> None:
 
 
 _MOST_LINKS = 1000
-"""Of a model that is data: far more than a robot has."""
+"""Maximum number of links of an untrusted model, far more than a robot has."""
 _OWN_CONFIGURATION = 'name a configuration of your own with --config'
 
 
 class ModelError(Exception):
-    """A model cannot be used; says which file and why."""
+    """A model cannot be used; the text has the file and the reason."""
 
 
 @dataclass(frozen=True)
 class RobotDescription:
     """An expanded, checked URDF.
 
-    ``joints`` maps each movable joint's name, in file order, to its type; ``parents`` maps each
-    link to its parent link (the root link is missing there). ``drawn`` are the links with a visual,
-    ``collision_only`` those with a collision geometry and no visual. ``ignored`` are the meshes
-    and textures that were taken out, as a model in a recording may not name them.
+    ``joints`` maps the names of movable joints, in file order, to their types; ``parents`` maps
+    each link except the root to its parent. ``drawn`` are the links with a visual,
+    ``collision_only`` those with a collision geometry but no visual. ``ignored`` are removed meshes
+    and textures, which a model in a recording may not name.
     """
 
     text: str
@@ -73,16 +73,16 @@ class RobotDescription:
 
     @property
     def root_link(self) -> str:
-        """The one link without a parent."""
+        """The only link without a parent."""
         return next(link for link in self.links if link not in self.parents)
 
     def children(self, link: str) -> List[str]:
-        """The links whose parent is this one, in file order."""
+        """Return the child links of a link, in file order."""
         return [child for child in self.links if self.parents.get(child) == link]
 
     @property
     def connected_links(self) -> FrozenSet[str]:
-        """The root link, and the links that joints connect to it."""
+        """The root link, and the links connected to it by joints."""
         children: Dict[str, List[str]] = {}
         for child, parent in self.parents.items():
             children.setdefault(parent, []).append(child)
@@ -93,7 +93,7 @@ class RobotDescription:
         return frozenset(found)
 
     def ancestors(self, link: str) -> List[str]:
-        """The links from the parent of this one to the root; ends where they would repeat."""
+        """Return the links from a link's parent to the root, without repetition in a circle."""
         found: Dict[str, None] = {}
         parent = self.parents.get(link)
         while parent is not None and parent not in found:
@@ -103,10 +103,10 @@ class RobotDescription:
 
 
 def model_path(model: Model) -> str:
-    """The absolute path of a model file.
+    """Return the absolute path of a model file.
 
     Raises:
-        ModelError: the file does not exist, or is not where a model that is data may be.
+        ModelError: the file does not exist, or is not where an untrusted model must be.
     """
     if not model.package:
         if model.confined_to and not is_below(model.path, model.confined_to):
@@ -130,13 +130,13 @@ def model_path(model: Model) -> str:
 
 def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
                            prefix: str = '', confined_to: str = '') -> RobotDescription:
-    """The description in a URDF or xacro file.
+    """Return the description in a URDF or xacro file.
 
-    ``arguments`` are values for ``<xacro:arg>``; ``prefix`` is put before the names of links. One
-    that is ``confined_to`` a folder is data (see ``Model``).
+    ``arguments`` are values for ``<xacro:arg>``; ``prefix`` is put before the names of links. A
+    model ``confined_to`` a folder is untrusted data (see ``Model``).
 
     Raises:
-        ModelError: it cannot be read, or is not a robot description; names the file.
+        ModelError: the file, named in the text, is unreadable or not a robot description.
     """
     text = _expand(path, arguments, confined_to) if path.endswith('.xacro') else _read(path)
     if confined_to and len(text) > MAX_CHARACTERS:
@@ -155,7 +155,7 @@ def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (
         _check_size(path, root)
     if prefix:
         rename_links(root, prefix)
-    if prefix or confined_to:  # a namespace, or a comment, may say something else to other readers
+    if prefix or confined_to:  # other readers may understand namespaces and comments differently
         text = ElementTree.tostring(root, encoding='unicode')
     _check_with_urdfdom(path, text)
     description = _describe(text, root)
@@ -179,7 +179,7 @@ def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str)
 
 
 def _check_size(path: str, root: ElementTree.Element) -> None:
-    """Check what a model that is data asks of those who compute where its links are."""
+    """Limit the effort of computing link poses for an untrusted model."""
     count = len(root.findall('link'))
     if count > _MOST_LINKS:
         raise ModelError(f'{path}: a model in a recording may not have more than {_MOST_LINKS} '
@@ -203,7 +203,7 @@ def _check_with_urdfdom(path: str, text: str) -> None:
 
 
 def _check_tree(path: str, description: RobotDescription, root: ElementTree.Element) -> None:
-    """Check what urdfdom does not: unnamed links, a second parent, links in a circle."""
+    """Check what urdfdom does not check: unnamed links, a second parent, links in a circle."""
     if '' in description.links:
         raise ModelError(f'{path}: not a valid URDF: a link has no name')
     children = Counter(child.get('link', '') for child in root.findall('joint/child'))
@@ -243,13 +243,13 @@ def _links_with(root: ElementTree.Element, tag: str) -> FrozenSet[str]:
 
 
 def describe_device(device: Device, global_frame: str = '') -> Optional[RobotDescription]:
-    """The checked description of a device's model, or None.
+    """Return the checked description of a device's model; None for a device without a model.
 
-    Files beside the model are named so that RViz opens them. With the ``global_frame`` the advice
-    about the base frame is better.
+    Names of files beside the model become URIs that RViz can open. ``global_frame`` improves the
+    advice about the base frame.
 
     Raises:
-        ModelError: it cannot be read, or is not a robot description.
+        ModelError: the model cannot be read, or is not a robot description.
     """
     if device.model is None:
         return None
@@ -278,7 +278,7 @@ def _check_frames(device: Device, description: RobotDescription, global_frame: s
 
 def resource_problems(devices: Iterable[Device],
                       descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """The meshes and textures of models that RViz will not find, or that are ignored."""
+    """Return the problems of meshes and textures that RViz will not find, or that are ignored."""
     return [Problem(device.model.location, 'model', text)
             for device in devices if device.model is not None and device.name in descriptions
             for text in (*map(_ignored, descriptions[device.name].ignored),
@@ -291,9 +291,9 @@ def _ignored(resource: str) -> str:
 
 
 def usable_description(device: Device) -> Optional[RobotDescription]:
-    """Return the description of a device's model; None for none, and for one with an error.
+    """Return the description of a device's model; None without a model, or if it has an error.
 
-    A recording can be looked at and judged without its models.
+    A recording can be viewed and evaluated without its models.
     """
     try:
         return describe_device(device)
@@ -303,7 +303,7 @@ def usable_description(device: Device) -> Optional[RobotDescription]:
 
 def describe_devices(devices: Tuple[Device, ...], global_frame: str = ''
                      ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
-    """The descriptions by device name, and the problems of the others; see describe_device."""
+    """Return descriptions by device name, and the problems of the others; see describe_device."""
     descriptions: Dict[str, RobotDescription] = {}
     problems: List[Problem] = []
     owners: Dict[str, str] = {}
@@ -332,10 +332,10 @@ _MARK = 'made by process_visualizer for its own nodes'
 
 
 def marked_description(text: str) -> str:
-    """Return a URDF with a mark at its end, which says that a cell made it."""
+    """Return a URDF with a mark at its end that identifies it as made by a cell."""
     return f'{text.rstrip()}\n<!-- {_MARK} -->\n'
 
 
 def is_own_description(text: str) -> bool:
-    """Return whether a cell made a robot description, in whatever parameter it is found."""
+    """Return whether a robot description was made by a cell, in whatever parameter it is."""
     return text.rstrip().endswith(f'<!-- {_MARK} -->')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frames of a cell: the tree of the fixed ones, and what drivers mean by their names."""
+"""Frames of a cell: the tree of fixed frames, and the meaning of frame names from drivers."""
 from __future__ import annotations
 
 import math
@@ -9,7 +9,7 @@ from typing import Collection, Dict, Iterable, List, Mapping, Optional, Tuple
 
 Triple = Tuple[float, float, float]
 MAX_M = 1e6
-"""No frame of a cell is farther; numbers far beyond overflow where they are used."""
+"""Maximum distance of a frame; computations with far greater numbers would overflow."""
 _MAX_RAD = 1e3
 
 
@@ -24,13 +24,13 @@ class Frame:
 
 
 class FrameTree:
-    """The frames by name; every change that would make tf2 fail is refused."""
+    """The fixed frames by name; changes that would make tf2 fail are refused."""
 
     def __init__(self, frames: Iterable[Frame]) -> None:
         """Take the frames.
 
         Raises:
-            ValueError: a frame is there twice, has no name or parent, or is its own ancestor.
+            ValueError: a frame is given twice, has no name or parent, or is its own ancestor.
         """
         self._frames: Dict[str, Frame] = {}
         for frame in frames:
@@ -44,13 +44,13 @@ class FrameTree:
 
     def move(self, parent: str, child: str, xyz: Triple, ypr: Triple,
              links: Mapping[str, str] = MappingProxyType({})) -> Frame:
-        """Move a frame, to another parent unless that is ''; return the frame as it is now.
+        """Move a frame, to another parent unless that is ''; return the moved frame.
 
-        ``links`` has the parent of each link of the models, which others publish.
+        ``links`` has the parent of each link of the models, which other nodes publish.
 
         Raises:
-            ValueError: the frame is not known, the numbers are not finite or out of any range, or
-                it would be its own ancestor. Nothing is changed then.
+            ValueError: the frame is unknown, the numbers are not finite or out of range, or the
+                frame would be its own ancestor. Nothing is changed then.
         """
         known = self._frames.get(child)
         if known is None:
@@ -81,26 +81,26 @@ class FrameTree:
 
 
 def default_base_frame(robot: str) -> str:
-    """Return the base frame of a robot that names none."""
+    """Return the base frame of a robot without a configured one."""
     return f'{robot}/link0'
 
 
 def default_tool_frame(robot: str) -> str:
-    """Return the tool frame of a robot that has no model to choose it from."""
+    """Return the tool frame of a robot without a model."""
     return f'{robot}/tool'
 
 
 def meant_frame(name: str, links: Collection[str], robot: str, prefix: str = '') -> str:
-    """Return the link of the model that a driver means, or the name as it is.
+    """Return the link of the model to which a driver's frame refers, or the name unchanged.
 
-    A driver knows neither the prefix that the configuration has put before the links, nor that
-    the model has a namespace; and one with a tf prefix puts that before links that have none.
+    A driver knows neither the prefix of links in the configuration nor the namespace of the model;
+    a driver with a tf prefix puts it before links without a prefix.
 
     Args:
-        name: from a message; a leading slash does not count.
-        links: of the robot's own model.
+        name: the frame in a message; a leading slash is ignored.
+        links: links of the robot's own model.
         robot: the device's name.
-        prefix: of the links' names, such as ``left_``.
+        prefix: prefix of the links' names, such as ``left_``.
     """
     name = name.lstrip('/')
     own = {robot, prefix.strip('/_-')}
@@ -116,7 +116,7 @@ def meant_frame(name: str, links: Collection[str], robot: str, prefix: str = '')
 
 
 def prefix_advice(name: str, links: Collection[str]) -> str:
-    """Return what to change where a name is a link's but for a prefix of one of them; '' if not."""
+    """Return advice if a name and a link differ only by a prefix of one of them, else ''."""
     for link in sorted(links, key=len, reverse=True):
         longer, shorter = (name, link) if len(name) > len(link) else (link, name)
         prefix = _prefix(longer, shorter)
@@ -130,6 +130,6 @@ def prefix_advice(name: str, links: Collection[str]) -> str:
 
 
 def _prefix(longer: str, shorter: str) -> Optional[str]:
-    """Return what one name has before another one, with the mark that ends it."""
+    """Return the prefix of a longer name before a shorter one, with its separator, or None."""
     prefix = longer[:len(longer) - len(shorter)]
     return prefix if longer.endswith(shorter) and prefix[-1:] in tuple('_/-') else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Positions of a robot's joints: out of messages, over the last seconds, over a recording."""
+"""Positions of a robot's joints: from messages, over the last seconds, over a recording."""
 from __future__ import annotations
 
 from collections import deque
@@ -11,17 +11,17 @@ from process_visualizer.robot.kinematics import MAX_POSITION
 
 
 class JointMatching:
-    """The names that a driver may have for a robot's joints, and what is added to its values."""
+    """A driver's possible names for a robot's joints, and offsets of its values."""
 
     def __init__(self, robot: str, joints: Sequence[str],
                  offsets: Mapping[str, float] = {}, prefix: str = '') -> None:
         """Take the names.
 
         Args:
-            robot: a driver's ``elbow`` also stands for the joint ``robot/elbow``.
-            joints: those that have a measurement, in the order of a message without names.
-            offsets: [rad or m] by the joints' names; those of other joints do not count.
-            prefix: a driver's ``left_elbow`` also stands for the joint ``elbow`` with ``left_``.
+            robot: with ``robot``, a driver's ``elbow`` also stands for the joint ``robot/elbow``.
+            joints: the measured joints, in the order of a message without names.
+            offsets: [rad or m] by joint name; those of other joints are ignored.
+            prefix: with ``left_``, a driver's ``left_elbow`` also stands for the joint ``elbow``.
         """
         self.joints = tuple(joints)
         self._meant: Dict[str, str] = {}
@@ -34,10 +34,10 @@ class JointMatching:
         self._offsets = {self._meant.get(name, name): offset for name, offset in offsets.items()}
 
     def match(self, names: Sequence[str], positions: Sequence[float]) -> Dict[str, float]:
-        """Return the positions [rad or m] of the robot's joints; other robots' are left out.
+        """Return the positions [rad or m] of the robot's joints, without those of other robots.
 
         A joint whose position is NaN or beyond MAX_POSITION is left out, too. A message with names
-        and without positions, such as velocities of wheels, says nothing.
+        but without positions, such as velocities of wheels, gives nothing.
 
         Raises:
             ValueError: there are more or fewer names than positions.
@@ -52,11 +52,11 @@ class JointMatching:
                 for joint in [self._meant.get(name)] if joint is not None}
 
     def names(self, joint: str) -> Tuple[str, ...]:
-        """Return what a driver may call one of the robot's joints; nothing for another one."""
+        """Return a driver's possible names for a robot's joint; none for an unknown joint."""
         return tuple(name for name, meant in self._meant.items() if meant == joint)
 
     def offset(self, joint: str) -> float:
-        """Return what is added to the measured positions of a joint [rad or m]."""
+        """Return the offset added to the measured positions of a joint [rad or m]."""
         return self._offsets.get(joint, 0.0)
 
 
@@ -69,7 +69,7 @@ class _State(NamedTuple):
 
 
 class JointHistory:
-    """The last joint states, between which the positions are taken to change evenly."""
+    """The last joint states; positions are interpolated linearly between them."""
 
     def __init__(self) -> None:
         """Begin without positions."""
@@ -77,14 +77,14 @@ class JointHistory:
         self._last: Dict[str, float] = {}
 
     def add(self, time_s: float, positions: Mapping[str, float]) -> None:
-        """Take the positions [rad or m] of some joints by name; after a step back begin anew."""
+        """Take positions [rad or m] of some joints by name; start over if the time goes back."""
         if self._states and time_s < self._states[-1].time_s:
             self._states.clear()
         self._last = {**self._last, **positions}
         self._states.append(_State(time_s, self._last))
 
     def at(self, time_s: float) -> Dict[str, float]:
-        """Return the positions at a time; the last ones at 0, and the first or last beyond them."""
+        """Return the positions at a time; 0 stands for the last ones. No extrapolation."""
         later: Optional[_State] = None
         for state in reversed(self._states):
             if not time_s or time_s >= state.time_s:
@@ -107,7 +107,7 @@ class JointTrack(NamedTuple):
     positions: np.ndarray
 
     def at(self, time_s: float) -> Optional[Dict[str, float]]:
-        """Return the positions by joint at a time, between two known ones; None elsewhere."""
+        """Return the interpolated positions by joint at a time; None outside the known ones."""
         row = int(np.searchsorted(self.times_s, time_s, side='right'))
         first, last = max(row - 1, 0), min(row, len(self.times_s) - 1)
         if last < 0 or not self.times_s[0] <= time_s <= self.times_s[-1]:
@@ -123,11 +123,11 @@ class JointTrack(NamedTuple):
 
 def joint_track(joints: Tuple[str, ...], times_s: np.ndarray,
                 positions: np.ndarray) -> JointTrack:
-    """Return a track after a check.
+    """Return a checked track.
 
     Raises:
-        ValueError: the lengths do not fit, the times do not rise, or a position is so large that
-            it overflows where it is used.
+        ValueError: the lengths do not match, the times decrease, or a position is so large that
+            later computations would overflow.
     """
     times_s, positions = np.asarray(times_s, float), np.asarray(positions, float)
     if not joints or positions.size != len(times_s) * len(joints):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kinematics: poses of a robot's links, given the positions of its joints."""
+"""Kinematics: poses of a robot's links from the positions of its joints."""
 from __future__ import annotations
 
 import math
@@ -18,45 +18,45 @@ from process_visualizer.robot.rotations import (
 )
 
 MAX_POSITION = 1e6
-"""Of a joint [rad or m]; numbers far beyond overflow where they are used."""
+"""Maximum position of a joint [rad or m]; computations with far greater numbers would overflow."""
 MOVABLE = ('revolute', 'continuous', 'prismatic')
-"""URDF's kinds of joints whose position is one number; as movableJoints has it, in C++."""
+"""Types of URDF joints whose position is one number, as in movableJoints in C++."""
 
 
 class Placement(NamedTuple):
-    """Position [m] and rotation (x y z w) of a frame in another one."""
+    """Position [m] and rotation (x y z w) of a frame in an outer frame."""
 
     position: Triple = (0.0, 0.0, 0.0)
     quaternion: Quaternion = NO_ROTATION
 
     def then(self, inner: 'Placement') -> 'Placement':
-        """Return the place, seen from outside, of what is placed in this frame."""
+        """Return the placement of an inner frame in the outer frame."""
         x, y, z = rotated(self.quaternion, inner.position)
         a, b, c = self.position
         return Placement((a + x, b + y, c + z), product(self.quaternion, inner.quaternion))
 
     def inverse(self) -> 'Placement':
-        """Return the place of the outside in this frame."""
+        """Return the placement of the outer frame in this frame."""
         turn = conjugate(self.quaternion)
         x, y, z = rotated(turn, self.position)
         return Placement((-x, -y, -z), turn)
 
 
 class Joint(NamedTuple):
-    """The pose of a frame in its parent; not every kind of URDF's joints can be computed."""
+    """The pose of a frame in its parent; not every type of URDF joint can be computed."""
 
     parent: str
     origin: Placement
     kind: str = 'fixed'
-    name: str = ''  # of the joint whose position counts, which may be another one (mimic)
+    name: str = ''  # of the joint whose position is used, which may be another one (mimic)
     axis: Triple = (1.0, 0.0, 0.0)
     multiplier: float = 1.0
     offset: float = 0.0
 
     def placement(self, positions: Mapping[str, float]) -> Optional[Placement]:
-        """Return where the child is in the parent; None if the joint's position is not known.
+        """Return the placement of the child in the parent; None if the joint's position is unknown.
 
-        One beyond MAX_POSITION, or NaN, says nothing.
+        A position beyond MAX_POSITION, or NaN, counts as unknown.
         """
         if self.kind == 'fixed':
             return self.origin
@@ -71,18 +71,18 @@ class Joint(NamedTuple):
         return self.origin.then(Placement(quaternion=quaternion_from_rotation_vector(along)))
 
     def measured_with(self, offset: float) -> 'Joint':
-        """Return the joint for measured positions to which an offset has to be added."""
+        """Return the joint for measured positions to which an offset must be added."""
         return self._replace(offset=self.offset + self.multiplier * offset)
 
 
 class Kinematics:
-    """The tree of a robot's links, with frames that are fixed to them."""
+    """The tree of a robot's links, with frames fixed to them."""
 
     def __init__(self, urdf: str = '<robot />') -> None:
         """Read a URDF.
 
         Raises:
-            ValueError: it is not XML, or has an invalid number.
+            ValueError: the text is not XML, or has an invalid number.
         """
         root = urdf_root(urdf)
         self.links = [link.get('name', '') for link in root.findall('link')]
@@ -100,24 +100,24 @@ class Kinematics:
 
     @property
     def parents(self) -> Dict[str, str]:
-        """The parent of each frame that a joint places."""
+        """The parent of each frame that has a joint."""
         return {child: joint.parent for child, joint in self._joints.items()}
 
     def fix(self, parent: str, frame: str, placement: Placement) -> None:
-        """Add or move a frame that is fixed to another one; links that the model places stay."""
+        """Add or move a frame fixed to another one; links placed by the model do not change."""
         if frame not in self._placed:
             self._joints[frame] = Joint(parent, placement)
 
     def placement(self, frame: str, base: str,
                   positions: Mapping[str, float]) -> Optional[Placement]:
-        """Return where a frame is in another one that carries it.
+        """Return the placement of a frame in another one that carries it.
 
         Args:
-            frame, base: names; the base is the frame itself or one of those that carry it.
-            positions: of joints by name, in rad or m.
+            frame, base: names; the base is the frame itself or one of its carriers.
+            positions: joint positions by name [rad or m].
 
         Returns:
-            None where nothing connects them, or a joint between them has no position.
+            None if the frames are not connected, or a joint between them has no position.
         """
         chain = self._chain(frame, base)
         if chain is None:
@@ -131,7 +131,7 @@ class Kinematics:
         return found
 
     def moved(self, positions: Mapping[str, float]) -> Iterator[Tuple[str, str, Placement]]:
-        """Yield parent, child and place of each link that a joint with a known position moves."""
+        """Yield parent, child and placement of each link moved by a joint with a known position."""
         for child, joint in self._joints.items():
             place = None if joint.kind == 'fixed' else joint.placement(positions)
             if place is not None:
@@ -139,9 +139,9 @@ class Kinematics:
 
     def connection(self, frame: str, other: str,
                    positions: Mapping[str, float]) -> Optional[Placement]:
-        """Return where a frame is in another one, whichever carries the other, or what both.
+        """Return the placement of a frame in another one, through their common carrier.
 
-        None as of ``placement``.
+        None as for ``placement``.
         """
         root = self._common(frame, other)
         inner = None if root is None else self.placement(frame, root, positions)
@@ -149,22 +149,22 @@ class Kinematics:
         return None if inner is None or outer is None else outer.inverse().then(inner)
 
     def connects(self, frame: str, other: str) -> bool:
-        """Return whether two frames are connected, whatever the joints' positions."""
+        """Return whether two frames are connected, independently of joint positions."""
         return self._common(frame, other) is not None
 
     def moves(self, frame: str, other: str) -> bool:
-        """Return whether a joint lies between two frames that are connected."""
+        """Return whether a moving joint is between two connected frames."""
         return bool(self.joints_between(frame, other))
 
     def joints_between(self, frame: str, other: str) -> List[str]:
-        """Return the names of the joints that move one frame in another that is connected."""
+        """Return the names of the moving joints between two connected frames."""
         root = self._common(frame, other)
         return [] if root is None else [
             joint.name for end in (frame, other) for joint in self._chain(end, root) or ()
             if joint.kind != 'fixed']
 
     def _common(self, frame: str, other: str) -> Optional[str]:
-        """Return the first frame that carries both, which may be one of them."""
+        """Return the first frame that carries both frames, which may be one of them."""
         for _ in range(len(self._joints) + 1):
             if self._chain(frame, other) is not None:
                 return other
@@ -175,11 +175,11 @@ class Kinematics:
         return None
 
     def joint(self, frame: str) -> Optional[Joint]:
-        """Return what places a frame; None for a root and for what is not known."""
+        """Return the joint of a frame; None for a root or an unknown frame."""
         return self._joints.get(frame)
 
     def carriers(self, frame: str, base: str) -> Optional[List[str]]:
-        """Return the frame and all that carry it up to the base; None if the base does not."""
+        """Return the frame and its carriers up to the base; None if the base does not carry it."""
         if self._chain(frame, base) is None:
             return None
         found = [frame]
@@ -188,17 +188,17 @@ class Kinematics:
         return found
 
     def fixed_to(self, frame: str, base: str) -> str:
-        """Return the frame nearest to the base that no moving joint parts from a frame."""
+        """Return the frame nearest to the base to which a frame is fixed, without moving joints."""
         while frame != base and frame in self._joints and self._joints[frame].kind == 'fixed':
             frame = self._joints[frame].parent
         return frame
 
     def _chain(self, frame: str, base: str) -> Optional[List[Joint]]:
-        """Return the joints from a frame down to the base."""
+        """Return the joints from a frame to its carrier ``base``, or None."""
         joints: List[Joint] = []
         while frame != base:
             joint = self._joints.get(frame)
-            if joint is None or len(joints) > len(self._joints):  # static transforms may be a ring
+            if joint is None or len(joints) > len(self._joints):  # fixed frames may form a circle
                 return None
             joints.append(joint)
             frame = joint.parent
@@ -206,14 +206,14 @@ class Kinematics:
 
 
 _DEEPEST = 100
-"""Programs go down the elements of a model by calling themselves, RViz too."""
+"""Maximum depth of elements: programs descend recursively, including RViz."""
 
 
 def urdf_root(text: str) -> ElementTree.Element:
     """Return the root element of a URDF.
 
     Raises:
-        ValueError: it is not XML, or its elements are nested too deeply.
+        ValueError: the text is not XML, or its elements are nested too deeply.
     """
     try:
         root = ElementTree.fromstring(text)
@@ -228,10 +228,10 @@ def urdf_root(text: str) -> ElementTree.Element:
 
 
 def origin_of(element: ElementTree.Element) -> Placement:
-    """Return the pose of a joint or a shape of a URDF in its link.
+    """Return the pose of a URDF's joint or shape in its link.
 
     Raises:
-        ValueError: it has an invalid number.
+        ValueError: the element has an invalid number.
     """
     origin = element.find('origin')
     if origin is None:
@@ -242,7 +242,7 @@ def origin_of(element: ElementTree.Element) -> Placement:
 
 
 def triple(text: str) -> Triple:
-    """Return the three numbers of an attribute of a URDF.
+    """Return the three numbers in an attribute of a URDF.
 
     Raises:
         ValueError: there are not three numbers.

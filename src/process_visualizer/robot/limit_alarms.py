@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of process variables beyond their limits: when, and how far."""
+"""Alarms of process variables beyond their limits: times and extremes."""
 from __future__ import annotations
 
 import math
@@ -9,15 +9,15 @@ from typing import List, NamedTuple, Optional, Tuple
 import numpy as np
 
 BEGIN_S = 0.2
-"""A value that is beyond a limit for a shorter time is no alarm."""
+"""Minimum time beyond a limit for an alarm."""
 END_S = 0.5
-"""An alarm ends when the value has been back inside for so long."""
+"""Time for which the value must be back inside before an alarm ends."""
 _MARGIN = 0.05
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The least and the greatest good value, in the variable's own unit."""
+    """The smallest and the greatest good value, in the variable's unit."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -29,27 +29,27 @@ class Limits:
 
     @property
     def margin(self) -> float:
-        """Return how far inside a value is back; so noise at a limit does not end an alarm."""
+        """Return the distance inside a limit at which a value is back, so noise ends no alarm."""
         if -math.inf < self.low and self.high < math.inf:
             return _MARGIN * (self.high - self.low)
         return _MARGIN * abs(self.low if self.low > -math.inf else self.high)
 
     def excess(self, values: np.ndarray) -> np.ndarray:
-        """Return how far values (n,) are beyond the limit that is nearer; below 0: inside."""
+        """Return the distance (n,) of values beyond the nearer limit; negative inside."""
         return np.maximum(values - self.high, self.low - values)
 
     def sentence(self, label: str, value: float, unit: str) -> str:
-        """Return which limit a value is beyond, such as 'oven is above 200 °C'."""
+        """Return the exceeded limit in words, such as 'oven is above 200 °C'."""
         side = f'above {self.high:g}' if value > self.high else f'below {self.low:g}'
         return f'{label} is {side} {unit}'.rstrip()
 
     def reach(self, extreme: float, unit: str) -> str:
-        """Return how far a value went, such as 'up to 230 °C'."""
+        """Return an extreme value in words, such as 'up to 230 °C'."""
         return f'{"up" if extreme > self.high else "down"} to {extreme:g} {unit}'.rstrip()
 
 
 class LimitAlarm(NamedTuple):
-    """An alarm: begin and end [s], and the value that was farthest beyond a limit."""
+    """An alarm: begin and end [s], and the value farthest beyond a limit."""
 
     begin_s: float
     end_s: float
@@ -57,7 +57,7 @@ class LimitAlarm(NamedTuple):
 
 
 class _Run(NamedTuple):
-    """Samples in a row that are all beyond (1), inside (-1), or in the margin between (0)."""
+    """Consecutive samples that are all beyond (1), inside (-1), or in the margin between (0)."""
 
     begin_s: float
     end_s: float
@@ -67,7 +67,7 @@ class _Run(NamedTuple):
 
 
 class LimitWatch:
-    """Judges a variable as its values come; a value holds until the next one."""
+    """Judges a variable as its values arrive; each value holds until the next one."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -78,7 +78,7 @@ class LimitWatch:
 
     @property
     def present(self) -> Optional[LimitAlarm]:
-        """The alarm that lasts, up to the last value; None: all is well."""
+        """The present alarm, up to the last value; None if there is none."""
         return self._open if self._open is not None and _is_long(self._open) else None
 
     def add(self, time_s: float, value: float) -> None:
@@ -122,10 +122,10 @@ class LimitWatch:
 
 def limit_alarms(limits: Limits, times_s: np.ndarray,
                  values: np.ndarray) -> Tuple[LimitAlarm, ...]:
-    """Return the alarms of a whole recording, in the order of time; none overlaps another.
+    """Return the alarms of a whole recording in order of time, without overlaps.
 
     Args:
-        limits: of the variable.
+        limits: the variable's limits.
         times_s: (n,) [s], rising.
         values: (n,), finite.
     """

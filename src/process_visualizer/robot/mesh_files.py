@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files with meshes: which of them are read at all, and the library that reads them.
+"""Checks of mesh files, and the library that reads them.
 
-A reader waits for ever at a pipe, and reads a device without end. A Collada file of some kB can
-show one node again and again within others, or nest nodes until the reader's stack is full.
-``src/mesh/mesh_file.cpp`` looks at them for all readers, those of the nodes in C++ too.
+A reader would wait forever at a pipe, and read a device without end. A Collada file of some kB can
+instantiate a node within others again and again, or nest nodes until the reader's stack is full.
+``src/mesh/mesh_file.cpp`` checks files for all readers, including those of the nodes in C++.
 """
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ LIBRARY = 'libprocess_visualizer_mesh.so'
 
 
 class MeshError(Exception):
-    """A mesh cannot be used; says which file and why."""
+    """A mesh cannot be used; the text has the file and the reason."""
 
 
 def check_mesh_file(path: str) -> None:
-    """Look whether a file can be given to a reader of meshes.
+    """Check that a file is safe for a reader of meshes.
 
     Raises:
-        MeshError: it cannot, or there is none.
+        MeshError: the file is not safe, or missing.
     """
     with _answer('check', path):
         pass
@@ -31,10 +31,10 @@ def check_mesh_file(path: str) -> None:
 
 @contextmanager
 def opened_mesh(path: str) -> Iterator[Tuple[Any, int]]:
-    """Read a file; gives the library, and the mesh with which its functions are called.
+    """Read a file; yield the library, and the mesh as the argument of its functions.
 
     Raises:
-        MeshError: it cannot be read, or has no triangles.
+        MeshError: the mesh cannot be read, or has no triangles.
     """
     with _answer('read', path) as answer:
         yield answer

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds where the geometry of a robot's or machine's model is, and where its tool can reach."""
+"""The extent of a robot's or machine's model: its geometry, and the reach of its tool."""
 from __future__ import annotations
 
 import functools
@@ -25,10 +25,10 @@ _IDENTITY = np.eye(4)
 
 
 def mesh_corners(path: str) -> Optional[np.ndarray]:
-    """The lowest and the highest corner (2, 3) of a mesh, in the units of its file.
+    """Return the lowest and the highest corner (2, 3) of a mesh, in the units of its file.
 
     The unit of a Collada file is applied, so its corners are in m. None if the file cannot be read
-    or understood.
+    or parsed.
     """
     try:
         return _corners(path, os.stat(path).st_mtime_ns)
@@ -51,7 +51,7 @@ def _corners(path: str, _changed_ns: int) -> Optional[np.ndarray]:
 
 
 def _stl(path: str) -> np.ndarray:
-    """Vertices of an STL file; a binary one is recognized by its size."""
+    """Return the vertices of an STL file; a binary one is recognized by its size."""
     with open(path, 'rb') as file:
         content = file.read()
     if len(content) >= _STL_HEADER_BYTES:
@@ -69,7 +69,7 @@ def _obj(path: str) -> np.ndarray:
 
 
 def _numbered_lines(content: bytes, word: bytes) -> np.ndarray:
-    """The three numbers of each line that begins with a given word."""
+    """Return the three numbers of each line that begins with a given word."""
     lines = (line.split() for line in content.splitlines())
     rows = [[float(number) for number in words[1:4]] for words in lines
             if len(words) > 3 and words[0] == word]
@@ -77,7 +77,7 @@ def _numbered_lines(content: bytes, word: bytes) -> np.ndarray:
 
 
 def _collada(path: str) -> np.ndarray:
-    """Vertices of all geometries that the scene shows, with the transforms of its nodes."""
+    """Return the vertices of all geometries in the scene, with the transforms of its nodes."""
     root = ElementTree.parse(path).getroot()
     for element in root.iter():
         element.tag = element.tag.rpartition('}')[2]
@@ -94,7 +94,7 @@ def _collada(path: str) -> np.ndarray:
 
 
 def _vertices(geometry: ElementTree.Element) -> np.ndarray:
-    """The positions (n, 3) of a geometry; normals and colors are other sources."""
+    """Return the positions (n, 3) of a geometry; normals and colors are other sources."""
     sources = {f'#{source.get("id")}': source for source in geometry.iter('source')}
     rows = [np.empty((0, 3))]
     for place in geometry.iterfind('mesh/vertices/input[@semantic="POSITION"]'):
@@ -106,7 +106,7 @@ def _vertices(geometry: ElementTree.Element) -> np.ndarray:
 
 def _placed(node: ElementTree.Element, parent: np.ndarray, shapes: Dict[str, np.ndarray],
             library: Dict[str, ElementTree.Element], depth: int = 0) -> Iterator[np.ndarray]:
-    """The vertices below a node of the scene, in the scene."""
+    """Yield the vertices below a node, in the frame of the scene."""
     if depth > len(library) + 100:
         raise ValueError('nodes contain each other')
     place = parent @ _transform(node)
@@ -122,7 +122,7 @@ def _name(instance: ElementTree.Element) -> str:
 
 
 def _transform(node: ElementTree.Element) -> np.ndarray:
-    """The matrix (4, 4) of a node: its transforms one after the other."""
+    """Return the matrix (4, 4) of a node: the product of its transforms."""
     matrix = _IDENTITY
     for element in node:
         make = _TRANSFORMS.get(element.tag)
@@ -138,7 +138,7 @@ def _translation(values: np.ndarray) -> np.ndarray:
 
 
 def _rotation(values: np.ndarray) -> np.ndarray:
-    """Axis and angle in degrees (Rodrigues' formula)."""
+    """Return the matrix (4, 4) of axis and angle in degrees (Rodrigues' formula)."""
     x, y, z = values[:3] / (np.linalg.norm(values[:3]) or 1.0)
     angle = np.radians(values[3])
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -157,22 +157,22 @@ _READERS: Dict[str, Callable[[str], np.ndarray]] = {'.stl': _stl, '.dae': _colla
 
 
 _SAMPLES = 120
-"""Number of postures tried: their tool positions fill the reach of an arm except for its rim."""
+"""Number of random postures: their tool positions fill the reach of an arm except for its rim."""
 _TURN_RAD = math.pi
-"""Joints without limits, or with wider ones, are tried up to half a turn."""
+"""Maximum turn of joints without limits, or with wider ones."""
 _THROUGH = 0.1
-"""The share of a model standing on its base plane that may be behind it (a plate, a cable)."""
+"""Maximum share of a standing model that is below its base plane (a plate, a cable)."""
 _CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 
 class ModelExtent:
-    """The space of one model, in the frame of its root link, in m."""
+    """The extent of one model, in the frame of its root link [m]."""
 
     def __init__(self, urdf: str, packages: Optional[rospkg.RosPack] = None) -> None:
-        """Read a checked URDF; ``packages`` avoids looking up those of meshes again.
+        """Read a checked URDF; ``packages`` saves a new search for packages of meshes.
 
         Raises:
-            ValueError: it has an invalid number.
+            ValueError: the URDF has an invalid number.
         """
         self._packages = packages or rospkg.RosPack()
         self._body: Optional[np.ndarray] = None
@@ -186,11 +186,11 @@ class ModelExtent:
         self.root_link = next((link for link in self._kinematics.links if link not in children), '')
 
     def place(self, link: str) -> Optional[Placement]:
-        """The pose of a link at the default joint positions: zero if possible, or the middle."""
+        """Return a link's pose at default joint positions: zero if possible, else the middle."""
         return self._kinematics.placement(link, self.root_link, self.positions)
 
     def body(self) -> np.ndarray:
-        """Corners (n, 3) of the visual, or else collision, geometry at the default positions."""
+        """Return corners (n, 3) of the visual, or else collision, geometry at default positions."""
         if self._body is None:
             self._body = self._corners()
         return self._body
@@ -205,11 +205,11 @@ class ModelExtent:
         return np.concatenate(corners)
 
     def reach(self, tool: str) -> np.ndarray:
-        """Positions (n, 3) of a link in postures all over the joints' ranges.
+        """Return positions (n, 3) of a link in random postures within the joints' ranges.
 
-        An arm that stands on its base plane does not reach through it.
+        An arm that stands on its base plane does not reach through that plane.
         """
-        chance = random.Random(1)  # the same picture each time
+        chance = random.Random(1)  # reproducible
         found: List[Tuple[float, float, float]] = []
         is_moved = any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
         for _ in range(_SAMPLES if is_moved else 0):
@@ -227,7 +227,7 @@ class ModelExtent:
             -body[:, 2].min() <= _THROUGH * np.ptp(body, axis=0).max())
 
     def _shape_corners(self, shape: ElementTree.Element) -> np.ndarray:
-        """The corners (8, 3) of the box around a shape, in its link; none if it is not known."""
+        """Return the corners (8, 3) of a shape's box in its link; no rows for an unknown shape."""
         ends = self._ends(shape.find('geometry'))
         if ends is None:
             return np.empty((0, 3))
@@ -235,7 +235,7 @@ class ModelExtent:
         return moved(origin_of(shape), corners)
 
     def _ends(self, geometry: Optional[ElementTree.Element]) -> Optional[np.ndarray]:
-        """The lowest and the highest corner (2, 3) of a geometry."""
+        """Return the lowest and the highest corner (2, 3) of a geometry."""
         shape = None if geometry is None or not len(geometry) else geometry[0]
         if shape is None:
             return None
@@ -262,7 +262,7 @@ def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
 
 
 def moved(place: Placement, points: np.ndarray) -> np.ndarray:
-    """Return points (n, 3) [m] of a frame, seen from where that is placed."""
+    """Return points (n, 3) [m] of a placed frame in the outer frame."""
     return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)
 
 

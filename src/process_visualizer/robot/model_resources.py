@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The meshes and textures that a model names, and where they are.
+"""The meshes and textures named in a model, and their files.
 
-RViz opens URIs, with the packages that ROS finds. A model may also have paths, or packages that are
-not installed but lie beside it, as programs for CAD export them.
+RViz opens URIs, with the packages that ROS finds. A model may also name paths, or packages that are
+not installed but beside the model, as exported by CAD programs.
 """
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _NAMED = re.compile(r'(<(?:mesh|texture)\b[^>]*?\bfilename\s*=\s*)(["\'])(.*?)\2
 _PACKAGE_NAME = re.compile(r'<name\b[^>]*>\s*([^<\s]+)\s*</name>')
 _SIGNS = {'&quot;': '"', '&apos;': "'"}
 _ENTITIES = {sign: it for it, sign in _SIGNS.items()}
-_LEVELS = 4  # of folders above a model
+_LEVELS = 4  # searched folders: that of the model and those above it
 _MAX_TOLD = 3
 _ON_THE_WEB = ('http', 'https')
 
 
 def with_resources(text: str, model_file: str) -> str:
-    """Return a URDF in which what lies beside its model is named so that RViz opens it.
+    """Return a URDF with names that RViz can open for files beside the model.
 
-    Paths become URIs, and so do packages that are not installed but are a folder above the model's
-    file, or in one. What is nowhere keeps its name.
+    Paths become file URIs, as do packages that are not installed but are a folder above the
+    model's file, or in such a folder. Names of missing files are unchanged.
     """
     packages = rospkg.RosPack()
 
@@ -45,10 +45,10 @@ def with_resources(text: str, model_file: str) -> str:
 
 
 def without_foreign_resources(root: ElementTree.Element) -> List[str]:
-    """Take meshes and textures that are in no installed package out of a URDF; return their names.
+    """Remove meshes and textures outside installed packages from a URDF; return their names.
 
-    RViz would open any file and ask any computer for them. Its reader of XML knows no namespaces,
-    so an element in one counts like any other.
+    RViz would open any file, or ask any computer for it. RViz's XML parser ignores namespaces, so
+    elements in a namespace count like all others.
     """
     packages = rospkg.RosPack()
     foreign: List[str] = []
@@ -61,7 +61,7 @@ def without_foreign_resources(root: ElementTree.Element) -> List[str]:
 
 
 def _named_in(element: ElementTree.Element) -> List[ElementTree.Element]:
-    """The mesh or texture that an element is, or in whose place it stands as a whole."""
+    """Return the meshes or texture that are removed with an element."""
     tag = _local_name(element)
     if tag in ('visual', 'collision'):
         return [it for it in element.iter() if _local_name(it) == 'mesh']
@@ -82,7 +82,7 @@ def _is_foreign(uri: str, packages: rospkg.RosPack) -> bool:
 
 
 def resource_path(uri: str, packages: rospkg.RosPack) -> str:
-    """Return the file that RViz opens for a URI; '' if it has none, or its package is missing."""
+    """Return the file that RViz opens for a URI; '' for a web address or a missing package."""
     scheme, _, rest = uri.partition('://')
     if scheme == 'file':
         return unquote(rest)
@@ -95,7 +95,7 @@ def resource_path(uri: str, packages: rospkg.RosPack) -> str:
 
 
 def missing_resources(text: str) -> List[str]:
-    """Return in words what RViz does not find of a URDF; the web is not asked."""
+    """Return messages about files of a URDF that RViz will not find; the web is not checked."""
     packages = rospkg.RosPack()
     lacking: 'Counter[str]' = Counter()
     others: List[str] = []
@@ -116,7 +116,7 @@ def missing_resources(text: str) -> List[str]:
 
 
 def packages_beside(model_file: str) -> Dict[str, str]:
-    """Return by name the folders of packages above a file, or in a folder above it."""
+    """Return the folders, by package name, of packages above a file or in a folder above it."""
     found: Dict[str, str] = {}
     for above in _above(model_file):
         for folder in (above, *_folders_in(above)):
@@ -127,14 +127,14 @@ def packages_beside(model_file: str) -> Dict[str, str]:
 
 
 def _uris(text: str) -> List[str]:
-    """The meshes and textures of a URDF, each once."""
+    """Return the names of a URDF's meshes and textures, each once."""
     root = ElementTree.fromstring(text)
     names = (it.get('filename', '') for tag in ('mesh', 'texture') for it in root.iter(tag))
     return list(dict.fromkeys(it for it in names if it))
 
 
 def _beside(uri: str, model_file: str, packages: rospkg.RosPack) -> Optional[str]:
-    """The file beside a model that a URI or a path stands for; None if RViz finds it by itself."""
+    """Return the file of a URI or path beside a model; None if RViz finds it, or it is missing."""
     scheme, separator, rest = uri.partition('://')
     if separator and scheme == 'package':
         package, _, path = rest.partition('/')
@@ -150,7 +150,7 @@ def _beside(uri: str, model_file: str, packages: rospkg.RosPack) -> Optional[str
 
 
 def _folders_of(package: str, model_file: str) -> Iterator[str]:
-    """Return folders of a package that is not installed; they need not have a package.xml."""
+    """Yield possible folders of a package that is not installed, even without a package.xml."""
     for above in _above(model_file):
         if package in (os.path.basename(above), _package_name(above)):
             yield above
@@ -163,7 +163,7 @@ def _first_file(paths: 'Iterator[str] | List[str]') -> Optional[str]:
 
 
 def _above(file: str) -> List[str]:
-    """The folder of a file, and those above it."""
+    """Return the folder of a file, and folders above it."""
     found = [os.path.dirname(os.path.abspath(file))]
     while len(found) < _LEVELS and os.path.dirname(found[-1]) != found[-1]:
         found.append(os.path.dirname(found[-1]))
@@ -179,7 +179,7 @@ def _folders_in(folder: str) -> List[str]:
 
 
 def _package_name(folder: str) -> str:
-    """The name of the package that a folder is; '' if it is none."""
+    """Return the name of the package in a folder; '' if it is not a package."""
     try:
         with open(os.path.join(folder, 'package.xml'), encoding='utf-8', errors='replace') as file:
             named = _PACKAGE_NAME.search(file.read())

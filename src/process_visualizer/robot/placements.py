@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Poses of frames in others at many times at once, and the chain of them from base to tool."""
+"""Poses of frames relative to others at many times at once, and their chain from base to tool."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
@@ -12,31 +12,31 @@ from process_visualizer.robot.kinematics import MOVABLE, Joint, Kinematics, Plac
 class Placements(NamedTuple):
     """Positions (n, 3) [m] and rotations (n, 4) x y z w of any length; n may be 1.
 
-    A rotation of length zero, which some senders leave so, turns nothing.
+    A quaternion of zero, which some senders leave unset, counts as no rotation.
     """
 
     positions: np.ndarray
     quaternions: np.ndarray
 
     def then(self, inner: Placements) -> Placements:
-        """Return the places, seen from outside, of what is placed in this frame."""
+        """Return the placements of an inner frame in the outer frame."""
         return Placements(self.positions + _turned(self.quaternions, inner.positions),
                           _product(self.quaternions, inner.quaternions))
 
     def inverse(self) -> Placements:
-        """Return the places of the outside in this frame."""
+        """Return the placements of the outer frame in this frame."""
         turn = self.quaternions * (-1.0, -1.0, -1.0, 1.0)
         return Placements(-_turned(turn, self.positions), turn)
 
 
 def constant(placement: Placement) -> Placements:
-    """Return a place that is the same at all times."""
+    """Return a placement that is the same at all times."""
     return Placements(np.array([placement.position], float),
                       np.array([placement.quaternion], float))
 
 
 def of_joint(joint: Joint, positions: np.ndarray) -> Placements:
-    """Return where a moving joint's child is in its parent, at positions (n,) [rad or m]."""
+    """Return the placements of a moving joint's child at positions (n,) [rad or m]."""
     values = joint.multiplier * positions + joint.offset
     along = values[:, np.newaxis] * np.array(joint.axis)
     still = np.zeros_like(along)
@@ -51,19 +51,18 @@ def of_joint(joint: Joint, positions: np.ndarray) -> Placements:
 
 def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, longest_s: float,
                  rotation: Optional[slice] = None, equal: float = -1.0) -> np.ndarray:
-    """Return values (m, k) at times, on straight lines between those that are known.
+    """Return values (m, k) at times, linearly interpolated between known ones.
 
-    Rows are NaN before the first and behind the last known one, and between two that are further
-    apart than a limit.
+    Rows are NaN before the first and after the last known value, and in gaps longer than a limit.
 
     Args:
         times_s: (m,).
         known_s: (n,), rising.
         values: (n, k).
-        longest_s: the limit [s].
-        rotation: the columns of x y z w, which go the shorter way.
-        equal: between values that differ by no more than this there is no limit; below 0 there
-            always is.
+        longest_s: the limit of gaps [s].
+        rotation: the columns of x y z w, which are interpolated along the shorter way.
+        equal: gaps between values that differ by no more than this have no limit; below 0, all
+            gaps have one.
     """
     if not len(known_s):
         return np.full((len(times_s), values.shape[1]), np.nan)
@@ -98,30 +97,30 @@ def _product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 class SentTransform(NamedTuple):
-    """A transform that messages bring: seven numbers, the position and x y z w."""
+    """A transform from messages: seven numbers, the position and x y z w."""
 
     parent: str
     child: str
 
 
 MovingPart = Union[SentTransform, Joint]
-"""What has numbers that change with the time: (n, 7), or those of a joint in the last column."""
+"""A part with numbers that vary in time: (n, 7), or a joint's positions in the last column."""
 Source = Union[MovingPart, Placement]
 
 
 class ToolPath(NamedTuple):
-    """The chains from a tool, and from its base, to the first frame that carries both."""
+    """The chains from a tool and from its base to the first frame that carries both."""
 
     from_tool: Tuple[Source, ...]
     from_base: Tuple[Source, ...]
 
     @property
     def moving(self) -> Tuple[MovingPart, ...]:
-        """Return what is needed to know where the tool is, the nearest to it first."""
+        """The moving parts between base and tool, beginning with the nearest to the tool."""
         return tuple(it for it in self.from_tool + self.from_base if not isinstance(it, Placement))
 
     def places(self, values: Mapping[MovingPart, np.ndarray]) -> Placements:
-        """Return where the tool is in the base, given the numbers of the moving parts."""
+        """Return the placements of the tool in the base, given the numbers of the moving parts."""
         return _carried(self.from_base, values).inverse().then(_carried(self.from_tool, values))
 
 
@@ -139,26 +138,26 @@ def _carried(sources: Tuple[Source, ...], values: Mapping[MovingPart, np.ndarray
 
 
 class FrameSources:
-    """Sources of each frame's pose in its parent; the first source of a frame holds."""
+    """Sources of each frame's pose in its parent; the first source of a frame counts."""
 
     def __init__(self) -> None:
         """Begin without frames."""
         self._above: Dict[str, Tuple[str, Source]] = {}
 
     def add_sent(self, transform: SentTransform) -> None:
-        """Add a frame that messages place."""
+        """Add a frame placed by messages."""
         self._above.setdefault(transform.child, (transform.parent, transform))
 
     def add_fixed(self, parent: str, child: str, placement: Placement) -> None:
-        """Add a frame that rests in its parent."""
+        """Add a frame that is fixed to its parent."""
         self._above.setdefault(child, (parent, placement))
 
     def add_model(self, model: Kinematics, offset: Callable[[str], float]) -> None:
-        """Add the links of a model, which a robot_state_publisher sends.
+        """Add the links of a model, as sent by a robot_state_publisher.
 
         Args:
-            model: of which the links are.
-            offset: returns what has to be added to the measured positions of a joint [rad or m].
+            model: the model.
+            offset: returns the offset to add to the measured positions of a joint [rad or m].
         """
         for link in model.links:
             joint = model.joint(link)
@@ -167,7 +166,7 @@ class FrameSources:
                                               else joint.measured_with(offset(joint.name))))
 
     def path(self, base: str, tool: str) -> Optional[ToolPath]:
-        """Return what leads from a base to a tool; None if nothing does that can be computed."""
+        """Return the path from a base to a tool; None if there is none that can be computed."""
         carriers = [base, *(parent for parent, _ in self._up(base))]
         candidates = [tool, *(parent for parent, _ in self._up(tool))]
         common = next((frame for frame in candidates if frame in carriers), None)
@@ -187,8 +186,8 @@ class FrameSources:
         return tuple(found)
 
     def _up(self, frame: str) -> Iterator[Tuple[str, Source]]:
-        """Yield the parent of a frame, the parent of that …, each with what places it there."""
-        for _ in range(len(self._above)):  # recorded frames may be a ring
+        """Yield the ancestors of a frame, each with the source of the pose of its child."""
+        for _ in range(len(self._above)):  # recorded frames may form a circle
             if frame not in self._above:
                 return
             parent, source = self._above[frame]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The velocity of a tool at any time of a recording, and over the whole of it."""
+"""The velocity of a tool at any time of a recording, and over the whole recording."""
 from __future__ import annotations
 
 from bisect import bisect_right
@@ -10,17 +10,17 @@ import numpy as np
 from process_visualizer.robot.rotations import Quaternion, Triple
 from process_visualizer.robot.velocity import GAP_S, TIE_S, slope_of_rotations
 
-# Least-squares slopes over the windows of a whole series, as VelocityEstimator takes them.
+# Least-squares slopes over the windows of a whole series, as in VelocityEstimator.
 
-_BLOCK = 4096  # windows: short enough for the precision of running sums
+_BLOCK = 4096  # windows: few enough for the precision of running sums
 
 
 class SlopeWindows(NamedTuple):
-    """Windows of a series, in the order of their times; one row per window.
+    """Windows of a series, in order of their times; one row per window.
 
-    ``rows`` (k,) are the samples that were not set aside. A window holds those from ``first`` (m,)
-    up to ``behind`` (m,), which count in ``rows``. It is of the ``segment`` (m,) of the series.
-    ``middle_s`` (m,) is the mean of its times, ``slope`` (m, d) that of its values.
+    ``rows`` (k,) are the samples that are not ignored. A window has the samples from ``first`` (m,)
+    to before ``behind`` (m,), which are indices of ``rows``, and belongs to a ``segment`` (m,) of
+    the series. ``middle_s`` (m,) is the mean of its times; ``slope`` (m, d) belongs to its values.
     """
 
     rows: np.ndarray
@@ -32,16 +32,16 @@ class SlopeWindows(NamedTuple):
 
 
 def segments(times_s: np.ndarray, gap_s: float = GAP_S) -> np.ndarray:
-    """Return the number (n,) of the segment that each time is in: a greater gap ends one."""
+    """Return the segment number (n,) of each time; a gap above gap_s begins a new segment."""
     return np.concatenate(([0], np.cumsum(np.diff(times_s) > gap_s)))[:len(times_s)]
 
 
 def slope_windows(times_s: np.ndarray, values: np.ndarray, window_s: float,
                   gap_s: float = GAP_S) -> SlopeWindows:
-    """Return the windows that end with each sample, and where a segment ends, shorter ones.
+    """Return the windows that end with each sample, and shorter ones at the end of a segment.
 
-    They are as long as those of VelocityEstimator, at least half of ``window_s``. A value that is
-    repeated is set aside for up to half a window; no window goes over a gap of more than gap_s.
+    They are as long as those of VelocityEstimator, at least half of ``window_s``. A repeated value
+    is ignored for up to half a window; no window extends over a gap of more than gap_s.
 
     Args:
         times_s: (n,), rising.
@@ -58,13 +58,13 @@ def slope_windows(times_s: np.ndarray, values: np.ndarray, window_s: float,
 
 
 def _without_repetitions(times_s: np.ndarray, values: np.ndarray, hold_s: float) -> np.ndarray:
-    """Return which samples (bool) are kept; see VelocityEstimator."""
+    """Return a mask of the samples that are not ignored; see VelocityEstimator."""
     kept = np.ones(len(times_s), bool)
     repeated = np.flatnonzero((values[1:] == values[:-1]).all(axis=1)) + 1
     times = times_s[repeated].tolist()
     last_s, last_row = 0.0, -1
     for row, time_s in zip(repeated.tolist(), times):
-        if row - 1 != last_row:  # a new run of repetitions, begun by the one before
+        if row - 1 != last_row:  # new repetitions, of the sample before
             last_s = float(times_s[row - 1])
         if time_s - last_s < hold_s:
             kept[row] = False
@@ -76,11 +76,11 @@ def _without_repetitions(times_s: np.ndarray, values: np.ndarray, hold_s: float)
 
 def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
             window_s: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the first sample (m,) of each window that is long enough, and the one behind it."""
+    """Return the first sample (m,) of each window that is long enough, and the one after it."""
     first = np.searchsorted(times_s, times_s - window_s + TIE_S, side='right') - 1
     first = np.maximum(first, np.searchsorted(segment, segment, side='left'))
     behind = np.searchsorted(segment, segment, side='right')
-    # Behind the windows that end with each sample, those that begin later than the last of them.
+    # After the windows that end with each sample, those that begin later than the last of them.
     begin_late = np.flatnonzero(np.arange(len(times_s)) > first[behind - 1])
     order = np.argsort(np.concatenate((np.arange(len(times_s)), behind[begin_late] - 1)),
                        kind='stable')
@@ -91,7 +91,7 @@ def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
 
 
 def _blocks(count: int) -> Iterator[slice]:
-    """Yield the rows of all windows in parts, at least one."""
+    """Yield the rows of all windows in blocks, at least one."""
     for start in range(0, max(count, 1), _BLOCK):
         yield slice(start, min(start + _BLOCK, count))
 
@@ -123,15 +123,14 @@ def _window_sums(columns: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.n
 WINDOW_S = 0.2
 _MAX_BUNCHED = 50  # messages
 _SHORTEST = 0.99  # of the period, as in ToolVelocity
-_SPAN = 20  # messages: the intervals over so many are even, although some came late
+_SPAN = 20  # messages: intervals over a span are even, although some came late
 _USABLE_STAMP_S = 1.0
 
 
 def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (m,) and speeds [m/s] (m,), those of RecordedVelocity.
+    """Return times [s] (m,) and speeds [m/s] (m,), as in RecordedVelocity.
 
-    A speed is the least-squares slope of the positions of a window of WINDOW_S, at the mean of its
-    times.
+    A speed is the least-squares slope of positions over a window of WINDOW_S, at its mean time.
 
     Args:
         times_s: (n,), rising.
@@ -142,7 +141,7 @@ def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.n
 
 
 def sending_period_s(arrival_s: np.ndarray) -> float:
-    """Return the period [s] of a driver by the arrivals (n,) of its messages; 0 for too few."""
+    """Return the period [s] of a driver from the arrivals (n,) of messages; 0 for too few."""
     if len(arrival_s) <= _SPAN:
         return 0.0
     return float(np.median(arrival_s[_SPAN:] - arrival_s[:-_SPAN])) / _SPAN
@@ -150,17 +149,17 @@ def sending_period_s(arrival_s: np.ndarray) -> float:
 
 def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
                     period_s: Optional[float] = None) -> np.ndarray:
-    """Return when poses were measured [s] (n,), rising.
+    """Return the measuring times of poses [s] (n,), rising.
 
-    That is their stamp, where it can be used. Of a driver without stamps, each was measured at
-    least a period before the one that follows it: see ToolVelocity.
+    These are the usable stamps. Without stamps from the driver, each pose was measured at least a
+    period before the next one: see ToolVelocity.
 
     Args:
-        arrival_s: when they were recorded (n,), rising.
-        stamp_s: their stamps (n,) on the same clock, NaN where there are none.
-        period_s: of a whole recording, if these are a part of it.
+        arrival_s: the times of recording (n,), rising.
+        stamp_s: the stamps (n,) on the same clock; NaN without a stamp.
+        period_s: the period of the whole recording if the poses are only a part of it.
     """
-    usable = np.abs(stamp_s - arrival_s) <= _USABLE_STAMP_S  # not for NaN
+    usable = np.abs(stamp_s - arrival_s) <= _USABLE_STAMP_S  # False for NaN
     usable |= _held_up(arrival_s, stamp_s, usable)
     usable[1:] &= ~(stamp_s[1:] <= stamp_s[:-1])
     measured = stamp_s if usable.any() else _unbunched(arrival_s, period_s)
@@ -169,14 +168,14 @@ def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
 
 
 def _held_up(arrival_s: np.ndarray, stamp_s: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return which messages (n,) came late, as the recorder was held up: by stamps that go on.
+    """Return a mask (n,) of messages that came late because the recorder was delayed.
 
-    They rise without a gap from usable ones, or up to such.
+    Their stamps rise without a gap from usable stamps, or up to usable ones.
     """
     if not usable.any() or usable.all():
         return usable
     with np.errstate(invalid='ignore'):
-        goes_on = (np.diff(stamp_s) > 0.0) & (np.diff(stamp_s) <= GAP_S)  # not for NaN
+        goes_on = (np.diff(stamp_s) > 0.0) & (np.diff(stamp_s) <= GAP_S)  # False for NaN
     begins = np.flatnonzero(np.concatenate(([True], ~goes_on)))
     lengths = np.diff(np.append(begins, len(stamp_s)))
     goes_on_from_usable = np.repeat(np.logical_or.reduceat(usable, begins), lengths)
@@ -198,20 +197,20 @@ def _unbunched(arrival_s: np.ndarray, period_s: Optional[float]) -> np.ndarray:
 
 
 class _Place(NamedTuple):
-    """A time between the middles of two windows, or at one of them (then it stands twice)."""
+    """A time between the middles of two windows, or at a single window (before equals after)."""
 
     before: int
     after: int
-    share: float  # of the latter
+    share: float  # weight of the window after
 
 
 class RecordedVelocity:
-    """The velocity at a time of a recording, from the poses before and after it.
+    """The velocity at a time of a recording, from the poses before and after that time.
 
-    It is the slope over a window of which the time is the middle: those of speed_series.speeds,
-    so a timeline's curve says the same, and between their middles on the straight line. Where
-    poses begin or end (at an end of the recording, or at a gap) it is the part of the window that
-    is there; further than half a window away from them there is no velocity.
+    The velocity is the slope over a window with the time in its middle: the windows are those of
+    ``speeds``, so a timeline's curve agrees, with linear interpolation between their middles. Where
+    poses begin or end (at an end of the recording, or at a gap), the existing part of the window is
+    used; more than half a window away from poses there is no velocity.
     """
 
     def __init__(self, times_s: np.ndarray, positions: np.ndarray,
@@ -219,7 +218,7 @@ class RecordedVelocity:
         """Take poses.
 
         Args:
-            times_s: when they were measured (n,), rising, see speed_series.measuring_times.
+            times_s: the measuring times (n,), rising; see ``measuring_times``.
             positions: (n, 3) [m].
             quaternions: (n, 4) x y z w, of any length but zero; without them there is no angular
                 velocity.
@@ -238,12 +237,12 @@ class RecordedVelocity:
                                           gap_s)
 
     def velocity(self, time_s: float) -> Optional[Triple]:
-        """Return the velocity (3,) [m/s] in the frame of the poses; None where there is none."""
+        """Return the velocity (3,) [m/s] in the frame of the poses; None without one."""
         windows = self._moving
         return self._between(windows, time_s, lambda window: windows.slope[window])
 
     def angular_velocity(self, time_s: float) -> Optional[Triple]:
-        """Return the angular velocity (3,) [rad/s] in the frame of the poses; None as above."""
+        """Return the angular velocity (3,) [rad/s] in the frame of the poses; None without one."""
         windows = self._turning
         if windows is None:
             return None
@@ -251,7 +250,7 @@ class RecordedVelocity:
                              lambda window: np.array(self._slope_of_rotations(windows, window)))
 
     def age_s(self, time_s: float) -> Optional[float]:
-        """Return how long before a time [s] the last pose was measured; None before the first."""
+        """Return the age [s] of the last pose at a time [s]; None before the first pose."""
         count = bisect_right(self._times_s, time_s)
         return time_s - float(self._times_s[count - 1]) if count else None
 
@@ -285,13 +284,13 @@ class RecordedVelocity:
 
 
 _AFTER_S = 1e-6
-"""So much after the last row of a stretch there is nothing any more."""
+"""Time after the last row of a segment at which the values become NaN."""
 
 
 def velocity_rows(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (n,) and velocities (n, 3) between which there are straight lines.
+    """Return times [s] (n,) and velocities (n, 3) for linear interpolation.
 
-    They are those of RecordedVelocity; NaN where there is none.
+    The velocities are those of RecordedVelocity; NaN without one.
     """
     gap_s = max(GAP_S, 2.0 * WINDOW_S)
     windows = slope_windows(times_s, positions, WINDOW_S, gap_s)
@@ -319,11 +318,11 @@ def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[floa
 
 
 MARGIN_S = 1.2
-"""What lies further from a position has no part in its velocity: the greatest gap, and a window."""
-AHEAD_S = 2.0  # real time by which poses are there before they are needed
-BESIDE_S = 1.0  # of the recording, on either side of a position: for steps, and for turning round
-MAX_S = 4.0  # that is read at once
-_SLACK_S = 0.1  # of real time and of the recording: where playback is when that has been read
+"""Maximum distance of poses from a position whose velocity they affect: a gap and a window."""
+AHEAD_S = 2.0  # real time by which poses are read before they are needed
+BESIDE_S = 1.0  # of the recording, on either side of a position: for steps and reversals
+MAX_S = 4.0  # maximum part read at once
+_SLACK_S = 0.1  # of real time and of the recording: progress of playback during reading
 
 
 class PosePart(NamedTuple):
@@ -337,17 +336,17 @@ class PosePart(NamedTuple):
         return self.begin_s <= part.begin_s and part.end_s <= self.end_s
 
     def around(self, margin_s: float) -> 'PosePart':
-        """Return the part that goes further by a margin on either side."""
+        """Return the part extended by a margin on either side."""
         return PosePart(self.begin_s - margin_s, self.end_s + margin_s)
 
     def within(self, part: 'PosePart') -> 'PosePart':
-        """Return what of this part lies within another one."""
+        """Return this part limited to another one."""
         return PosePart(min(max(self.begin_s, part.begin_s), part.end_s),
                     max(min(self.end_s, part.end_s), part.begin_s))
 
 
 class RecordedPose(NamedTuple):
-    """A pose: when it was recorded and its stamp (NaN: none) [s from the beginning]."""
+    """A pose with its time of recording and its stamp (NaN: none) [s from the beginning]."""
 
     recorded_s: float
     stamp_s: float
@@ -356,20 +355,20 @@ class RecordedPose(NamedTuple):
 
 
 class RecordedPoses(NamedTuple):
-    """The poses of a part of a recording, in the order of recording."""
+    """The poses of a part of a recording, in order of recording."""
 
     part: PosePart
     poses: List[RecordedPose]
 
     def joined(self, more: 'RecordedPoses') -> 'RecordedPoses':
-        """Return them with those of a part that begins where this one ends, or ends there."""
+        """Return the poses of this part and of an adjacent one, before or after it."""
         if more.part.begin_s < self.part.begin_s:
             return more.joined(self)
         new = [pose for pose in more.poses if pose.recorded_s > self.part.end_s]
         return RecordedPoses(PosePart(self.part.begin_s, more.part.end_s), self.poses + new)
 
     def only(self, part: PosePart) -> 'RecordedPoses':
-        """Return those that lie within a part; all where that is another part altogether."""
+        """Return the poses within a part, or all poses if the part does not overlap this one."""
         if part.begin_s >= self.part.end_s or part.end_s <= self.part.begin_s:
             return self
         part = self.part.within(part)
@@ -377,9 +376,9 @@ class RecordedPoses(NamedTuple):
                                     if part.begin_s <= pose.recorded_s <= part.end_s])
 
     def velocity(self, window_s: float, period_s: Optional[float] = None) -> RecordedVelocity:
-        """Return the velocity at each time of the part but at its margins.
+        """Return the velocity, which is valid in the part except at its margins.
 
-        Given the period of a driver without stamps [s], it is that of the whole recording.
+        ``period_s`` is the period of a driver without stamps over the whole recording [s].
         """
         recorded_s, stamps_s = (np.array([pose[column] for pose in self.poses], float)
                                 for column in (0, 1))
@@ -390,17 +389,17 @@ class RecordedPoses(NamedTuple):
 
 
 def needed_part(position_s: float, duration_s: float) -> PosePart:
-    """Return what has to be known of a recording for the velocity at a position."""
+    """Return the part of a recording that is needed for the velocity at a position."""
     return PosePart(position_s, position_s).around(MARGIN_S).within(PosePart(0.0, duration_s))
 
 
 def next_part(known: Optional[PosePart], position_s: float, speed: float,
               duration_s: float) -> Optional[PosePart]:
-    """Return what is to be read next: what is needed first, then what will be soon.
+    """Return the part to read next: first the needed part, then that needed soon.
 
     Args:
-        known: what has been read; the answer lies beside it, or has to take its place.
-        position_s: in the recording, which is as long as duration_s.
+        known: the part already read; the result is adjacent to it, or replaces it.
+        position_s: position in the recording, whose length is duration_s.
         speed: bag seconds per second; below 0 backwards, 0 while paused.
     """
     whole, needed = PosePart(0.0, duration_s), needed_part(position_s, duration_s)
@@ -414,7 +413,7 @@ def next_part(known: Optional[PosePart], position_s: float, speed: float,
 
 
 def kept_part(position_s: float, speed: float) -> PosePart:
-    """Return the part whose poses are worth keeping."""
+    """Return the part whose poses should be kept."""
     return _wanted_part(PosePart(position_s, position_s).around(MARGIN_S), speed).around(MAX_S)
 
 
@@ -424,7 +423,7 @@ def _wanted_part(needed: PosePart, speed: float) -> PosePart:
 
 
 def _beside(known: PosePart, wanted: PosePart, speed: float) -> Optional[PosePart]:
-    """Return what is beside the known part where that is too short; the side of play is first."""
+    """Return the part adjacent to a known one that is too short, in playback direction first."""
     before = wanted.begin_s < known.begin_s
     if wanted.end_s > known.end_s and (speed >= 0.0 or not before):
         return PosePart(known.end_s, known.end_s + MAX_S)

@@ -56,7 +56,7 @@ def matrix_from_quaternion(quaternion: Vector) -> np.ndarray:
     """Return the matrix (3, 3) of a quaternion (4,) x y z w of any length.
 
     Raises:
-        ValueError: the quaternion is zero, which is no rotation.
+        ValueError: the quaternion is zero.
     """
     array = np.asarray(quaternion, dtype=float)
     length = np.linalg.norm(array)
@@ -101,8 +101,8 @@ def matrix_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
     return matrix
 
 
-# The following run for each message of a driver. For so few numbers Python's own arithmetic is
-# several times as fast as arrays.
+# The following functions run for each message of a driver. For so few numbers Python's own
+# arithmetic is several times as fast as arrays.
 
 def quaternion_from_rotation_vector(rotation_vector: Vector) -> Quaternion:
     """Return the quaternion (4,) x y z w of a rotation vector (3,) [rad]."""
@@ -113,7 +113,7 @@ def quaternion_from_rotation_vector(rotation_vector: Vector) -> Quaternion:
 
 
 def rotated(quaternion: Vector, vector: Vector) -> Triple:
-    """Return a vector (3,) turned by a quaternion (4,) x y z w of any length but zero."""
+    """Return a vector (3,) rotated by a quaternion (4,) x y z w of any length but zero."""
     x, y, z, w = quaternion
     a, b, c = vector
     scale = 2.0 / (x * x + y * y + z * z + w * w)
@@ -169,18 +169,18 @@ def rotation_vector_from_matrix(matrix: np.ndarray) -> np.ndarray:
 def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
     """Return the shortest rotation, as a quaternion (4,) x y z w, of the x axis onto a vector (3,).
 
-    It is defined for every finite vector: half a turn about z for the opposite direction, the
-    identity for zero. (The thesis' equations 5.2 and 5.3 exchange axis and angle and are
+    The rotation is defined for every finite vector: half a turn about z for the opposite direction,
+    the identity for zero. (The thesis' equations 5.2 and 5.3 exchange axis and angle and are
     undefined there.) With the unit vector u and the x axis e, the quaternion is (e x u, 1 + e.u)
     over its length.
     """
     largest = max(map(abs, vector))
     if largest == 0.0:
         return np.array([0.0, 0.0, 0.0, 1.0])
-    x, y, z = (part / largest for part in vector)  # tiny lengths have too few digits to divide by
+    x, y, z = (part / largest for part in vector)  # tiny lengths are too imprecise to divide by
     length = math.hypot(x, y, z)
     x, y, z = x / length, y / length, z / length
-    # 1 + x loses its digits near the opposite direction; there it is (y^2 + z^2) / (1 - x).
+    # 1 + x loses its digits near the opposite direction; it equals (y^2 + z^2) / (1 - x).
     w = 1.0 + x if x > -0.5 else (y * y + z * z) / (1.0 - x)
     length = math.sqrt(2.0 * w)
     if length < 1e-150:
@@ -189,7 +189,7 @@ def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
 
 
 class PoseDifference(NamedTuple):
-    """The distance of two origins [m], and the angle [rad] by which one has to be turned."""
+    """The distance of two origins [m], and the angle between two rotations [rad]."""
 
     distance_m: float
     angle_rad: float
@@ -202,10 +202,10 @@ def pose_difference(one: Pose, other: Pose) -> PoseDifference:
     """Return the difference of two poses in the same frame.
 
     The angle is that of the rotation between them: yaw and roll of a sensor that looks down may
-    differ by much while it is hardly turned.
+    differ a lot although the sensor is hardly turned.
     """
     turn = matrix_from_ypr(one.ypr).T @ matrix_from_ypr(other.ypr)
-    # sin and cos: the arc cosine alone is wrong by 1e-8 rad near zero
+    # sine and cosine: the arc cosine alone is wrong by 1e-8 rad near zero
     sine = 0.5 * math.sqrt((turn[2, 1] - turn[1, 2]) ** 2 + (turn[0, 2] - turn[2, 0]) ** 2
                            + (turn[1, 0] - turn[0, 1]) ** 2)
     cosine = 0.5 * (float(np.trace(turn)) - 1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chooses a robot's tool frame, in this one place."""
+"""The choice of a robot's tool frame, made only here."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from process_visualizer.robot.frames import default_base_frame, default_tool_fra
 
 _NAMES = ('tool', 'tcp', 'tool_center_point', 'tool_tip', 'tool0', 'end_effector', 'eef', 'ee',
           'hand', 'gripper', 'flange')
-"""Names of tool frames, the one nearest to the workpiece first."""
+"""Names of tool frames, beginning with the nearest to the workpiece."""
 _ENDINGS = ('_link', '_frame')
 
 
@@ -19,8 +19,8 @@ _ENDINGS = ('_link', '_frame')
 class ToolFrame:
     """A robot's tool frame.
 
-    ``frame`` is its name in tf. It has the ``pose`` in ``parent``, a link of the model if there is
-    one, and is equal to the parent if the pose is zero. ``reason`` says why it was chosen.
+    ``frame`` is its name in tf. Its ``pose`` is relative to ``parent``, a link of the model if
+    there is one; if the pose is zero, the frame is the parent. ``reason`` explains the choice.
     """
 
     frame: str
@@ -30,7 +30,7 @@ class ToolFrame:
 
 
 def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolFrame:
-    """The tool frame of a robot: the configured one, otherwise the one that its model suggests."""
+    """Return the tool frame of a robot: the configured one, else one suggested by its model."""
     if device.tool is not None:
         moved = device.tool.pose != Pose()
         return ToolFrame(f'{device.name}/tool_center_frame' if moved else device.tool.frame,
@@ -47,7 +47,7 @@ def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolF
 
 
 def tool_name_rank(frame: str) -> Optional[int]:
-    """Return how far from the workpiece a frame of this name is, 0 for a tool; None for others."""
+    """Return the rank of a tool frame's name, 0 nearest to the workpiece; None for other names."""
     return next((rank for rank, name in enumerate(_NAMES) if _is_called(frame, name)), None)
 
 
@@ -56,7 +56,7 @@ def _as_it_is(frame: str, reason: str) -> ToolFrame:
 
 
 def _of_model(description: RobotDescription) -> ToolFrame:
-    """The link with the name of a tool, or the end of the arm; never one only for collisions."""
+    """Return the link named like a tool, or the end of the arm; never a collision-only link."""
     links = [link for link in description.links if link not in description.collision_only]
     for name in _NAMES:
         named = [link for link in links if _is_called(link, name)]
@@ -68,7 +68,7 @@ def _of_model(description: RobotDescription) -> ToolFrame:
 
 
 def _is_called(link: str, name: str) -> bool:
-    """Return whether a link has this name after a namespace or a prefix, as in ``left_tool0``."""
+    """Return whether a link has a name after a namespace or a prefix, as in ``left_tool0``."""
     word = link.split('/')[-1].lower()
     for ending in _ENDINGS:
         word = word[:-len(ending)] if word.endswith(ending) else word
@@ -80,7 +80,7 @@ def _deepest(description: RobotDescription, links: List[str]) -> str:
 
 
 def _flange(description: RobotDescription, link: str) -> str:
-    """Follow frames without geometry after the last drawn link, while there is only one."""
+    """Return the last in the chain of single child frames after the last drawn link."""
     while True:
         children = [child for child in description.children(link)
                     if child not in description.collision_only]
@@ -89,7 +89,7 @@ def _flange(description: RobotDescription, link: str) -> str:
         link = children[0]
 
 
-# A robot's base frame, and the transform that is the pose of its tool, if it comes from tf.
+# A robot's base frame, and the transform of its tool pose if that comes from tf.
 
 def base_frame(device: Device) -> str:
     """Return the base frame of a robot."""
@@ -97,10 +97,9 @@ def base_frame(device: Device) -> str:
 
 
 def pose_frames(device: Device, description: Optional[RobotDescription]) -> Tuple[str, str]:
-    """Parent and child of the transform that is the pose of a robot's tool in tf.
+    """Return parent and child of the transform in tf that is the pose of a robot's tool.
 
-    Without a topic that has the pose, the child is the tool frame itself, where model and joints
-    have it.
+    Without a topic for the pose, the child is the tool frame itself, placed by model and joints.
     """
     topic, tool = device.topic_for(TopicFunction.TOOL_CENTER_FRAME), tool_frame(device, description)
     if topic is None:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Learns which frame of a robot's model the reported poses of its tool are those of.
+"""Identification of the frame of a robot's model to which the reported tool poses belong.
 
 A pose and the model's frames at the same joint positions are one sample. Hypotheses are compared
-by what they leave unexplained (root mean square, m or rad): that the tool is a frame of the model,
-that it is fixed to the chosen frame, that it is fixed to another link, that the base is another
-one and the tool is the chosen frame. Something is said only if one of the first two explains all
-samples and none of the others comes near it: few or similar motions tell nothing.
+by their residuals (root mean square, m or rad): the tool is a frame of the model; it is fixed to
+the chosen frame; it is fixed to another link; the base is another one and the tool is the chosen
+frame. There is a finding only if one of the first two explains all samples and none of the others
+comes near: few or similar motions give no evidence.
 """
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ from process_visualizer.robot.rotations import (
 
 MIN_SAMPLES = 8
 _MAX_SAMPLES = 40
-_APART = 0.2  # rad or m: by so much a joint differs in another sample
-_FIT_M = 0.006  # what is left by noise, and by the model of an arm that is not calibrated
+_APART = 0.2  # rad or m: minimum difference of a joint between two samples
+_FIT_M = 0.006  # maximum residual by noise and by the model of an uncalibrated arm
 _NOISE_M = 0.002
-_CLEAR = 5.0  # least factor by which the residual of another hypothesis is larger
+_CLEAR = 5.0  # minimum factor by which residuals of other hypotheses are larger
 _FIT_RAD, _CLEAR_RAD = 0.1, 0.3
-_TURNED_RAD = 1.0  # by so much a point moves that is not on the axis between two links
+_TURNED_RAD = 1.0  # minimum turn between two links: it moves every point off their axis
 _DECIMALS_M, _DECIMALS_RAD = 4, 3
 
 
 class Body(NamedTuple):
-    """A rigid body: a link, and all links that carry it, it included."""
+    """A rigid body: a link, and all links that carry it, including the link itself."""
 
     link: str
     carriers: Sequence[str]
 
 
 class Finding(NamedTuple):
-    """The reported tool: its pose xyz [m], yaw pitch roll [rad] in a frame of the model."""
+    """The pose of the reported tool in a frame of the model: xyz [m], yaw pitch roll [rad]."""
 
     frame: str
     xyz: Triple
     ypr: Triple
-    distance_m: float  # of the reported tool from the chosen frame
+    distance_m: float  # from the chosen frame to the reported tool
 
     @property
     def is_frame(self) -> bool:
-        """Return whether it is the frame itself."""
+        """Return whether the tool is the frame itself."""
         return not any((*self.xyz, *self.ypr))
 
 
@@ -64,7 +64,7 @@ class _Sample(NamedTuple):
 
 
 class _Fixed(NamedTuple):
-    """The reported poses in a frame: constant if the tool is fixed to it."""
+    """The reported poses in a frame; constant if the tool is fixed to that frame."""
 
     offsets: np.ndarray  # (n, 3) [m]
     center: np.ndarray  # (3,) [m]
@@ -74,27 +74,27 @@ class _Fixed(NamedTuple):
 
 
 class ToolLearner:
-    """Collects samples of one robot, and says what they tell."""
+    """Collects samples of one robot, and draws the conclusion."""
 
     def __init__(self, chosen: str, bodies: Mapping[str, Body]) -> None:
-        """Take the chosen frame, and what each frame of the model is fixed to (the base too)."""
+        """Take the chosen frame, and the bodies of the model's frames (including the base)."""
         self._chosen, self._bodies = chosen, bodies
         self._samples: List[_Sample] = []
 
     def add(self, joints: Mapping[str, float], frames: Mapping[str, Placement], position: Vector,
             quaternion: Optional[Quaternion] = None) -> None:
-        """Take a pose, and where the model's frames are in the base frame at the same time.
+        """Take a pose, and the model's frames in the base frame at the same time.
 
         Args:
-            joints: their positions; the sample takes the place of those that are like it.
-            frames: all of the model that are known, the base frame included.
-            position, quaternion: reported, in the base frame [m]; no quaternion if it has none.
+            joints: the joints' positions; the sample replaces those with similar positions.
+            frames: all known frames of the model, including the base frame.
+            position, quaternion: the reported pose in the base frame [m]; None: no rotation.
         """
         others = [it for it in self._samples if _difference(it.joints, joints) >= _APART]
         self._samples = [*others, _Sample(joints, frames, position, quaternion)][-_MAX_SAMPLES:]
 
     def finding(self) -> Optional[Finding]:
-        """Return what the poses are those of, if it is another frame than the chosen one."""
+        """Return the tool to which the poses belong, if it differs from the chosen frame."""
         if len(self._samples) < MIN_SAMPLES:
             return None
         frames = set.intersection(*(set(it.frames) for it in self._samples)) & set(self._bodies)
@@ -104,7 +104,7 @@ class ToolLearner:
 
 
 class _Comparison:
-    """The hypotheses about some samples."""
+    """Compares the hypotheses for some samples."""
 
     def __init__(self, chosen: str, bodies: Mapping[str, Body], names: Sequence[str],
                  samples: Sequence[_Sample]) -> None:
@@ -119,7 +119,7 @@ class _Comparison:
         self._fixed = {name: self._seen_from(name) for name in names}
 
     def finding(self) -> Optional[Finding]:
-        """Return what holds, if nothing else may hold as well."""
+        """Return the finding, unless another hypothesis is possible."""
         chosen = self._fixed[self._chosen]
         if _rms(chosen.offsets) < _CLEAR * _NOISE_M or self._may_be_another_base():
             return None
@@ -132,19 +132,19 @@ class _Comparison:
                        self._ypr(fixed), float(np.median(_lengths(chosen.offsets))))
 
     def _matching(self) -> str:
-        """Return the frame that is where the tool is reported, and turned like it if possible."""
+        """Return the frame at the reported tool, preferably with the same rotation; '' for none."""
         near = [name for name in self._names if _rms(self._fixed[name].offsets) <= _FIT_M]
         return min(near, default='', key=lambda name: (
             any(self._ypr(self._fixed[name])), round(_rms(self._fixed[name].offsets), 3),
             -len(self._bodies[name].carriers)))
 
     def _may_be_another_base(self) -> bool:
-        """Return whether the chosen frame is the tool if another frame is the base."""
+        """Return whether another base, with the chosen frame as the tool, explains the poses."""
         residuals = rigid_residuals(self._origins[self._chosen], self._reported)
         return _rms(residuals) < _CLEAR * _NOISE_M
 
     def _is_only_there(self, name: str) -> bool:
-        """Return whether the tool is not fixed to another link as well, as far as is seen."""
+        """Return whether the samples exclude that the tool is fixed to another link."""
         links = {self._bodies[other].link: other for other in self._names}
         links.pop(self._bodies[name].link)
         return all(self._is_told_apart(name, other) for other in links.values())
@@ -156,9 +156,9 @@ class _Comparison:
         if fixed.spread_rad <= _FIT_RAD and alternative.spread_rad >= _CLEAR_RAD:
             return True
         if self._bodies[name].link in self._bodies[other].carriers:
-            return True  # such as the fingers of a hand: the tool is not on what it carries
+            return True  # such as the fingers of a hand: the tool is not on a carried link
         between = np.einsum('nji,njk->nik', self._axes[name], self._axes[other])
-        return _largest_turn(between) >= _TURNED_RAD  # it is on the axis between them
+        return _largest_turn(between) >= _TURNED_RAD  # then the tool is on the axis between them
 
     def _seen_from(self, name: str) -> _Fixed:
         axes = self._axes[name]
@@ -173,7 +173,7 @@ class _Comparison:
                       float(np.sqrt(np.mean(np.square(away)))))
 
     def _ypr(self, fixed: _Fixed) -> Triple:
-        """Return how the tool is turned in a frame; not at all if that is not the same always."""
+        """Return yaw pitch roll of the tool in a frame; zero if they are small or not constant."""
         if fixed.rotation is None or fixed.spread_rad > _FIT_RAD \
                 or np.linalg.norm(rotation_vector_from_matrix(fixed.rotation)) <= _FIT_RAD:
             return 0.0, 0.0, 0.0
@@ -186,7 +186,7 @@ def _difference(one: Mapping[str, float], other: Mapping[str, float]) -> float:
 
 
 def _matrices(quaternions: Sequence[Optional[Quaternion]]) -> np.ndarray:
-    """Return the matrices (n, 3, 3) of quaternions, none of which is None."""
+    """Return the matrices (n, 3, 3) of quaternions without None."""
     return np.array([matrix_from_quaternion(it) for it in quaternions if it is not None])
 
 
@@ -200,13 +200,13 @@ def _rms(vectors: np.ndarray) -> float:
 
 
 def _mean_rotation(turns: np.ndarray) -> np.ndarray:
-    """Return the rotation (3, 3) nearest to all of (n, 3, 3), in the sense of the matrices."""
+    """Return the rotation (3, 3) nearest to the rotations (n, 3, 3) by the norm of matrices."""
     left, _, right = np.linalg.svd(turns.sum(axis=0))
     return _proper(left, right)
 
 
 def rigid_residuals(points: np.ndarray, images: np.ndarray) -> np.ndarray:
-    """Return what the best rigid motion of points (n, 3) leaves of their images (n, 3).
+    """Return the residuals (n, 3) of the best rigid motion of points (n, 3) to images (n, 3).
 
     W. Kabsch, A solution for the best rotation to relate two sets of vectors, Acta
     Crystallographica A32, 1976.
@@ -218,14 +218,14 @@ def rigid_residuals(points: np.ndarray, images: np.ndarray) -> np.ndarray:
 
 
 def _proper(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the rotation of a singular value decomposition, which is no reflection."""
+    """Return the rotation from a singular value decomposition, never a reflection."""
     sign = math.copysign(1.0, float(np.linalg.det(left @ right)))
     rotation: np.ndarray = left @ np.diag([1.0, 1.0, sign]) @ right
     return rotation
 
 
 def _largest_turn(turns: np.ndarray) -> float:
-    """Return the largest angle [rad] between the first of some rotations (n, 3, 3) and others."""
+    """Return the largest angle [rad] between the first of rotations (n, 3, 3) and the others."""
     return max(float(np.linalg.norm(rotation_vector_from_matrix(turns[0].T @ turn)))
                for turn in turns)
 

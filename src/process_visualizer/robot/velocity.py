@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The velocity of a tool from poses as they arrive."""
+"""The velocity of a tool, from poses as they arrive."""
 from __future__ import annotations
 
 import math
@@ -16,10 +16,10 @@ from process_visualizer.robot.rotations import (
     rotation_vector_between,
 )
 
-GAP_S = 1.0  # greater ones between two poses end what a velocity is found from
+GAP_S = 1.0  # a greater gap between two poses starts a new estimate
 TIE_S = 1e-6
-"""A sample this near to the begin of a window is at it: many periods divide a window, and a stamp
-that is a float64 number of seconds since 1970 is exact to a quarter of this."""
+"""Tolerance at the beginning of a window: many periods divide a window exactly, and a stamp as
+float64 seconds since 1970 is exact to a quarter of this."""
 
 
 class _Sample(NamedTuple):
@@ -30,9 +30,9 @@ class _Sample(NamedTuple):
 
 
 class ScaledClock:
-    """Adds up elapsed time multiplied by the playback rate: the r of the thesis' equation 5.1.
+    """Integrates elapsed time times the playback rate, the r of the thesis' equation 5.1.
 
-    In playback the messages of one second of recording arrive in 1/r seconds. A rate below zero
+    In playback the messages of one second of recording arrive within 1/r seconds. A negative rate
     (playing backwards) makes the time run backwards.
     """
 
@@ -49,24 +49,24 @@ class ScaledClock:
 
 
 class VelocityEstimator:
-    """Velocity as the least-squares slope of the positions of a short window.
+    """Velocity as the least-squares slope of positions over a short window.
 
     A difference of two positions (thesis equation 5.1) is zero when a driver repeats a position,
-    and a spike when two messages arrive at once (thesis figure 6.15). Here
+    and a spike when two messages arrive at once (thesis figure 6.15). Therefore:
 
-    - a repeated position is set aside until it has been repeated for half a window: before that
-      it is a repetition, after that the point stands still;
-    - the samples always span a window, so that bunched time stamps have little weight.
+    - A repeated position is ignored until it has been repeated for half a window: until then it
+      counts as a repetition, afterwards the point stands still.
+    - The samples always span a window, so that bunched time stamps have little weight.
 
-    The estimate is that of the middle of the window: the delay is half a window. The time may run
-    backwards, as positions are a function of it; a step of more than gap_s starts anew.
+    The estimate is for the middle of the window: the delay is half a window. The time may run
+    backwards, as positions are a function of it; a step of more than gap_s starts a new estimate.
     """
 
     def __init__(self, window_s: float = 0.1, gap_s: float = GAP_S, max_samples: int = 250) -> None:
-        """Take the window [s], the greatest gap [s] between samples, and a bound of memory.
+        """Take the window [s], the maximum gap between samples [s], and their maximum number.
 
         Raises:
-            ValueError: the window is not above zero, or the gap is not above the window.
+            ValueError: not 0 < window < gap.
         """
         if not 0.0 < window_s < gap_s:
             raise ValueError(f'0 < window < gap is needed, not 0 < {window_s} < {gap_s}')
@@ -76,7 +76,7 @@ class VelocityEstimator:
         self._newest_s: Optional[float] = None
 
     def reset(self) -> None:
-        """Forget all samples: after a discontinuity (a new segment of playback)."""
+        """Forget all samples, after a discontinuity (a new segment of playback)."""
         self._samples.clear()
         self._newest_s = None
 
@@ -84,7 +84,7 @@ class VelocityEstimator:
             wall_s: float = 0.0) -> None:
         """Add a pose at a time [s]: position (3,) [m], quaternion (4,) x y z w; all finite.
 
-        The wall time [s] is carried along for wall_s().
+        The wall time [s] is only kept for wall_s().
         """
         if self._newest_s is not None and abs(time_s - self._newest_s) > self._gap_s:
             self.reset()
@@ -106,7 +106,7 @@ class VelocityEstimator:
                      [sample.position for sample in self._samples])
 
     def angular_velocity(self) -> Optional[Triple]:
-        """Return the angular velocity (3,) [rad/s] in the frame of the poses, or None as above."""
+        """Return the angular velocity (3,) [rad/s] in the poses' frame, or None as above."""
         if not self._is_known():
             return None
         return slope_of_rotations([sample.time_s for sample in self._samples],
@@ -127,7 +127,7 @@ class VelocityEstimator:
 
 
 def slope(times_s: Sequence[float], vectors: Sequence[Triple]) -> Triple:
-    """Return the least-squares slope (3,) of two vectors (3,) or more over their times [s]."""
+    """Return the least-squares slope (3,) of at least two vectors (3,) over their times [s]."""
     mean_s = sum(times_s) / len(times_s)
     # A dozen samples: Python's own numbers are faster here than arrays.
     lever = [time_s - mean_s for time_s in times_s]
@@ -144,23 +144,23 @@ def slope(times_s: Sequence[float], vectors: Sequence[Triple]) -> Triple:
 def slope_of_rotations(times_s: Sequence[float], quaternions: Sequence[Quaternion]) -> Triple:
     """Return the angular velocity (3,) [rad/s] of quaternions (4,) x y z w over their times [s].
 
-    It is the slope of the rotation vectors from the middle one, which is exact for a constant
-    axis and has an error of second order in the angle otherwise.
+    It is the slope of the rotation vectors from the middle quaternion: exact for a constant axis,
+    with an error of second order in the angle otherwise.
     """
     middle = quaternions[len(quaternions) // 2]
     return rotated(middle, slope(times_s, [rotation_vector_between(middle, quaternion)
                                            for quaternion in quaternions]))
 
 
-BLOCK = 20  # messages: intervals over so many are even, although some came late or in bunches
+BLOCK = 20  # messages: intervals over a block are even, although some came late or in bunches
 _MEMORY = 16 * BLOCK
 _LEAST = 10 * BLOCK
 _LATELY = 8 * BLOCK
-_MAX_SPREAD = 0.2  # from short blocks to the middle one; more is no period
+_MAX_SPREAD = 0.2  # maximum difference of the median block from short ones, relative to these
 
 
 class SendingPeriod:
-    """Watches arrival times; messages that came late do not disturb it, nor do a few lost ones."""
+    """Estimates the period from arrival times, robust against late and a few lost messages."""
 
     def __init__(self) -> None:
         self._times: Deque[float] = deque(maxlen=_MEMORY + 1)
@@ -169,7 +169,7 @@ class SendingPeriod:
 
     @property
     def period_s(self) -> float:
-        """The period [s]; 0 while no reliable one is known."""
+        """The period [s]; 0 while it is not reliably known."""
         return self._period_s
 
     def reset(self) -> None:
@@ -187,21 +187,21 @@ class SendingPeriod:
     def _update(self) -> None:
         times = list(self._times)
         lately_s = abs(times[-1] - times[-1 - _LATELY]) / _LATELY
-        if lately_s < 0.75 * self._period_s:  # longer than any bunch: the driver is faster now
+        if lately_s < 0.75 * self._period_s:  # too long for a bunch: the driver is faster now
             self._times.clear()
             self._period_s = 0.0
             return
         blocks = sorted(abs(later - sooner) / BLOCK
                         for sooner, later in zip(times, times[BLOCK:]))
-        # Short ones: where messages are lost, a block is longer.
+        # Short blocks count: lost messages make a block longer.
         short, middle = blocks[len(blocks) // 10], blocks[len(blocks) // 2]
         self._period_s = short if middle - short <= _MAX_SPREAD * short else 0.0
 
 
 HOLD_S = 0.05
-_MAX_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
-_SHORTEST = 0.99  # of the measured period: small errors of it must not add up
-_SET_BACK_S = 0.1  # a clock's step that is worth beginning anew for
+_MAX_BUNCHED = 50  # messages: in a longer bunch, only so many followers date a pose
+_SHORTEST = 0.99  # factor of the measured period: its small errors must not add up
+_SET_BACK_S = 0.1  # minimum step back of a clock for a new start
 
 
 class _Arrival(NamedTuple):
@@ -209,23 +209,23 @@ class _Arrival(NamedTuple):
     wall_s: float
     position: Sequence[float]
     quaternion: Quaternion
-    time_s: float  # of the recording, if it is one that is played
+    time_s: float  # in the recording during playback
     rate: float
 
     def stamped(self) -> bool:
-        """Return whether the driver says when it measured."""
+        """Return whether the pose has a stamp of its measurement."""
         return self.wall_s != self.arrival_s
 
 
 class ToolVelocity:
-    """Gives each pose of a tool its time and estimates the velocity from them.
+    """Determines the time of each pose of a tool, and estimates the velocity.
 
-    Poses without a stamp come late now and then, and then several at once. A driver sends no
-    faster than its period, so each was measured at least a period before the one that follows it;
-    where messages are lost, nothing follows closely, and the gap stays a gap. To see what follows,
-    poses wait for HOLD_S.
+    Poses without a stamp are sometimes late, and then arrive in bunches. A driver sends no faster
+    than its period, so each pose was measured at least a period before the next one; where messages
+    are lost, no pose follows closely, and the gap remains a gap. Poses wait for HOLD_S until their
+    followers are known.
 
-    When the clock of the arrivals is set back, all begins anew.
+    If the clock of the arrivals is set back, everything starts anew.
     """
 
     def __init__(self, window_s: float) -> None:
@@ -241,11 +241,11 @@ class ToolVelocity:
         """Add a pose.
 
         Args:
-            arrival_s: wall time at which it came.
-            wall_s: its stamp, if it has one that can be used, else the same.
+            arrival_s: wall time of its arrival.
+            wall_s: its stamp if that is usable, else ``arrival_s``.
             position: (3,) [m] in the base frame.
             quaternion: (4,) x y z w in the base frame, of any length but zero.
-            rate: seconds of recording per second, for another player than the own one.
+            rate: seconds of recording per second, for players other than our own.
         """
         if arrival_s < self._newest_s - _SET_BACK_S:
             self._begin_anew()
@@ -255,20 +255,20 @@ class ToolVelocity:
         self.settle(arrival_s)
 
     def settle(self, now_s: float) -> None:
-        """Take the poses that have waited for long enough."""
+        """Take the poses that have waited long enough."""
         while self._waiting and self._is_settled(self._waiting[0], now_s):
             self._take(self._waiting.popleft())
 
     def velocity(self) -> Optional[Triple]:
-        """Return the velocity (3,) [m/s] in the base frame; None while it is not known."""
+        """Return the velocity (3,) [m/s] in the base frame; None while it is unknown."""
         return self._estimator.velocity()
 
     def angular_velocity(self) -> Optional[Triple]:
-        """Return the angular velocity (3,) [rad/s] in the base frame; None while not known."""
+        """Return the angular velocity (3,) [rad/s] in the base frame; None while it is unknown."""
         return self._estimator.angular_velocity()
 
     def wall_s(self) -> float:
-        """Return the wall time [s] at which the tool had that velocity: the window's middle."""
+        """Return the wall time [s] of the velocity: the middle of the window."""
         return self._estimator.wall_s()
 
     def _begin_anew(self) -> None:
@@ -281,7 +281,7 @@ class ToolVelocity:
         return sample.stamped() or sample.arrival_s <= now_s - HOLD_S
 
     def _take(self, sample: _Arrival) -> None:
-        """Add a pose to the estimate, at the time of its stamp, or when it was measured."""
+        """Add a pose to the estimate, at its stamp or its estimated time of measurement."""
         self._period.add(sample.time_s)
         time_s = sample.time_s
         if not sample.stamped():
@@ -292,7 +292,7 @@ class ToolVelocity:
 
 
 def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float) -> float:
-    """Return the time [s] of a pose from those of its followers, a number of periods later."""
+    """Return the latest possible time [s] of a pose: its followers came whole periods later."""
     step_s = _SHORTEST * period_s
     latest_s, before_s = sample.time_s, 0.0
     for follower in followers:
@@ -303,7 +303,7 @@ def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float
     return latest_s
 
 
-USABLE_WITHIN_S = 1.0  # of the arrival; further away is another computer's clock
+USABLE_WITHIN_S = 1.0  # of the arrival; other stamps are from another computer's clock
 
 
 class MeasuringTime:
@@ -315,11 +315,11 @@ class MeasuringTime:
 
     @property
     def standing(self) -> bool:
-        """Return whether the last stamp was no later than the one before, which stamps must be."""
+        """Return whether the last stamp did not increase, as stamps must."""
         return self._standing
 
     def wall_s(self, stamp_s: float, arrival_s: float) -> float:
-        """Return the wall time [s] of a message; a stamp of 0 means that it has none."""
+        """Return the wall time [s] of a message; a stamp of 0 stands for no stamp."""
         if not stamp_s or abs(arrival_s - stamp_s) > USABLE_WITHIN_S:
             self._standing = False
             return arrival_s

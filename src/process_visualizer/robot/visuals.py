@@ -16,7 +16,7 @@ Color = Tuple[float, float, float, float]
 
 
 class ShapeKind(Enum):
-    """URDF's shapes."""
+    """Shapes of URDF."""
 
     MESH = 'mesh'
     BOX = 'box'
@@ -25,9 +25,9 @@ class ShapeKind(Enum):
 
 
 class LinkVisual(NamedTuple):
-    """A shape in its link; the size is in m along its axes, of a mesh the scale.
+    """A shape in its link; ``size`` is in m along its axes, or the scale of a mesh.
 
-    ``color`` is the model's, red green blue alpha from 0 to 1; None: it gives none.
+    ``color`` is red green blue alpha from 0 to 1; None if the model has none.
     """
 
     link: str
@@ -39,10 +39,10 @@ class LinkVisual(NamedTuple):
 
 
 def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
-    """Return the visual shapes of a URDF, in its order; unknown ones are left out.
+    """Return the visual shapes of a URDF in file order, without unknown ones.
 
     Raises:
-        ValueError: it is not XML, or has an invalid number.
+        ValueError: the text is not XML, or has an invalid number.
     """
     root = urdf_root(urdf)
     materials = {it.get('name', ''): _rgba(it) for it in root.findall('material')}
@@ -67,7 +67,7 @@ def _shape(link: str, visual: ElementTree.Element,
 
 def _color(material: Optional[ElementTree.Element],
            materials: Dict[str, Optional[Color]]) -> Optional[Color]:
-    """The color of a visual: a material without one is named elsewhere in the model."""
+    """Return the color of a visual; a material without one refers to another by its name."""
     if material is None:
         return None
     return _rgba(material) or materials.get(material.get('name', ''))
@@ -90,12 +90,12 @@ def _size(shape: ElementTree.Element) -> Size:
     return width, width, width if shape.tag == 'sphere' else float(shape.get('length', '0'))
 
 
-# The mesh in a file as triangles with normals and colors, as RViz reads it.
+# The mesh in a file as triangles with normals and colors, as in RViz.
 
 class ColoredMesh(NamedTuple):
     """Triangles (m, 3) of corners (n, 3) [m] with ``normals`` (n, 3) and ``colors`` (n, 3) 0..255.
 
-    ``has_colors`` says whether the file has any; otherwise they are grey.
+    Without ``has_colors`` the file has no colors, and ``colors`` are gray.
     """
 
     positions: np.ndarray
@@ -109,7 +109,7 @@ def read_colored_mesh(path: str) -> ColoredMesh:
     """Return the mesh in a file (STL, Collada or OBJ).
 
     Raises:
-        MeshError: it cannot be read, or has no triangles.
+        MeshError: the mesh cannot be read, or has no triangles.
     """
     with opened_mesh(path) as (library, mesh):
         return _checked(path, _copied(library, mesh))
@@ -127,7 +127,7 @@ def _copied(library: Any, mesh: int) -> ColoredMesh:
 
 
 def _checked(path: str, mesh: ColoredMesh) -> ColoredMesh:
-    """The mesh without triangles that are nowhere."""
+    """Return the mesh without triangles whose corners are not finite."""
     is_finite = np.isfinite(mesh.positions).all(axis=1)
     triangles = mesh.triangles[is_finite[mesh.triangles].all(axis=1)]
     if not len(triangles):

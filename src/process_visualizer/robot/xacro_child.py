@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program behind expand_xacro: expands one file and prints the result as JSON.
+"""The program behind expand_xacro, which expands one file and prints the result as JSON.
 
 usage: python3 -m process_visualizer.robot.xacro_child FILE FOLDER [NAME:=VALUE …]
 
-With a FOLDER the file is data: see xacro_limits.
+With a FOLDER the file is untrusted data: see limit_this_process.
 
 It is a separate process because xacro keeps its state in its module.
 """
@@ -42,46 +42,46 @@ import rospkg
 from process_visualizer.cell.errors import shortened
 from process_visualizer.robot.xacro_command import import_xacro, xacro_version
 
-# Limits of a model that is data: what it may read while xacro expands it.
+# Limits of an untrusted model while xacro expands it.
 #
 # xacro evaluates expressions as Python. Its own limits leave ways out (``vars``, a generator's
-# frame), and it includes and loads any file. So the process that expands such a model refuses, by
-# an audit hook, which nothing can take away again, whatever is not needed: other files, processes,
-# connections, and expressions that reach into Python.
+# frame), and it includes and loads any file. So the process that expands such a model refuses
+# everything unnecessary: other files, processes, connections, and expressions that reach into
+# Python. It does so by an audit hook, which cannot be removed.
 
 _MEMORY_BYTES, _TIME_S = 2_000_000_000, 30
 MAX_CHARACTERS = 10_000_000
-"""Of a model that is data."""
+"""Maximum size of an untrusted model."""
 _MAX_REASON = 2000
 _REFUSED = frozenset((
     'code', 'ctypes', 'fcntl', 'ftplib', 'function', 'gc', 'http', 'imaplib', 'mmap', 'nntplib',
     'os', 'pickle', 'poplib', 'pty', 'resource', 'setopencodehook', 'shutil', 'signal', 'smtplib',
     'socket', 'sqlite3', 'subprocess', 'syslog', 'telnetlib', 'tempfile', 'urllib',
     'webbrowser'))
-"""First words of audit events."""
+"""First words of refused audit events."""
 _HARMLESS = frozenset(('os.listdir', 'os.scandir', 'os.walk'))
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _EXPRESSIONS = ('<expression>', b'<expression>', '<string>', b'<string>')
-"""What xacro calls ${…} and Python the text of $(eval …)."""
+"""File names under which xacro compiles ${…}, and Python the text of $(eval …)."""
 _REACHING = re.compile(r'_|(gi|cr|ag|tb|co|f|func)_')
-"""Attributes of Python's own objects: of generators, frames, code, functions."""
+"""Attributes of Python's internal objects: of generators, frames, code, functions."""
 _REACHING_NAMES = frozenset(('vars', 'mro', 'format', 'format_map', 'getattr', 'eval', 'exec'))
-"""Without these nothing leads from a value to what Python knows of it, such as all classes."""
+"""Names that lead from a value into Python, for example to all classes."""
 _NEEDED_LATER = ('yaml', 'xacro.substitution_args', 'roslaunch.substitution_args')
-"""Modules that xacro, as its version may be, imports only when a file needs them."""
+"""Modules that some versions of xacro import only when a file needs them."""
 _VARIABLES = ('ROS_PACKAGE_PATH', 'ROS_ROOT')
 _MANIFESTS = ('package.xml', 'manifest.xml', 'stack.xml')
 _CODE = ('.py', '.pyc')
 
 
 class LimitError(Exception):
-    """A model does what one of a recording may not; says what."""
+    """A model in a recording exceeds its limits; the text says how."""
 
 
 class _Readable(NamedTuple):
-    """Folders: those of all files, of Python's modules, and of what says where packages are.
+    """Readable folders: for all files, for Python's modules, and for manifests of packages.
 
-    In the last ones there are links to packages, which others of the same name may hide.
+    The last ones contain links to packages, which other packages of the same name may hide.
     """
 
     files: FrozenSet[str]
@@ -94,7 +94,7 @@ def _real(folders: Iterable[str]) -> FrozenSet[str]:
 
 
 def _code_folders() -> Iterator[str]:
-    """Python's own library, and the folders of modules that are imported already."""
+    """Yield the folders of Python's library and of imported modules."""
     yield from (sysconfig.get_path(name) for name in ('stdlib', 'platstdlib'))
     for module in list(sys.modules.values()):
         file = getattr(module, '__file__', None)
@@ -103,9 +103,9 @@ def _code_folders() -> Iterator[str]:
 
 
 def limit_this_process(folder: str) -> None:
-    """Limit this process from now on: it may read a folder and packages, and calculate.
+    """Limit this process from now on to reading a folder and packages, and to calculating.
 
-    Environment variables that ROS does not need are gone.
+    Environment variables that ROS does not need are removed.
     """
     for name in _NEEDED_LATER:
         with suppress(ImportError):
@@ -123,7 +123,7 @@ def limit_this_process(folder: str) -> None:
 
 
 def _check(event: str, values: Sequence[Any], readable: _Readable) -> None:
-    """Raise LimitError if an audit event may not happen."""
+    """Raise LimitError for an audit event that is not allowed."""
     if event == 'open':
         _check_open(values[0], int(values[2] or 0), readable)
     elif event == 'compile' and values[1] in _EXPRESSIONS:
@@ -147,7 +147,7 @@ def _check_open(path: Any, flags: int, readable: _Readable) -> None:
 
 
 def _is_below(name: str, folders: FrozenSet[str]) -> bool:
-    """Return whether a file is in one of the folders, or below one."""
+    """Return whether a file is below one of the folders."""
     above = os.path.dirname(name)
     while above not in folders and os.path.dirname(above) != above:
         above = os.path.dirname(above)
@@ -161,7 +161,7 @@ def _check_expression(source: Any) -> None:
     try:
         tree = ast.parse(source.strip(), mode='eval')
     except SyntaxError:
-        return  # xacro says so
+        return  # xacro reports the error
     for node in ast.walk(tree):
         name = node.attr if isinstance(node, ast.Attribute) else \
             node.id if isinstance(node, ast.Name) else ''
@@ -176,10 +176,10 @@ def _text(source: 'str | bytes') -> str:
     return source if isinstance(source, str) else source.decode('utf-8', 'replace')
 
 
-# Finds the place of an element of xacro in the files, which xacro itself does not know.
+# Search for the place of an element in the files, which xacro itself does not know.
 
 class XacroPlace(NamedTuple):
-    """A file, and the line in it if known, otherwise 0."""
+    """A file, and the line in it; 0 if that is unknown."""
 
     file: str
     line: int
@@ -193,10 +193,10 @@ class _StartTag(NamedTuple):
 
 def place_in_files(element: Optional[minidom.Element], files: Sequence[str],
                    default: str) -> XacroPlace:
-    """Return the place of an element, in the first of some files that has just one like it.
+    """Return the place of an element, in the first file with exactly one matching element.
 
-    xacro replaces expressions by values; so an attribute matches any expression in a file.
-    If there is no such place, return the ``default`` file.
+    xacro replaces expressions by values, so an attribute matches any expression in a file.
+    Without such a place, return the ``default`` file.
     """
     if element is not None:
         for file in files:
@@ -207,7 +207,7 @@ def place_in_files(element: Optional[minidom.Element], files: Sequence[str],
 
 
 def _is_like(element: minidom.Element, tag: _StartTag) -> bool:
-    attributes: Any = element.attributes  # has no types
+    attributes: Any = element.attributes  # untyped
     here = dict(attributes.items())
     there = {name: value for name, value in tag.attributes.items()
              if not name.startswith(('xmlns', 'xacro:'))}
@@ -217,7 +217,7 @@ def _is_like(element: minidom.Element, tag: _StartTag) -> bool:
 
 
 def _start_tags(file: str) -> List[_StartTag]:
-    """Return the start tags of a file; if it cannot be read, those up to the error."""
+    """Return the start tags of a file, or those before the first error."""
     tags: List[_StartTag] = []
     parser = expat.ParserCreate()
 
@@ -235,14 +235,14 @@ def _start_tags(file: str) -> List[_StartTag]:
 
 _ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
                        r'''\$\(arg\s+([^)\s]+)|\barg\(\s*["']([^"']+)''')
-"""An argument in the place where a file declares or uses it."""
+"""Matches the declaration or the use of an argument in a file."""
 
 
 def main(arguments: List[str]) -> int:
-    """Print the text of an expanded file, or the reason for the failure."""
+    """Print the text of an expanded file, or the reason for a failure."""
     path, folder, given = arguments[0], arguments[1], arguments[2:]
     mappings = dict(argument.split(':=', 1) for argument in given)
-    with redirect_stdout(sys.stderr):  # what a file prints is not the result
+    with redirect_stdout(sys.stderr):  # output of a file is not part of the result
         result = _result(path, folder, mappings)
     json.dump(result, sys.stdout)
     return 0
@@ -265,7 +265,7 @@ def _result(path: str, folder: str, mappings: Dict[str, str]) -> Mapping[str, An
                              f'{MAX_CHARACTERS} characters')
         result.update(files=sorted(files), text=text,
                       unused=_unused(mappings, [path, *xacro.all_includes]))
-    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
+    except Exception as error:  # expressions in xacro files can raise anything
         place = _place(xacro, path, error)
         result.update(message=' '.join((str(error) or repr(error)).split())[:_MAX_REASON],
                       package=_missing_package(error), argument=_missing_argument(error),
@@ -274,9 +274,9 @@ def _result(path: str, folder: str, mappings: Dict[str, str]) -> Mapping[str, An
 
 
 def _files_read() -> Set[str]:
-    """Return the set of the files that are opened from now on, other than Python's modules.
+    """Return a set that collects the files opened from now on, except Python's modules.
 
-    They are those that are included, YAML files, and what says where packages are.
+    These are included files, YAML files, and manifests of packages.
     """
     files: Set[str] = set()
 
@@ -290,26 +290,26 @@ def _files_read() -> Set[str]:
 
 
 def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:
-    """Return arguments that no file mentions, each with those that the files have."""
+    """Return arguments that no file mentions, each with the known arguments of the files."""
     texts = [Path(file).read_text(encoding='utf-8', errors='replace') for file in files]
     known = {name for text in texts for names in _ARGUMENT.findall(text) for name in names if name}
     return {name: sorted(known) for name in mappings if name not in known}
 
 
 def _missing_package(error: Exception) -> str:
-    """Return the name of the package that was not found; '' if that is not the problem."""
-    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
+    """Return the name of a package that was not found; '' for other errors."""
+    cause = getattr(error, 'exc', None)  # the error wrapped by xacro's own one
     return str(cause.args[0]) if isinstance(cause, rospkg.ResourceNotFound) else ''
 
 
 def _missing_argument(error: Exception) -> str:
-    """Return the name of the argument without a value; '' if that is not the problem."""
+    """Return the name of an argument without a value; '' for other errors."""
     cause: Any = getattr(error, 'exc', None)
     return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
 
 
 def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
-    """Return where xacro stopped: in the innermost macro's file, or the last included file."""
+    """Return the place where xacro stopped, in the innermost macro's or last included file."""
     files = [file for file in (xacro.filestack or [path]) if file is not None] or [path]
     if isinstance(error, ExpatError):
         return XacroPlace(files[-1], error.lineno)
@@ -317,12 +317,12 @@ def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
     try:
         return place_in_files(_innermost_element(error.__traceback__),
                               [*reversed(macros), *reversed(files)], files[-1])
-    except LimitError:  # the file that may not be read
+    except LimitError:  # the file is not readable
         return XacroPlace(path, 0)
 
 
 def _innermost_element(traceback: Optional[TracebackType]) -> Optional[minidom.Element]:
-    """Return the element that was being expanded: xacro's functions call it ``node``."""
+    """Return the element that was being expanded, which xacro's functions call ``node``."""
     found = None
     while traceback is not None:
         node = traceback.tb_frame.f_locals.get('node')

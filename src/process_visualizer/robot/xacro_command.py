@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The installed xacro, which finds packages of ROS 1; also the command (compatibility/xacro).
+"""The installed xacro with packages of ROS 1; also the command itself (compatibility/xacro).
 
-Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
-same files but asks the package index of ROS 2; here it gets an index with those of ROS 1.
+Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI; its version 2 reads
+the same files, but asks the package index of ROS 2, which is replaced here by one of ROS 1.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def import_xacro() -> Any:
     """Return the module xacro.
 
     Raises:
-        ImportError: it is not installed.
+        ImportError: xacro is not installed.
     """
     sys.path.insert(0, _INDEX)
     import xacro
@@ -26,7 +26,7 @@ def import_xacro() -> Any:
 
 
 def xacro_version(xacro: Any) -> str:
-    """Return the version of xacro, if known, and its folder."""
+    """Return version, if known, and folder of xacro."""
     folder = os.path.dirname(xacro.__file__)
     try:
         return f'xacro {metadata.version("xacro")} in {folder}'
@@ -35,7 +35,7 @@ def xacro_version(xacro: Any) -> str:
 
 
 def main() -> None:
-    """Run xacro with the command line; if it fails, say which xacro it was."""
+    """Run xacro with the command line; on failure, print its version and folder."""
     try:
         xacro = import_xacro()
     except ImportError:

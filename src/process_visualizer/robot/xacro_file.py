@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expands xacro files, with the xacro of ROS 1 or, if there is none, xacro 2."""
+"""Expansion of xacro files, with the xacro of ROS 1 or, if that is missing, xacro 2."""
 from __future__ import annotations
 
 import functools
@@ -27,17 +27,17 @@ from process_visualizer.cell.substitution import package_advice
 from process_visualizer.robot.model_resources import packages_beside
 
 Make = Callable[[], Tuple[str, Iterable[str]]]
-"""Returns the text, and the paths of the files that were read for it."""
+"""Returns the text, and the paths of the files read for it."""
 _FileState = Optional[Tuple[int, int]]
 _SETTLED_NS = 2_000_000_000
-"""A file may change twice within what some file systems take for the same time."""
+"""Minimum age of a change: two earlier changes may have the same time on some file systems."""
 
 
 class MadeText:
-    """Remembers the text; several threads may ask for it."""
+    """Caches a text; methods may be called in several threads."""
 
     def __init__(self, make: Make) -> None:
-        """``make`` may raise anything; nothing is remembered then."""
+        """``make`` may raise anything; then nothing is cached."""
         self._make = make
         self._lock = threading.Lock()
         self._text: Optional[str] = None
@@ -51,7 +51,7 @@ class MadeText:
             return self._made()
 
     def _made(self) -> str:
-        """Make the text; remember it unless a file has just changed, or does so meanwhile."""
+        """Make the text; cache it unless a file has just changed, or changes meanwhile."""
         self._text, begin_ns = None, time.time_ns()
         text, paths = self._make()
         self._states = _states(paths)
@@ -66,7 +66,7 @@ def _states(paths: Iterable[str]) -> Dict[str, _FileState]:
 
 
 def _state(path: str) -> _FileState:
-    """Time of the last change [ns] and size [bytes]; None without the file."""
+    """Return the time of the last change [ns] and the size [bytes]; None without the file."""
     try:
         found = os.stat(path)
     except OSError:
@@ -79,18 +79,18 @@ _PACKAGE_PATH = 'ROS_PACKAGE_PATH'
 
 
 class XacroError(Exception):
-    """A xacro file cannot be expanded; says which file, where, and why."""
+    """A xacro file cannot be expanded; the text has file, line and reason."""
 
 
 def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
                  confined_to: str = '') -> str:
-    """Return the text of the expanded file, given values for its ``<xacro:arg>`` elements.
+    """Return the text of an expanded file, given values for its ``<xacro:arg>`` elements.
 
-    It is expanded again only if it, or a file that it reads, has changed. One that is
-    ``confined_to`` a folder is data: it only reads files there and in packages, and calculates.
+    The file is expanded again only if it, or a file read by it, has changed. A file ``confined_to``
+    a folder is untrusted: it may only read files there and in packages, and calculate.
 
     Raises:
-        XacroError: it cannot be expanded.
+        XacroError: the file cannot be expanded.
     """
     return _text_of(path, arguments, confined_to, frozenset(os.environ.items())).get()
 
@@ -98,13 +98,13 @@ def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
 @functools.lru_cache(maxsize=64)
 def _text_of(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str,
              _environment: FrozenSet[Tuple[str, str]]) -> MadeText:
-    """The environment says where packages are; files can also read it."""
+    """Return a cached text; the environment, which files can read, locates packages."""
     return MadeText(lambda: _expanded(path, arguments, confined_to))
 
 
 def _expanded(path: str, arguments: Tuple[Tuple[str, str], ...],
               confined_to: str) -> Tuple[str, List[str]]:
-    """The text of the expanded file, and the files that were read for it."""
+    """Return the text of the expanded file, and the files read for it."""
     result = _run(path, dict(arguments), confined_to)
     if result.get('missing'):
         raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
@@ -132,7 +132,7 @@ def _unused(name: str, known: Sequence[str]) -> str:
 
 
 def _environment(path: str, confined_to: str) -> Dict[str, str]:
-    """Packages beside the file that are not installed are found, too, unless it is data."""
+    """Return the environment, with uninstalled packages beside the file unless it is untrusted."""
     beside = {} if confined_to else packages_beside(path)
     folders = [os.environ.get(_PACKAGE_PATH, ''), *beside.values()]
     return {**os.environ, _PACKAGE_PATH: os.pathsep.join(filter(None, folders))}
@@ -143,7 +143,7 @@ def _run(path: str, mappings: Mapping[str, str], confined_to: str) -> Dict[str, 
     command = [sys.executable, '-m', 'process_visualizer.robot.xacro_child',
                os.path.abspath(path), confined_to, *words]
     try:
-        # What a model that is data prints could command the terminal, and could have no end.
+        # Output of an untrusted model could control the terminal, or be endless.
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.DEVNULL if confined_to else None,
                               timeout=TIMEOUT_S, check=False, cwd=os.path.dirname(__file__),

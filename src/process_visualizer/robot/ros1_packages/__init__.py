@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lets xacro 2 find packages of ROS 1: see xacro_child."""
+"""Package index by which xacro 2 finds packages of ROS 1: see xacro_command."""
