@@ -231,7 +231,7 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
     """Return a condition for each channel outside the band of good runs.
 
     Args:
-        departed: device, label, distance to the band in words, and begin [s since the epoch], each.
+        departed: device, label, distance to the band in words, and start [s since the epoch], each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
                       since_s=since_s, told_by=(device, label), name=f'{label} out of range')
@@ -260,6 +260,6 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],
                         position_s: float) -> List[Condition]:
-    """Return those alarms (device, text, begin and end [s]) that are present at a position [s]."""
+    """Return those alarms (device, text, start and end [s]) that are present at a position [s]."""
     return [Condition(device, text, text, Level.BAD, (Action.GO_THERE,), position_s=begin_s)
             for device, text, begin_s, end_s in alarms if begin_s <= position_s <= end_s]

@@ -132,7 +132,7 @@ class NearSpan(NamedTuple):
 
 
 def times(spans: Iterable[NearSpan], level: Level) -> Tuple[Tuple[float, float], ...]:
-    """Return begin and end [s] of the spans with a level."""
+    """Return start and end [s] of the spans with a level."""
     return tuple((it.begin_s, it.end_s) for it in spans if it.level is level)
 
 

@@ -127,7 +127,7 @@ class NodePulse:
         self.problem = ''  # ENDED, SILENT or nothing
         self.is_expected = False  # was up already, or is known to the master
         self._seen = self._is_sent = False
-        self._told_from_s: Optional[float] = None  # when silence becomes a problem
+        self._late_from_s: Optional[float] = None  # when silence becomes a problem
         self._uri: Optional[str] = None
         self._silent_uri: Optional[str] = None  # address of a node that hangs
         self._received = b''
@@ -143,8 +143,8 @@ class NodePulse:
     def postpone(self, late_s: float) -> None:
         """Exclude a time in which this program could not listen from the node's silence."""
         self._deadline_s += late_s
-        if self._told_from_s is not None:
-            self._told_from_s += late_s
+        if self._late_from_s is not None:
+            self._late_from_s += late_s
 
     def next_s(self) -> float:
         """Return the time of the next action for this node."""
@@ -164,9 +164,9 @@ class NodePulse:
         """
         if now_s < self.next_s():
             return
-        if self._told_from_s is None:
-            self._told_from_s = now_s + STARTS_WITHIN_S
-        self._is_late = now_s >= self._told_from_s
+        if self._late_from_s is None:
+            self._late_from_s = now_s + STARTS_WITHIN_S
+        self._is_late = now_s >= self._late_from_s
         if self._connection is not None and not self._is_overdue:
             self._is_overdue, self._deadline_s = True, now_s + Patience.MOST_S - answer_within_s
             self._note(SILENT)

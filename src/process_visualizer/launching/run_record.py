@@ -24,7 +24,7 @@ _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
 _EXEC_S = 5.0  # maximum time of an exec, even on an overloaded computer
 _EXEC_PERIOD_S = 0.002
-_ENVIRONMENT = slice(47, 49)  # the fields of `_stat` with its begin and end in memory
+_ENVIRONMENT = slice(47, 49)  # the fields of `_stat` with its start and end in memory
 _LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
 
 

@@ -49,7 +49,7 @@ class Limits:
 
 
 class LimitAlarm(NamedTuple):
-    """An alarm: begin and end [s], and the value farthest beyond a limit."""
+    """An alarm: start and end [s], and the value farthest beyond a limit."""
 
     begin_s: float
     end_s: float

@@ -25,7 +25,7 @@ _PACKAGE_NAME = re.compile(r'<name\b[^>]*>\s*([^<\s]+)\s*</name>')
 _SIGNS = {'&quot;': '"', '&apos;': "'"}
 _ENTITIES = {sign: it for it, sign in _SIGNS.items()}
 _LEVELS = 4  # searched folders: that of the model and those above it
-_MAX_TOLD = 3
+_MAX_LISTED = 3
 _ON_THE_WEB = ('http', 'https')
 
 
@@ -110,8 +110,8 @@ def missing_resources(text: str) -> List[str]:
     found = [f'{count} mesh{"" if count == 1 else "es"} of the model cannot be shown: '
              f'{package_advice(name, packages)}, or put its folder beside the model'
              for name, count in lacking.items()]
-    found += [f'a mesh of the model cannot be shown: {it}' for it in others[:_MAX_TOLD]]
-    more = len(others) - _MAX_TOLD
+    found += [f'a mesh of the model cannot be shown: {it}' for it in others[:_MAX_LISTED]]
+    more = len(others) - _MAX_LISTED
     return found + ([f'{more} more meshes of the model cannot be shown'] if more > 0 else [])
 
 

@@ -147,9 +147,9 @@ class _Comparison:
         """Return whether the samples exclude that the tool is fixed to another link."""
         links = {self._bodies[other].link: other for other in self._names}
         links.pop(self._bodies[name].link)
-        return all(self._is_told_apart(name, other) for other in links.values())
+        return all(self._is_distinct(name, other) for other in links.values())
 
-    def _is_told_apart(self, name: str, other: str) -> bool:
+    def _is_distinct(self, name: str, other: str) -> bool:
         fixed, alternative = self._fixed[name], self._fixed[other]
         if alternative.spread_m >= _CLEAR * max(fixed.spread_m, _NOISE_M):
             return True

@@ -75,7 +75,7 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
         said = _asked(uri)
     except OSError as error:
         if wanted.port is not None:
-            certain = relay if isinstance(relay, _Told) else error
+            certain = relay if isinstance(relay, _Stated) else error
             raise CellNotFound((unreachable(wanted, certain, 'the cell or its ROS master'),)
                                ) from None
         return _without_master(wanted, error)
@@ -123,7 +123,7 @@ def _asked(uri: str) -> _Said:
                  and int(port) <= _MAX_PORT else None)
 
 
-class _Told(ConnectionError):
+class _Stated(ConnectionError):
     """A problem that the listener at a port reported itself, or showed by its answer."""
 
 
@@ -144,7 +144,7 @@ def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
         try:
             data = connection.recv(_ENOUGH_BYTES)
         except socket.timeout:
-            return _Told(0, only_small_packets(host) if count >= len(GREETING) else SAYS_NOTHING)
+            return _Stated(0, only_small_packets(host) if count >= len(GREETING) else SAYS_NOTHING)
         if not data or time.monotonic() > end_s:
             return ConnectionError(0, NOT_THE_CELL)
         count += len(data)
@@ -160,7 +160,7 @@ def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
 def _refusal(frame: LinkFrame) -> Optional[OSError]:
     if frame.kind != Kind.REFUSED:
         return None
-    return _Told(0, f'it refuses: {shown_in_line(frame.json().get("reason"))[:300]}')
+    return _Stated(0, f'it refuses: {shown_in_line(frame.json().get("reason"))[:300]}')
 
 
 def _in_uri(host: str) -> str:
