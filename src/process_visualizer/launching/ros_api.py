@@ -88,7 +88,7 @@ class LimitedTransport(Transport):
         try:
             return super().parse_response(response)
         except (ExpatError, LookupError, TypeError, ValueError) as error:
-            raise ConnectionError(0, f'the answer is no XML-RPC: {error}') from error
+            raise ConnectionError(0, f'the answer is not XML-RPC: {error}') from error
 
 
 ANSWER_TIMEOUT_S = 0.5
@@ -228,7 +228,7 @@ def connected_publisher(own_uri: str, caller: str, topic: str, timeout_s: float)
     for _, uri, direction, _, name, *_ in answer[2]:
         if (direction, name) == ('i', topic):
             return _publisher_at(uri, caller, topic, timeout_s)
-    raise ValueError(f'nobody is known who publishes {topic}')
+    raise ValueError(f'no publisher of {topic} is known')
 
 
 def _publisher_at(uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[str, int]:
@@ -236,7 +236,7 @@ def _publisher_at(uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[
         answer: Any = api.requestTopic(caller, topic, [['TCPROS']])
     _, reason, protocol = answer
     if not protocol:
-        raise ValueError(f'it does not publish it ({reason})')
+        raise ValueError(f'the node does not publish {topic} ({reason})')
     _, host, port = protocol
     return str(host), int(port)
 

@@ -60,9 +60,9 @@ class LinkFrame(NamedTuple):
         try:
             value = parsed_json(self.content.decode('utf-8', 'surrogatepass'))
         except (ValueError, RecursionError) as error:
-            raise FramesBroken(f'no JSON: {error}') from None
+            raise FramesBroken(f'not JSON: {error}') from None
         if not isinstance(value, dict):
-            raise FramesBroken('no object of JSON')
+            raise FramesBroken('not a JSON object')
         return value
 
     def number(self) -> int:
@@ -183,11 +183,11 @@ class MessageParts:
             FramesBroken: the message has not begun, or is longer than announced.
         """
         if frame.channel not in self._open:
-            raise FramesBroken('a part of nothing')
+            raise FramesBroken('a part of a message that has not begun')
         _, size, data = self._open[frame.channel]
         data += frame.content
         if len(data) > size:
-            raise FramesBroken('a message that is longer than it said')
+            raise FramesBroken('a message that is longer than announced')
         return self._completed(frame.channel)
 
     def _completed(self, channel: int) -> List[Message]:

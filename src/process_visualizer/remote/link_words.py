@@ -44,7 +44,7 @@ def address_of(text: str) -> Address:
     except ValueError:
         host = port = None
     if not host or parsed.path.strip('/') or port == 0:
-        raise ValueError(f'"{text}" is no address; write the name or the address of the computer '
+        raise ValueError(f'"{text}" is not an address; write the name or address of the computer '
                          'on which the cell runs, with a port if needed: cell-pc, or '
                          'cell-pc:11311')
     return Address(host, port)
@@ -62,7 +62,7 @@ def ports_of(text: str) -> range:
     except ValueError:
         ports = range(0)
     if not ports or ports[0] < 1 or ports[-1] > 65535:
-        raise ValueError(f'"{text}" are no ports; write the first and the last, such as '
+        raise ValueError(f'"{text}" is not a range of ports; write the first and the last, such as '
                          f'{DEFAULT_PORTS[0]}-{DEFAULT_PORTS[-1]}')
     return ports
 

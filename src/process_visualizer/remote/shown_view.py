@@ -102,7 +102,7 @@ def _parsed(text: str) -> View:
         raise ValueError(f'it is not YAML: {" ".join(str(error).split())}') from None
     content = _Copy().of(content)
     if not isinstance(content, dict):
-        raise ValueError('it is no .rviz file')
+        raise ValueError('it is not an .rviz file')
     return content
 
 
@@ -116,7 +116,7 @@ class _Copy:
         """Return a copy; raise ValueError for too many or too deeply nested values."""
         self._count += 1
         if self._count > _MAX_VALUES or depth > _DEEPEST:
-            raise ValueError('there is too much in it')
+            raise ValueError('it has too many values, or too deeply nested ones')
         if isinstance(value, dict):
             return {str(key): self.of(it, depth + 1) for key, it in value.items()}
         if isinstance(value, list):

@@ -113,7 +113,7 @@ def _asked(uri: str) -> _Said:
             answers: List[Any] = [master.getParam(CALLER_ID, ADDRESS_PARAMETER),
                                   master.lookupNode(CALLER_ID, _NODE)]
     except (HTTPException, Error, ValueError) as error:
-        raise ConnectionError(0, 'what answers is no ROS master '
+        raise ConnectionError(0, 'what answers is not a ROS master '
                                  f'({shown_in_line(error)[:200]})') from None
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]

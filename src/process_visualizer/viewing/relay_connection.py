@@ -337,7 +337,7 @@ class _Talk:
         texts = [values.get(it) for it in ('topic', 'type', 'md5sum', 'caller')]
         number = values.get('channel')
         if not isinstance(number, int) or not all(isinstance(it, str) for it in texts):
-            raise FramesBroken('a channel of nothing')
+            raise FramesBroken('a channel without a topic or number')
         self._sources[number] = RelaySource(*map(str, texts))
 
     def _deliver(self, messages: List[Message]) -> None:

@@ -40,7 +40,7 @@ def test_addresses(text: str, address: Tuple[str, 'int | None']) -> None:
 
 @pytest.mark.parametrize('text', ['', ':11311', 'a:b', 'a:99999', 'a/b', 'http://', 'a:0'])
 def test_what_is_no_address_is_told(text: str) -> None:
-    with pytest.raises(ValueError, match='is no address; write'):
+    with pytest.raises(ValueError, match='is not an address; write'):
         address_of(text)
 
 
@@ -48,7 +48,7 @@ def test_ports() -> None:
     assert ports_of('50000-50063') == range(50000, 50064)
     assert ports_of('7') == range(7, 8)
     for text in ('', 'a', '5-4', '0-3', '1-65536', '-5'):
-        with pytest.raises(ValueError, match='are no ports; write'):
+        with pytest.raises(ValueError, match='is not a range of ports; write'):
             ports_of(text)
 
 
