@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs that are compared: models and the panel."""
+"""Comparison of runs: models and the panel."""

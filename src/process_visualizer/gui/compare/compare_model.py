@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The runs of recordings, which of them are good, and how the others differ from those."""
+"""The runs of recordings: the good ones, and how the others differ from them."""
 from __future__ import annotations
 
 import os
@@ -32,19 +32,19 @@ from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle
 from process_visualizer.runs.run import Key, Run
 from process_visualizer.whole_file import write_text
 
-# The part of a comparison that is kept over a restart: enough to make it again.
+# The part of a comparison that is saved for the next session: enough to repeat the comparison.
 
 RunKey = Tuple[str, str]
 """A run: the path of its recording, and its name."""
 
 
 AlignedPair = Tuple[RunKey, RunKey]
-"""A reference, and a run that the operator has aligned with it."""
+"""A reference run, and a run that the operator has aligned with it."""
 Anchors = Dict[AlignedPair, Tuple[Anchor, ...]]
 
 
 class KeptComparison(NamedTuple):
-    """A kept comparison: the recordings that were read, and the good runs."""
+    """A saved comparison: the recordings that were read, and the good runs."""
 
     recording: Tuple[str, ...] = ()
     added: Tuple[str, ...] = ()
@@ -52,20 +52,20 @@ class KeptComparison(NamedTuple):
     is_compared: bool = False
 
     def without_recording(self) -> KeptComparison:
-        """Return the same for a window in which no recording is open."""
+        """Return the same comparison for a window in which no recording is open."""
         return self._replace(recording=(), added=(*self.recording, *self.added))
 
     def settings(self) -> Dict[str, Any]:
-        """Return what ``kept_comparison`` needs, as numbers, texts, lists and dictionaries."""
+        """Return the input of ``kept_comparison``: numbers, texts, lists and dictionaries."""
         return {'recording': list(self.recording), 'added': list(self.added),
                 'good': sorted(map(list, self.good)), 'compared': self.is_compared}
 
 
 def kept_comparison(settings: Mapping[str, Any]) -> KeptComparison:
-    """Return what ``settings`` returned.
+    """Return the comparison with these settings.
 
     Raises:
-        KeyError, TypeError, ValueError: it is something else.
+        KeyError, TypeError, ValueError: these are not settings of a comparison.
     """
     return KeptComparison(
         _texts(settings['recording']), _texts(settings['added']),
@@ -74,7 +74,7 @@ def kept_comparison(settings: Mapping[str, Any]) -> KeptComparison:
 
 
 def _kept_anchors(settings: Mapping[str, Any]) -> Anchors:
-    """Return what the operator aligned; that of an earlier version is with its comparison."""
+    """Return the operator's alignments; earlier versions saved them with each comparison."""
     rows = list(settings.get('anchors', []))
     for it in settings['comparisons']:
         place = {path: row for row, path in enumerate([*it['recording'], *it['added']])}
@@ -95,19 +95,19 @@ def _texts(values: Any) -> Tuple[str, ...]:
 LINE = 'comparison'
 _SHARE_LINE = 'share'
 SHARED_ENDINGS = ('.html', *film.ENDINGS, *exported.ENDINGS)
-"""Of the names of files as which a run can be shared."""
+"""Endings of the files as which a run can be shared."""
 _MAX_KEPT, _MAX_ALIGNED = 50, 500
 
 
 class ListedRun(NamedTuple):
-    """A run and the path of its recording, or of the first part of that."""
+    """A run and the path of its recording; of a split recording, the path of the first file."""
 
     path: str
     run: Run
 
     @property
     def key(self) -> RunKey:
-        """Return what makes it the same run when its recording is read again."""
+        """Return the key that identifies the run when its recording is read again."""
         return self.path, self.run.name
 
 
@@ -115,14 +115,14 @@ Comparisons = Tuple[Optional[Comparison], ...]
 
 
 class Compared(NamedTuple):
-    """The good runs, and what came of each listed run; None where there is nothing in common."""
+    """The good runs, and the comparison of each listed run; None if nothing is in common."""
 
     good: GoodRuns
     comparisons: Comparisons
 
 
 class CompareModel(QObject):
-    """Finds the runs when it is asked to, and compares them in the background."""
+    """Finds runs on request, and compares them in the background."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
@@ -138,35 +138,35 @@ class CompareModel(QObject):
         self._anchors: Anchors = {}  # of all recordings
         self._work: Optional[TaskProgress] = None
         self._activity = ''
-        self._writing: Optional[TaskProgress] = None  # goes on when another recording is opened
+        self._writing: Optional[TaskProgress] = None  # continues when another recording is opened
         self._written = ''
-        self.shared = ''  # what the last page that was written shows
-        self._is_asked = True  # by the operator, for what is going on
+        self.shared = ''  # describes the last file that was written
+        self._is_asked = True  # the operator asked for the current work
         self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
-        self._last: Tuple[str, ...] = ()  # recording of the last session
-        self._waiting: Optional[KeptComparison] = None  # for the configuration
-        self._again: Optional[KeptComparison] = None  # is being read
+        self._last: Tuple[str, ...] = ()  # the recording of the last session
+        self._waiting: Optional[KeptComparison] = None  # waits for the configuration
+        self._again: Optional[KeptComparison] = None  # is being restored
         session.cell_changed.connect(self._follow_cell)
         session.recording_changed.connect(self._follow_recording)
 
     @property
     def recording(self) -> Tuple[str, ...]:
-        """The paths of the recording that is open for playback; in real-time mode, of none."""
+        """The paths of the recording that is open for playback; empty in real-time mode."""
         return self._recording
 
     @property
     def paths(self) -> Tuple[str, ...]:
-        """The recordings whose runs can be found: the one that is open, and those added."""
+        """The recordings whose runs can be found: the open one, and those added."""
         return (*self._recording, *self._added)
 
     @property
     def runs(self) -> Tuple[ListedRun, ...]:
-        """The runs that were found, in the order of the recordings."""
+        """The runs found, in the order of the recordings."""
         return self._runs
 
     @property
     def good(self) -> FrozenSet[int]:
-        """The numbers, from 0, of the runs that the operator calls good."""
+        """The numbers, from 0, of the runs that the operator has ticked as good."""
         return self._good
 
     @property
@@ -176,7 +176,7 @@ class CompareModel(QObject):
 
     @property
     def of_recording(self) -> Tuple[Comparison, ...]:
-        """Return what came of the runs of the recording that is open."""
+        """Return the comparisons of the runs of the open recording."""
         if self._compared is None:
             return ()
         return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
@@ -184,7 +184,7 @@ class CompareModel(QObject):
 
     @property
     def moments(self) -> Tuple[ReferenceMoment, ...]:
-        """The moments of the reference in the recording that is open."""
+        """The moments of the reference run in the open recording."""
         compared, paths = self._compared, self._recording[:1]
         if compared is None:
             return ()
@@ -194,16 +194,16 @@ class CompareModel(QObject):
             if found is not None and it.path in paths])
 
     def anchors(self, number: int) -> Tuple[Anchor, ...]:
-        """Return what the operator says of the alignment of a run."""
+        """Return the operator's alignment of a run."""
         return self._anchors.get(self._pair(number), ()) if self._good else ()
 
     def _pair(self, number: int) -> AlignedPair:
-        """Return the reference, the first good run, and a run."""
+        """Return the keys of the reference run (the first good run) and of a run."""
         return self._runs[min(self._good)].key, self._runs[number].key
 
     @property
     def activity(self) -> str:
-        """Return what is going on, in words, of which one can be cancelled; empty if nothing."""
+        """Return the current work in words, which ``cancel`` ends; empty if there is none."""
         return self._activity or self._written
 
     @property
@@ -213,7 +213,7 @@ class CompareModel(QObject):
 
     @property
     def is_writing(self) -> bool:
-        """Return whether a run is being written, to be shared."""
+        """Return whether a run is being written for sharing."""
         return self._writing is not None
 
     def _follow_cell(self) -> None:
@@ -221,9 +221,9 @@ class CompareModel(QObject):
         self._compare_again(self._waiting)
 
     def _follow_recording(self) -> None:
-        """A recording that was compared before is compared again; so is the running cell.
+        """Compare again if the recording, or the running cell, was compared before.
 
-        The cell's first comparison is the one that was made in playback.
+        The first comparison of the running cell is the one made in playback.
         """
         is_live = self._session.mode is Mode.REALTIME
         paths = () if is_live else self._session.paths
@@ -238,7 +238,7 @@ class CompareModel(QObject):
             self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
-        """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
+        """Return the input of ``restore``: numbers, texts, lists and dictionaries."""
         newest = list(self._with_present().values())[-_MAX_KEPT:]
         last = self._recording if self._recording or self._runs else self._last
         aligned = list(self._anchors.items())[-_MAX_ALIGNED:]
@@ -247,7 +247,7 @@ class CompareModel(QObject):
                             for (reference, run), anchors in aligned]}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was compared in an earlier session; the last one is compared again.
+        """Take the comparisons of earlier sessions, and repeat the last one.
 
         Raises:
             KeyError, TypeError, ValueError: these are not settings.
@@ -261,7 +261,7 @@ class CompareModel(QObject):
             self._compare_again(last.without_recording())
 
     def add(self, path: str) -> None:
-        """Find the runs of a further recording too; those that were found stay as they are."""
+        """Find the runs of another recording too; the runs found before stay unchanged."""
         if any(path in it.run.recording for it in self._runs):
             return
         if path not in self.paths:
@@ -282,7 +282,7 @@ class CompareModel(QObject):
                     lambda more: self._take_more(before, *more))
 
     def find_runs(self) -> None:
-        """Read the recordings, and cut them into their runs; what was ticked stays ticked."""
+        """Read the recordings, and split them into runs; ticked runs stay ticked."""
         cell, recording, added = self._session.cell, self._recording, self._added
 
         def found(progress: TaskProgress) -> Tuple[ListedRun, ...]:
@@ -297,14 +297,14 @@ class CompareModel(QObject):
                         is_asked=again is None)
 
     def set_good(self, number: int, is_good: bool) -> None:
-        """Call a run good, or not."""
+        """Set whether a run is good."""
         good = self._good | {number} if is_good else self._good - {number}
         if good != self._good:
             self._good, self._compared = good, None
             self.changed.emit()
 
     def compare(self) -> None:
-        """Compare all runs with the good ones, the first of which is the reference."""
+        """Compare all runs with the good ones; the first good run is the reference run."""
         runs, good = [it.run for it in self._runs], sorted(self._good)
         anchors = [self.anchors(number) for number in range(len(runs))]
 
@@ -318,27 +318,27 @@ class CompareModel(QObject):
             self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
 
     def anchor(self, moment: ReferenceMoment, position_s: float) -> None:
-        """Say that a moment of the reference belongs to a position [s] of the open recording."""
+        """Align a moment of the reference run with a position [s] in the open recording."""
         run = self._runs[moment.run].run
         run_s = min(max(position_s - run.begin_s, 0.0), run.duration_s)
         self._align_again(moment.run, with_anchor(self.anchors(moment.run),
                                                   Anchor(moment.reference_s, run_s)))
 
     def reset_anchors(self, number: int) -> None:
-        """Let a run be aligned as if the operator had said nothing."""
+        """Align a run again without the operator's anchors."""
         self._align_again(number, ())
 
     def shared_span(self, number: int) -> PageSpan:
-        """Return the part of a run that is shared now: A to B while the player's loop is on."""
+        """Return the part of a run to share: A to B while the player's loop is on."""
         listed, player = self._runs[number], self._session.player
         is_played = player is not None and listed.path in self._recording[:1]
         return shared_span(listed.run, player.loop if player is not None and is_played else None)
 
     def share(self, number: int, path: str) -> None:
-        """Write a run, or A to B of it while the player's loop is on in it.
+        """Write a run; only A to B while the player's loop is on within the run.
 
-        ``path`` ends in one of SHARED_ENDINGS, which says as what: page, film, table or MCAP. It
-        goes on when another recording is opened.
+        ``path`` has one of SHARED_ENDINGS, which selects page, film, table or MCAP. Writing
+        continues when another recording is opened.
         """
         self._stop_writing()
         cell, listed, compared = self._session.cell, self._runs[number], self._compared
@@ -405,14 +405,14 @@ class CompareModel(QObject):
         self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
 
     def cancel(self) -> None:
-        """Leave what ``activity`` says."""
+        """Cancel the work that ``activity`` names."""
         if not self.is_comparing:
             self._stop_writing()
         self._stop()
         self.changed.emit()
 
     def close(self) -> None:
-        """Leave all that is going on."""
+        """Cancel all work."""
         self._stop_writing()
         self._stop()
 
@@ -452,20 +452,20 @@ class CompareModel(QObject):
 
     def _take_more(self, before: Optional[Compared], runs: Tuple[ListedRun, ...],
                    comparisons: Comparisons) -> None:
-        """Take the runs of a further recording, judged as ``before`` unless ticks have changed."""
+        """Add the runs of another recording; their comparisons only if the ticks are unchanged."""
         self._runs += runs
         if before is not None and self._compared is before:
             self._compared = before._replace(comparisons=(*before.comparisons, *comparisons))
 
     def _compare_again(self, kept: Optional[KeptComparison]) -> None:
-        """Do again what was done with these recordings, once the configuration is known."""
+        """Repeat a saved comparison as soon as the configuration is known."""
         self._waiting = kept if self._session.cell is None else None
         if kept is not None and self._session.cell is not None:
             self._added, self._again = kept.added, kept
             self.find_runs()
 
     def _with_present(self) -> Dict[Tuple[str, ...], KeptComparison]:
-        """Return what is kept, with what is shown now as the newest."""
+        """Return the saved comparisons; the current one is the newest."""
         if not self._runs:
             return self._kept
         kept = {key: it for key, it in self._kept.items() if key != self._recording}
@@ -476,7 +476,7 @@ class CompareModel(QObject):
         return kept
 
     def _present(self) -> KeptComparison:
-        """Return what is shown now."""
+        """Return the current comparison."""
         return KeptComparison(self._recording, self._added,
                               frozenset(self._runs[row].key for row in self._good),
                               self._compared is not None)
@@ -489,10 +489,10 @@ class CompareModel(QObject):
             return
         self._work, self._activity = None, ''
         if not self._is_asked and isinstance(error, NoCycle):
-            self._added = ()  # of another configuration: with that one it is shown again
+            self._added = ()  # for another configuration; with that one they are read again
             self.changed.emit()
             return
-        self._added = self._added[:-1]  # the last one may be what cannot be read
+        self._added = self._added[:-1]  # the last one may be the unreadable one
         self._kept.pop(self._recording, None)
         self._last = ()
         self.changed.emit()
@@ -506,7 +506,7 @@ def _listed(runs: Sequence[Run]) -> Tuple[ListedRun, ...]:
 
 
 def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str:
-    """Write what is shared, by the ending of its name; return how much it is."""
+    """Write a run in the format of the path's ending; return the size of the result in words."""
     def on_frame(done: int, count: int) -> None:
         if progress.is_cancelled():
             raise ReadingCancelled
@@ -523,7 +523,7 @@ def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str
 
 
 def shared_span(run: Run, loop: Optional[Tuple[float, float]]) -> PageSpan:
-    """Return the part of a recording [s] that is shared: a run, or what of it is in the loop."""
+    """Return the part of a recording [s] to share: the run, or its part within the loop."""
     begin_s, end_s = run.begin_s, run.begin_s + run.duration_s
     if loop is not None and max(begin_s, loop[0]) < min(end_s, loop[1]):
         return PageSpan(max(begin_s, loop[0]), min(end_s, loop[1]))
@@ -542,7 +542,7 @@ _Wanted = Tuple[Optional[Compared], float, int]
 
 
 class BandsModel(QObject):
-    """Computes the bands in the background: an hour of curves has very many columns."""
+    """Computes bands in the background, since an hour of curves has very many columns."""
 
     changed = pyqtSignal()
 
@@ -556,11 +556,11 @@ class BandsModel(QObject):
 
     @property
     def bands(self) -> Mapping[Key, TimelineBand]:
-        """The bands by device and label; none until they have been computed."""
+        """The bands by device and label; empty until they have been computed."""
         return self._bands
 
     def set_columns(self, duration_s: float, columns: int) -> None:
-        """Take into how many columns of equal time the curves cut the recording; 0: no curves."""
+        """Set the number of equally long columns of the curves; 0 without curves."""
         self._want((self._wanted[0], duration_s, columns))
 
     def _want(self, wanted: _Wanted) -> None:
@@ -568,7 +568,7 @@ class BandsModel(QObject):
         if compared is self._wanted[0] and (duration_s, columns) == self._wanted[1:]:
             return
         self._wanted = wanted
-        self._take(wanted, {})  # those of before tell about other runs, or have other columns
+        self._take(wanted, {})  # the old bands are of other runs or have other columns
         if compared is not None and columns:
             runs = self._compare.of_recording
             self._tasks.run(BANDS_LINE,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The panel *Why was this run poor*: runs, which of them are good, the first departure."""
+"""The panel *Why was this run poor*: the runs, ticks for the good ones, and the departures."""
 from __future__ import annotations
 
 import os
@@ -52,7 +52,7 @@ _RUNS_PX, _DEPARTURES_PX = 110, 64
 _STATE_LINES = 3
 _KINDS = ('Pages (*.html);;Films (*.mp4 *.gif);;Tables (*.csv *.parquet);;'
           'For Foxglove and Lichtblick (*.mcap)')
-_MAX_NAME = 0.4  # of the width of a list: most that names take from the verdict
+_MAX_NAME = 0.4  # maximum share of a list's width for names, so that the verdict has room
 _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
 _LAUNCH = 'Launch the devices: they are compared with these runs while they run.'
@@ -61,14 +61,14 @@ _TICK = 'Tick the runs that were good; the first of them is the reference.'
 
 
 class ComparePanel(QWidget):
-    """A list of runs with their verdicts, and below it what the chosen one departed in."""
+    """A list of runs with their verdicts, and below it the departures of the chosen run."""
 
     seek_wanted = pyqtSignal(float)
-    """The operator wants to see this moment of the open recording [s from its begin]."""
+    """The operator wants to see this moment of the open recording [s from its beginning]."""
 
     def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
                  folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
-        """``folder`` is where recordings are looked for while none is open."""
+        """Take a function that returns the folder for recordings, used while none is open."""
         super().__init__(parent)
         self._model, self._live, self._folder = model, live, folder
         self._is_live = False
@@ -120,7 +120,7 @@ class ComparePanel(QWidget):
         self._show()
 
     def set_live(self, is_live: bool) -> None:
-        """Show what is compared in real-time mode, or with the recording that is open."""
+        """Show the comparison of the running cell, or that of the open recording."""
         if is_live != self._is_live:
             self._is_live = is_live
             self._show()
@@ -161,7 +161,7 @@ class ComparePanel(QWidget):
         return f'{summary}\n{self._live.text or _LAUNCH}' if self._is_live else summary
 
     def _show_runs(self) -> None:
-        """Show all runs; rows stay as long as their runs do, as one may just be ticked."""
+        """Show all runs; unchanged runs keep their rows, as one may be about to be ticked."""
         tree, model = self.runs, self._model
         tree.blockSignals(True)
         row = self._row_to_show()
@@ -179,10 +179,9 @@ class ComparePanel(QWidget):
         tree.blockSignals(False)
 
     def _row_to_show(self) -> int:
-        """The row that was chosen; when a result has come, the first poor run.
+        """Return the chosen row; for a new result, the row of the first poor run.
 
-        A run that is called good comes after those that are not. A run that was aligned again stays
-        chosen.
+        Runs that are not ticked as good come first. A run that was aligned again stays chosen.
         """
         compared, shown = self._model.compared, self._shown
         is_new = compared is not None and (shown is None or compared.good is not shown.good)
@@ -204,7 +203,7 @@ class ComparePanel(QWidget):
 
     @property
     def _row(self) -> int:
-        """The number of the chosen run; -1 without one."""
+        """The number of the chosen run; -1 if no run is chosen."""
         return int(self.runs.indexOfTopLevelItem(self.runs.currentItem()))
 
     def _chosen(self) -> Optional[Comparison]:
@@ -224,7 +223,7 @@ class ComparePanel(QWidget):
         self.departures.show_rows(rows, takes_room=not self._is_live)
 
     def _show_finished(self) -> None:
-        """Show the live runs that are over, the newest at the top."""
+        """Show the finished live runs, the newest at the top."""
         self.finished.setVisible(self._is_live)
         if self._finished is not self._live.finished:
             self._finished = self._live.finished
@@ -260,18 +259,18 @@ class ComparePanel(QWidget):
 
 
 def ending_of(kind: str) -> str:
-    """Return the first ending, with its dot, of a kind of files such as Films (*.mp4 *.gif)."""
+    """Return the first ending, with its dot, of a file filter such as Films (*.mp4 *.gif)."""
     return kind[kind.index('*') + 1:].split(')')[0].split(' ')[0]
 
 
 def with_ending(path: str, kind: str) -> str:
-    """Return the name of a file to share; one without a known ending gets that of its kind."""
+    """Return the path of a file to share; without a known ending, it gets that of the filter."""
     is_known = os.path.splitext(path)[1].lower() in SHARED_ENDINGS
     return path if is_known else path + ending_of(kind)
 
 
 def _proposed_path(listed: ListedRun) -> str:
-    """Return the path beside the recording, named as the run; the kind gives it an ending."""
+    """Return a path beside the recording, named after the run; the filter adds the ending."""
     name = listed.run.name.replace('.bag', '').replace('#', '_')
     return os.path.join(os.path.dirname(listed.path), os.path.basename(name))
 
@@ -338,9 +337,9 @@ def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
 
 
 class _RowsTree(QTreeWidget):
-    """Rows of three columns, of which the last one has the most room.
+    """Rows of three columns; the last column has the most room.
 
-    A long name in the first one loses its middle: a recording's ends with the number of its run.
+    A long name in the first column is elided in the middle, as it may end with the run's number.
     """
 
     def __init__(self, name: str, head: Sequence[str], least_px: int) -> None:
@@ -357,10 +356,10 @@ class _RowsTree(QTreeWidget):
         self.header().setSectionResizeMode(1, QHeaderView.ResizeToContents)
 
     def show_rows(self, items: Sequence[QTreeWidgetItem], takes_room: bool = False) -> None:
-        """Show other rows.
+        """Replace the rows.
 
-        With ``takes_room`` a name may have all that the last column leaves: for rows that stay, as
-        that may move it.
+        With ``takes_room``, names get all the room that the last column leaves. This may move the
+        last column, so it is only for rows that do not change continuously.
         """
         self._takes_room = takes_room
         self.clear()
@@ -368,7 +367,7 @@ class _RowsTree(QTreeWidget):
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Share the room again."""
+        """Divide the room among the columns again."""
         super().resizeEvent(event)
         self._fit()
 
@@ -382,7 +381,7 @@ class _RowsTree(QTreeWidget):
 
 class _NameDelegate(RowDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Leave out the middle of a name that does not fit."""
+        """Elide a name in the middle if it does not fit."""
         super().initStyleOption(option, index)
         if index.column() == 0:
             option.textElideMode = Qt.ElideMiddle

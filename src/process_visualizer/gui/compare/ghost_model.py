@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ghost: the reference moves beside the robots, recorded or live ones."""
+"""The ghost: the reference run moves beside the robots, recorded or live."""
 from __future__ import annotations
 
 from typing import Callable, Optional, Protocol, Sequence, Tuple
@@ -29,17 +29,17 @@ _NO_ROBOT = ('The live run is not compared: {} has no robot that can be followed
 
 
 class Follow(Protocol):
-    """Follows live robots beside a reference, which is drawn or not; may block."""
+    """Follows live robots along a reference run, which is drawn or hidden; may block."""
 
     def __call__(self, reference: LiveReference, is_visible: bool) -> None:
-        """Without tracks nothing is followed any longer."""
+        """Follow a reference run; one without tracks ends following."""
 
 
 class GhostModel(QObject):
-    """Shows what was compared last, as long as it is wanted and the node that draws runs.
+    """Shows the reference run of the last comparison while it is wanted and its node runs.
 
-    Live robots are followed whether or not their reference is to be seen: their moment in it is
-    what the live values are judged by.
+    Live robots are followed even while the reference run is hidden: live values are judged by
+    their moment in the reference run.
     """
 
     changed = pyqtSignal()
@@ -49,7 +49,7 @@ class GhostModel(QObject):
                  show: Callable[[Sequence[GhostTrack], Sequence[ReferenceArrow]], None],
                  follow: Follow,
                  parent: Optional[QObject] = None) -> None:
-        """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
+        """Take functions that may block; ``show`` without tracks and arrows hides the ghost."""
         super().__init__(parent)
         self._tasks, self._compare, self._session = tasks, compare, session
         self._show, self._follow_live = show, follow
@@ -62,21 +62,21 @@ class GhostModel(QObject):
 
     @property
     def is_wanted(self) -> bool:
-        """Return whether the operator wants to see it."""
+        """Return whether the operator wants to see the ghost."""
         return self._is_wanted
 
     def set_wanted(self, is_wanted: bool) -> None:
-        """Show it, or do not."""
+        """Show or hide the ghost."""
         self._is_wanted = is_wanted
         self._follow()
         self.changed.emit()
 
     def _follow_run(self) -> None:
-        """Take in which mode the node that draws runs, beside the player if there is one."""
+        """Take the mode of the node that draws; in playback, it runs beside the player."""
         mode = self._session.running_mode
         if not self._session.runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART):
             mode = None
-        if mode is not self._mode:  # the node may have ended, or go on with what it got before
+        if mode is not self._mode:  # the node may have ended, or may still show earlier tracks
             self._shown, self._is_unsure = (None, True), self._may_draw
         self._mode = mode
         self._follow()
@@ -86,11 +86,11 @@ class GhostModel(QObject):
         if self._mode is None:
             return
         if not _is_same(wanted, self._shown, self._mode):
-            self._tell(wanted, self._fail)
+            self._send(wanted, self._fail)
         elif self._is_unsure:
-            self._tell((None, True), _leave)
+            self._send((None, True), _leave)
 
-    def _tell(self, wanted: Tuple[Optional[Compared], bool],
+    def _send(self, wanted: Tuple[Optional[Compared], bool],
               on_error: Callable[[Exception], None]) -> None:
         self._shown, self._may_draw, self._is_unsure = wanted, wanted[0] is not None, False
         task = self._show_recorded if self._mode is Mode.PLAYBACK else self._show_live
@@ -124,14 +124,14 @@ class GhostModel(QObject):
 
 
 def _leave(error: Exception) -> None:
-    """A node that has ended, or just starts, draws nothing."""
+    """Ignore a GhostError: a node that has ended, or is only starting, draws nothing."""
     if not isinstance(error, GhostError):
         raise error
 
 
 def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compared], bool],
              mode: Mode) -> bool:
-    """Return whether the node has to do nothing to come from one to the other."""
+    """Return whether the node shows the same for both."""
     if one[0] is None and other[0] is None:
         return True
     if mode is Mode.PLAYBACK and not one[1] and not other[1]:
@@ -141,5 +141,5 @@ def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compare
 
 
 def _good_of(wanted: Tuple[Optional[Compared], bool]) -> Optional[GoodRuns]:
-    """Return what live robots are compared with: runs that are judged do not count."""
+    """Return the good runs; live robots do not depend on the runs that are judged."""
     return None if wanted[0] is None else wanted[0].good

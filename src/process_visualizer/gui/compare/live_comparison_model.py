@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The running cell compared with good runs: which channels are out of their band, since when."""
+"""Comparison of the running cell with good runs: channels out of their band, and since when."""
 from __future__ import annotations
 
 import json
@@ -31,10 +31,10 @@ from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
 _PLACED_S = 1.0
-"""For so long it is known which moment of the reference it is without being told anew."""
+"""Time for which the last reported moment of the reference run stays valid [s]."""
 _ANSWER_S = 20.0
-"""On a busy computer it takes so long to take a reference and to find a moment in it."""
-_MAX_TOLD = 2
+"""Time allowed, on a busy computer, to load a reference run and find a moment in it [s]."""
+_MAX_SHOWN = 2
 _MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
@@ -46,11 +46,11 @@ _NO_RUN = 'Waiting for a run to start (reference {})'
 
 
 class LiveComparisonModel(QObject):
-    """Judges the live curves a few times a second, while they run and there are good runs."""
+    """Judges the live curves a few times a second while the cell runs and good runs are ticked."""
 
     changed = pyqtSignal()
     run_finished = pyqtSignal()
-    """There is another one in ``finished``."""
+    """A run was added to ``finished``."""
 
     def __init__(self, compare: CompareModel, live: LiveCurvesModel,
                  parent: Optional[QObject] = None) -> None:
@@ -63,8 +63,8 @@ class LiveComparisonModel(QObject):
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
-        self._known_s, self._is_blind = 0.0, False  # the newest value, and whether it is too old
-        self._values_since_s = 0.0  # since there is something to compare; 0: none yet
+        self._known_s, self._is_blind = 0.0, False  # time of the newest value; is it too old
+        self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -74,11 +74,11 @@ class LiveComparisonModel(QObject):
 
     @property
     def finished(self) -> Tuple[FinishedRun, ...]:
-        """The runs that are over, of earlier sessions too, the newest last."""
+        """The finished runs, including those of earlier sessions; the newest is last."""
         return self._finished
 
     def settings(self) -> List[Dict[str, Any]]:
-        """Return what ``restore`` needs."""
+        """Return the input of ``restore``."""
         return [it.settings() for it in self._finished]
 
     def restore(self, settings: Sequence[Mapping[str, Any]]) -> None:
@@ -92,37 +92,37 @@ class LiveComparisonModel(QObject):
 
     @property
     def departures(self) -> Tuple[LiveDeparture, ...]:
-        """Return what is out of the band now, the channel that left first at first."""
+        """Return the current departures, in the order in which the channels left their bands."""
         return self._departures
 
     @property
     def now_s(self) -> float:
-        """Return when it was judged last, on the clock of the values [s since the epoch]."""
+        """Return the time of the last judgment, on the clock of the values [s since the epoch]."""
         return self._now_s
 
     @property
     def departed(self) -> List[Tuple[str, str, str, float]]:
-        """Device, label, how far out, and since when [s since the epoch], of each of these."""
+        """Device, label, distance from the band and onset [s since the epoch] of each departure."""
         return [(it.signal.device, it.signal.label, beyond_text(it), it.since_s)
                 for it in self._departures]
 
     @property
     def lost(self) -> FrozenSet[Tuple[str, str]]:
-        """Device and label of the channels that cannot be judged now, as there are no values."""
+        """Device and label of the channels that cannot be judged now, for lack of values."""
         return self._lost
 
     @property
     def reference(self) -> str:
-        """The run that the running cell is compared with; empty while it is not."""
+        """The name of the run that the running cell is compared with; empty without comparison."""
         return self._comparison.name if self._comparison and self._live.is_running else ''
 
     @property
     def judged_with(self) -> str:
-        """The same, but empty while ``text`` says that nothing can be compared."""
+        """The name of the reference run; also empty while ``text`` names an obstacle."""
         return '' if self._obstacle() else self.reference
 
     def _obstacle(self) -> str:
-        """Return why nothing can be compared with the reference; empty if something can."""
+        """Return why nothing can be compared with the reference run; empty if something can."""
         phase = self._phase
         if self._live.problem:
             return _no_data(self._now_s)
@@ -138,7 +138,7 @@ class LiveComparisonModel(QObject):
 
     @property
     def text(self) -> str:
-        """Return what there is to say; empty while nothing is compared."""
+        """Return the result in words; empty while nothing is compared."""
         comparison, phase = self._comparison, self._phase
         if comparison is None or not self._live.is_running:
             return ''
@@ -150,13 +150,13 @@ class LiveComparisonModel(QObject):
         if not self._departures:
             has_departed = self._runs is not None and self._runs.has_departed
             return f'{"Back" if has_departed else "Run"} in range ({_place(phase)})'
-        told = [departure_text(it, self._now_s) for it in self._departures[:_MAX_TOLD]]
-        more = len(self._departures) - len(told)
-        return '\n'.join(told) + (f'\nand {more} more' if more else '')
+        shown = [departure_text(it, self._now_s) for it in self._departures[:_MAX_SHOWN]]
+        more = len(self._departures) - len(shown)
+        return '\n'.join(shown) + (f'\nand {more} more' if more else '')
 
     @property
     def told(self) -> str:
-        """Return this for programs: JSON; see `verdict_entry` in serving/live_cell.py."""
+        """Return the result as JSON, for programs; see `verdict_entry` in serving/live_cell.py."""
         phase, text = self._phase, self.text
         is_in = (bool(text) and not self._live.problem and not self._is_blind
                  and self._is_placed(_SILENT_S)
@@ -167,11 +167,11 @@ class LiveComparisonModel(QObject):
                            'lost': sorted(self._lost)})
 
     def _is_placed(self, within_s: float) -> bool:
-        """Return whether it was told lately which moment of the reference it is, or that none."""
+        """Return whether a report of the moment in the reference run, or of no run, is recent."""
         return self._phase is not None and self._now_s - self._phase.stamp_s <= within_s
 
     def band(self, curve: LiveCurve, window: LiveWindow) -> Optional[TimelineBand]:
-        """Return the band behind a curve of a window; None without any."""
+        """Return the band behind a curve of a window; None without a band."""
         if self._comparison is None:
             return None
         return self._comparison.band(
@@ -179,14 +179,14 @@ class LiveComparisonModel(QObject):
             window.duration_s / len(curve.low))
 
     def take_phase(self, phase: PhaseSnapshot) -> None:
-        """Take which moment of the reference it is."""
+        """Take the current moment of the reference run."""
         self._phase = phase
         self._history.add(phase.stamp_s, phase.reference_s)
         if self._runs is not None and self._has_common:
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:
-        """Follow what is compared, and whether anything runs."""
+        """Take changes of the good runs, and of whether the cell runs."""
         compared = self._compare.compared
         good = None if compared is None else compared.good
         if good is not self._good:
@@ -202,7 +202,7 @@ class LiveComparisonModel(QObject):
         self._live.set_judged(self._comparison is not None)
         if bool(self._live.problem) != self._is_silent:
             self._is_silent = not self._is_silent
-            if self._is_silent:  # old values say nothing of what is now
+            if self._is_silent:  # old values say nothing about the present
                 self._departures = ()
                 self._lost = frozenset(() if self._comparison is None else self._comparison.keys)
                 if self._runs is not None:
@@ -241,28 +241,28 @@ class LiveComparisonModel(QObject):
             self._runs.lose()
         elif self._runs is not None and self._has_common:
             self._runs.judge(self._departures)
-        elif self._runs is not None:  # what was no run of this cell is no finished one either
+        elif self._runs is not None:  # a run without common channels is not of this cell
             over = self._runs.end()
             self._finish(over if over is not None and over.is_judged else None)
         self.changed.emit()
 
 
 def _no_data(since_s: float) -> str:
-    """Return that nothing can be compared, and since when [s since the epoch]; 0: ever."""
+    """Return the text for missing data since a time [s since the epoch]; 0: no data so far."""
     return _NO_DATA.format(time.strftime('%H:%M:%S', time.localtime(since_s))) if since_s \
         else 'Not compared: no data'
 
 
 def _earliest(before: Tuple[LiveDeparture, ...],
               now: Tuple[LiveDeparture, ...]) -> Tuple[LiveDeparture, ...]:
-    """Return what lasts longer than the window that is judged keeps its beginning."""
+    """Return departures with their earliest onset, which may lie before the judged window."""
     since_s = {it.signal: it.since_s for it in before}
     return tuple(it._replace(since_s=min(it.since_s, since_s.get(it.signal, it.since_s)))
                  for it in now)
 
 
 def _place(phase: PhaseSnapshot) -> str:
-    """Return where the run is, such as reference at 0:06.42, 0.4 s behind."""
+    """Return the place of the run in words, such as "reference at 0:06.42, 0.4 s behind"."""
     assert phase.reference_s is not None
     place = f'reference at {clock(phase.reference_s)}'
     if phase.behind_s is None or abs(phase.behind_s) < 0.05:
@@ -271,14 +271,14 @@ def _place(phase: PhaseSnapshot) -> str:
 
 
 def _times_s(window: LiveWindow) -> np.ndarray:
-    """The middles of its columns on the recorder's clock (n,) [s since the epoch]."""
+    """Return the middle times of the columns (n,), on the recorder's clock [s since the epoch]."""
     count = max((len(it.low) for it in window.curves), default=0)
     return window.epoch_s + window.begin_s + (
         np.arange(count) + 0.5) * (window.duration_s / max(count, 1))
 
 
 def _values(curve: LiveCurve) -> np.ndarray:
-    """The middles of its columns (n,)."""
+    """Return the middle value of each column of a curve (n,)."""
     result: np.ndarray = 0.5 * (curve.low + curve.high)
     return result
 
