@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of process variables in lanes, and how they are chosen."""
+"""The curves of process variables in lanes, and the choice of curves."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Asks which curves are shown, in which order and lanes; what is chosen is shown at once."""
+"""Choice of the curves to show, of their order and lanes; it takes effect at once."""
 from __future__ import annotations
 
 from typing import Callable, Dict, List, Optional, Sequence
@@ -25,16 +25,19 @@ from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct
 from process_visualizer.gui.toolkit.theme import readable_color
 from process_visualizer.gui.toolkit.widgets import RowDelegate
 
-# A list of lanes, with the curves that are overlaid below the first one of each.
+# A list of lanes; overlaid curves are listed below the first curve of their lane.
 
 _FOLDED = int(Qt.UserRole) + 1
 
 
 class CurvesTree(QTreeWidget):
-    """Rows are dragged between others, or onto one to share its lane; the same by methods."""
+    """A list of curves; rows are dragged between others, or onto one to share its lane.
+
+    Its methods do the same without a mouse.
+    """
 
     rearranged = pyqtSignal()
-    """The operator has changed something."""
+    """The operator has changed the choice."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -48,7 +51,7 @@ class CurvesTree(QTreeWidget):
         self.itemChanged.connect(self.rearranged)
 
     def fill(self, curves: Sequence[Lane], choice: LaneChoice) -> None:
-        """Show curves as they were chosen."""
+        """Show curves as arranged in a choice."""
         self._curves = {curve.key: curve for curve in curves}
         self.blockSignals(True)
         self.clear()
@@ -63,19 +66,19 @@ class CurvesTree(QTreeWidget):
         self.setCurrentItem(self.topLevelItem(0))
 
     def _color(self) -> None:
-        """Give the rows the colors that the curves have in their lanes."""
+        """Give the rows the colors of the curves in their lanes."""
         for items in self.lanes():
             for item, curve in zip(items, distinct([self._curves[key_of_item(it)]
                                                     for it in items])):
                 item.setForeground(0, readable_color(curve.color))
 
     def lanes(self) -> List[List[QTreeWidgetItem]]:
-        """Return the items by their lanes, the first one of each first."""
+        """Return the items of each lane, its first curve first."""
         tops = [self.topLevelItem(row) for row in range(self.topLevelItemCount())]
         return [[top, *(top.child(row) for row in range(top.childCount()))] for top in tops]
 
     def move(self, steps: int) -> None:
-        """Move the current row by one up (-1) or down (+1) among its like."""
+        """Move the current row up (-1) or down (+1) by one within its level of the list."""
         item = self.currentItem()
         parent = item.parent() or self.invisibleRootItem()
         row = parent.indexOfChild(item) + steps
@@ -83,7 +86,7 @@ class CurvesTree(QTreeWidget):
             self._place(item, parent, row)
 
     def join(self) -> None:
-        """Draw the current lane's curves in the lane above it; out of one: in a lane of its own."""
+        """Overlay the current lane on the lane above; give an overlaid curve a lane of its own."""
         item, root = self.currentItem(), self.invisibleRootItem()
         row = root.indexOfChild(item.parent() or item)
         if item.parent() is not None:
@@ -98,14 +101,14 @@ class CurvesTree(QTreeWidget):
         _set_folded(top, not is_folded(top))
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Move the current row; Qt need not remove it from where it was."""
+        """Move the current row; the copy action keeps Qt from removing it itself."""
         self.drop(self.itemAt(event.pos()), self.dropIndicatorPosition())
         event.setDropAction(Qt.CopyAction)
         event.accept()
 
     def drop(self, target: Optional[QTreeWidgetItem],
              where: QAbstractItemView.DropIndicatorPosition) -> None:
-        """Put the current row on another one, or above or below it; without one at the end."""
+        """Put the current row on, above or below a target row; without a target, at the end."""
         item, root = self.currentItem(), self.invisibleRootItem()
         if target is None:
             parent, row = root, root.childCount()
@@ -140,13 +143,13 @@ class CurvesTree(QTreeWidget):
 
 
 def key_of_item(item: QTreeWidgetItem) -> Key:
-    """Return which curve it is."""
+    """Return the key of an item's curve."""
     device, label, topic = item.data(0, Qt.UserRole)
     return device, label, topic
 
 
 def is_folded(item: QTreeWidgetItem) -> bool:
-    """Return whether it is the first one of a folded lane."""
+    """Return whether an item is the first of a folded lane."""
     return bool(item.data(0, _FOLDED))
 
 
@@ -174,7 +177,7 @@ _HINT = ('Tick the curves to be shown. Drag them into their order, or one onto a
 
 
 class CurvesDialog(QDialog):
-    """All curves, each with a tick, and buttons that do what the mouse can do."""
+    """All curves, each with a check box, and buttons for everything the mouse can do."""
 
     def __init__(self, curves: Sequence[Lane], choices: LaneChoices,
                  parent: Optional[QWidget] = None) -> None:
@@ -212,7 +215,7 @@ class CurvesDialog(QDialog):
         layout.addWidget(buttons)
 
     def _name_buttons(self) -> None:
-        """Say what the buttons do with the current row."""
+        """Name the buttons by what they do with the current row."""
         item = self.tree.currentItem()
         for button in (self.up, self.down, self.join, self.fold):
             button.setEnabled(item is not None)
@@ -224,7 +227,7 @@ class CurvesDialog(QDialog):
         self.fold.setText('Unfold' if is_folded(item.parent() or item) else 'Fold')
 
     def _choose(self) -> None:
-        """Take what is shown."""
+        """Choose what the list shows."""
         lanes = self.tree.lanes()
         self._choices.choose(self._choices.choice.rearranged(
             [[key_of_item(item) for item in lane] for lane in lanes],

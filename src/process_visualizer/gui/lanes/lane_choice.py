@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The choice of lanes: curves shown, their order, and which lanes are shared or folded."""
+"""The choice of lanes: the curves shown, their order, and the shared and folded lanes."""
 from __future__ import annotations
 
 from typing import Any, Dict, FrozenSet, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
@@ -12,8 +12,8 @@ from process_visualizer.curves.position_values import Key
 class LaneChoice(NamedTuple):
     """The operator's choice of lanes; an immutable value.
 
-    ``joined`` has pairs: a curve, and the one with which it shares a lane. A curve that others name
-    does not name one itself.
+    ``joined`` has pairs: a curve, and the curve that hosts it in its lane. A host is not hosted
+    itself.
     """
 
     order: Tuple[Key, ...] = ()
@@ -22,7 +22,7 @@ class LaneChoice(NamedTuple):
     folded: FrozenSet[Key] = frozenset()
 
     def arranged(self, keys: Sequence[Key]) -> Tuple[Key, ...]:
-        """Return curves in the chosen order; those that were never arranged come last."""
+        """Return curves in the chosen order; curves that were never arranged come last."""
         known = [key for key in self.order if key in keys]
         return tuple(known + [key for key in keys if key not in self.order])
 
@@ -31,7 +31,7 @@ class LaneChoice(NamedTuple):
         return tuple(key for key in self.arranged(keys) if key not in self.hidden)
 
     def lanes(self, keys: Sequence[Key]) -> Tuple[Tuple[Key, ...], ...]:
-        """Return curves by the lane that they share, each in the place of its first curve."""
+        """Return curves by lane; a lane takes the place of its first curve in the order."""
         hosts = dict(self.joined)
         lanes: Dict[Key, List[Key]] = {}
         for key in self.arranged(keys):
@@ -39,11 +39,11 @@ class LaneChoice(NamedTuple):
         return tuple(map(tuple, lanes.values()))
 
     def is_folded(self, lane: Iterable[Key]) -> bool:
-        """Tell whether of a lane only names and values are shown."""
+        """Return whether a lane is folded, so that only its names and values are shown."""
         return not self.folded.isdisjoint(lane)
 
     def with_hidden(self, key: Key) -> LaneChoice:
-        """Hide one more curve."""
+        """Hide another curve."""
         return self._replace(hidden=self.hidden | {key})
 
     def with_folded(self, lane: Iterable[Key], is_folded: bool) -> LaneChoice:
@@ -52,7 +52,7 @@ class LaneChoice(NamedTuple):
                              else self.folded.difference(lane))
 
     def with_joined(self, key: Key, other: Key) -> LaneChoice:
-        """Draw all curves of one's lane in the lane of another one."""
+        """Draw all curves of the lane of ``key`` in the lane of ``other``."""
         hosts = dict(self.joined)
         old, new = hosts.get(key, key), hosts.get(other, other)
         moved = {it for it, host in hosts.items() if host == old} | {old}
@@ -67,7 +67,7 @@ class LaneChoice(NamedTuple):
 
     def rearranged(self, lanes: Sequence[Sequence[Key]], hidden: Set[Key],
                    folded: Set[Key]) -> LaneChoice:
-        """Choose all of these curves anew; others, of other recordings, stay as they were."""
+        """Replace the choice for these curves; curves of other recordings stay unchanged."""
         keys = [key for lane in lanes for key in lane]
         hosts = {key: lane[0] for lane in lanes for key in lane}
         others = {key: hosts.get(host, host) for key, host in self.joined if key not in hosts}
@@ -81,13 +81,13 @@ class LaneChoice(NamedTuple):
                                               if key != host))
 
     def settings(self) -> Dict[str, Any]:
-        """Return what ``restored_choice`` needs, as texts, lists and a dictionary."""
+        """Return the input of ``restored_choice``: texts, lists and a dictionary."""
         return {'order': list(self.order), 'hidden': sorted(self.hidden),
                 'joined': sorted(self.joined), 'folded': sorted(self.folded)}
 
 
 def restored_choice(settings: Any) -> LaneChoice:
-    """Return the choice with these settings; earlier versions wrote pairs: a curve, is it shown."""
+    """Return the choice with these settings; earlier versions wrote pairs (curve, is shown)."""
     if isinstance(settings, list):
         settings = {'order': [key for key, _ in settings],
                     'hidden': [key for key, is_shown in settings if not is_shown]}
@@ -103,11 +103,11 @@ def _key(parts: Sequence[Any]) -> Key:
     return device, label, topic
 
 
-_MAX_CONFIGURATIONS = 50  # that are remembered
+_MAX_CONFIGURATIONS = 50  # with a saved choice
 
 
 class LaneChoices(QObject):
-    """The choice for the present configuration, and those for others."""
+    """The choices of lanes for the current configuration and for others."""
 
     changed = pyqtSignal()
 
@@ -118,28 +118,28 @@ class LaneChoices(QObject):
 
     @property
     def choice(self) -> LaneChoice:
-        """The choice for the present configuration."""
+        """The choice for the current configuration."""
         return self._choices.get(self._configuration, LaneChoice())
 
     def set_configuration(self, path: str) -> None:
-        """Take the choice for another configuration."""
+        """Switch to the choice for another configuration."""
         if path != self._configuration:
             self._configuration = path
             self.changed.emit()
 
     def choose(self, choice: LaneChoice) -> None:
-        """Take another choice for the present configuration."""
+        """Set the choice for the current configuration."""
         if choice != self.choice:
             self._choices.pop(self._configuration, None)
             self._choices[self._configuration] = choice
             self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
-        """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
+        """Return the input of ``restore``: texts, lists and dictionaries."""
         newest = list(self._choices.items())[-_MAX_CONFIGURATIONS:]
         return {path: choice.settings() for path, choice in newest if choice != LaneChoice()}
 
     def restore(self, settings: Dict[str, Any]) -> None:
-        """Take the choices of an earlier run."""
+        """Take the choices of an earlier session."""
         self._choices = {path: restored_choice(rows) for path, rows in settings.items()}
         self.changed.emit()

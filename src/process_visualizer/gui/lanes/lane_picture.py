@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the curves of a lane: the values, their scale, and the limits."""
+"""Drawing of the curves of a lane: the values, their scale, and the limits."""
 from __future__ import annotations
 
 import time
@@ -34,9 +34,9 @@ MAX_OPAQUE = OPACITIES - 1
 
 
 def covered_dots(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
-    """Return how much (0 to 1) of each dot (rows, columns) lies between two curves.
+    """Return the part (0 to 1) of each dot (rows, columns) that lies between two curves.
 
-    Their ends, (columns,) each, are in dots from above.
+    The curves, (columns,) each, are in dots from the top.
     """
     row = np.arange(rows, dtype=np.float32)[:, None]
     covered = _below(lower, row)
@@ -45,22 +45,22 @@ def covered_dots(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
 
 
 def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Return how much (0 to 1) of each dot lies above an end."""
+    """Return the part (0 to 1) of each dot that lies above a curve."""
     covered = ends - row
     np.maximum(covered, np.float32(0.0), out=covered)
     return np.minimum(covered, np.float32(1.0), out=covered)
 
 
 _DEPARTED_PX = 2.0
-_HALO_PX = 6.0  # a band that is narrower than the curve's line is seen beside it
+_HALO_PX = 6.0  # makes a band visible that is narrower than the curve's line
 _SHARED_ALPHA, _SHARED_LINE_ALPHA = 45, 120  # of a band in the color of its curve
 
 
 def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
               is_shared: bool) -> None:
-    """Draw what good runs do behind the curve, and their middle as a thin line.
+    """Draw the band of good runs behind a curve, and the middle of the band as a thin line.
 
-    In a shared lane it has the color of its curve.
+    In a shared lane the band has the color of its curve.
     """
     rect, band = look.curve_rect, curve.band
     count = max(int(rect.width() * look.dots), 0)
@@ -84,7 +84,7 @@ def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
 
 def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: float, color: QColor,
                   halo_px: float) -> QImage:
-    """Return the area of a band with its halo; a wide pen would take four times as long."""
+    """Return a picture of a band with its halo; a wide pen would take four times as long."""
     rows = int(rect.height() * dots)
     known = ~np.isnan(part.low)
     upper, lower = (
@@ -99,11 +99,11 @@ def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: floa
     image.setColorTable([
         QColor(color.red(), color.green(), color.blue(),
                color.alpha() * step // MAX_OPAQUE).rgba() for step in range(OPACITIES)])
-    return image.copy()  # the bytes belong to nobody else afterwards
+    return image.copy()  # QImage does not keep ``data`` alive
 
 
 def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
-    """Draw a red line above the curves where one departs; in a shared lane its color is below."""
+    """Draw a red line above departures; in a shared lane also one in the curve's color below."""
     rect = look.curve_rect
     count, is_shared = max(int(rect.width() * look.dots), 0), bool(lane.overlaid)
     for row, curve in enumerate(lane.curves):
@@ -121,7 +121,7 @@ def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
 
 
 def _band_colors(curve: Lane, is_shared: bool) -> Tuple[QColor, QColor]:
-    """Those of the band and of its middle."""
+    """Return the colors of a band and of its middle line."""
     if not is_shared:
         return QColor(theme().band), QColor(theme().band_line)
     area, line = readable_color(curve.color), readable_color(curve.color)
@@ -131,7 +131,7 @@ def _band_colors(curve: Lane, is_shared: bool) -> Tuple[QColor, QColor]:
 
 
 def _stretches(is_in: np.ndarray) -> List[Tuple[int, int]]:
-    """The rows of each stretch that is true, the end not included."""
+    """Return begin and end (exclusive) of each stretch of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], is_in, [False])).astype(np.int8)))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
 
@@ -139,14 +139,14 @@ def _stretches(is_in: np.ndarray) -> List[Tuple[int, int]]:
 _SOFT = 0.18  # opacity of the area between curve and zero
 _LIMIT_ALPHA = 150
 _NUMBER_PX, _BESIDE = 9, 4.0
-_OVERLAP = 3.0  # px: of a number's line with that of the unit, which is higher than its letters
+_OVERLAP = 3.0  # px by which a number may overlap the unit's line, which is higher than its text
 
 
 def lane_picture(lane: Lane, look: LaneLook, parts: Sequence[VisiblePart],
                  scales: Scales) -> QPixmap:
     """Return the picture of a lane, without its names and values.
 
-    ``parts`` is what can be seen of each curve.
+    ``parts`` are the visible parts of its curves.
     """
     picture = _empty_picture(look.width, look.height, look.dots)
     painter = QPainter(picture)
@@ -157,7 +157,7 @@ def lane_picture(lane: Lane, look: LaneLook, parts: Sequence[VisiblePart],
         for curve in lane.curves:
             draw_band(painter, curve, look, scales[curve.scale_name], bool(lane.overlaid))
         for curve, part in zip(lane.curves, parts):
-            is_alone = not lane.overlaid and lane.band is None  # a band is not to be hidden
+            is_alone = not lane.overlaid and lane.band is None  # a filled area would hide the band
             _draw_curve(painter, curve, look, part, scales[curve.scale_name], is_alone)
             _draw_limits(painter, curve, look.curve_rect, scales[curve.scale_name],
                          bool(lane.overlaid))
@@ -174,7 +174,7 @@ def _empty_picture(width: int, height: int, dots: float) -> QPixmap:
 
 
 def curve_picture(curve: Lane, width: int, height: int, dots: float) -> QPixmap:
-    """Return the curve of a whole recording alone, in a size [px]."""
+    """Return a picture of a given size [px] with only the curve of a whole recording."""
     look = LaneLook(TimeAxis(1.0, 0.0, width), width, height + TEXT_HEIGHT + BELOW, dots, QFont(),
                     1.0)
     part = visible_part(curve, look)
@@ -188,9 +188,9 @@ def curve_picture(curve: Lane, width: int, height: int, dots: float) -> QPixmap:
 
 
 def _draw_scale(painter: QPainter, lane: Lane, rect: QRectF, scales: Scales) -> None:
-    """Draw the unit, and below it the numbers with their lines, those of the first curve.
+    """Draw the unit of the first curve, and below it the numbers of its scale with their lines.
 
-    They have its color if other curves have another scale.
+    Unit and numbers have the curve's color if other curves have another scale.
     """
     right, scale = rect.left() - _BESIDE, scales[lane.scale_name]
     color = QColor(theme().quiet) if len(scales) == 1 else readable_color(lane.color)
@@ -212,7 +212,7 @@ def _draw_scale(painter: QPainter, lane: Lane, rect: QRectF, scales: Scales) -> 
 
 def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePart,
                 scale: ValueScale, is_filled: bool) -> None:
-    """Draw the values from low to high in full color; filled: paler between them and 0, too."""
+    """Draw the values from low to high; if filled, also a paler area between them and 0."""
     rect = look.curve_rect
     dots = _opacity(part, scale, int(rect.height() * look.dots), LINE * look.dots,
                     _SOFT if is_filled else 0.0)
@@ -228,7 +228,7 @@ def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePar
 
 def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
             rows: int) -> np.ndarray:
-    """Return which dots (rows, columns; 0 or 1) are beyond a limit, where the value is, too."""
+    """Return 1 for each dot (rows, columns) beyond a limit in a column whose value is beyond it."""
     value = scale.high - scale.span * (np.arange(rows)[:, None] + 0.5) / max(rows, 1)
     beyond = np.zeros((rows, len(part.low)), bool)
     if limits.high is not None:
@@ -239,7 +239,7 @@ def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
 
 
 def _colors(curve: Lane) -> List[int]:
-    """The color of a curve with each opacity, and the one beyond its limits."""
+    """Return a curve's color, then the color beyond its limits, each in all opacities."""
     beyond = curve.color if curve.limits is None else curve.limits.color
     opacity = np.rint(np.arange(OPACITIES) * (255 / MAX_OPAQUE)).astype(np.uint32) << 24
     colors: List[int] = np.concatenate([
@@ -250,7 +250,7 @@ def _colors(curve: Lane) -> List[int]:
 
 def _draw_limits(painter: QPainter, curve: Lane, rect: QRectF, scale: ValueScale,
                  is_shared: bool) -> None:
-    """Draw lines; in a shared lane their color says of which curve they are."""
+    """Draw lines at the limits; in a shared lane they have the color of the curve."""
     if curve.limits is None:
         return
     line = readable_color(curve.color if is_shared else curve.limits.color)
@@ -263,9 +263,9 @@ def _draw_limits(painter: QPainter, curve: Lane, rect: QRectF, scale: ValueScale
 
 def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
              soft: float) -> np.ndarray:
-    """The opacity (rows, columns) of each dot, in steps; ``line`` is the thickness in dots.
+    """Return the opacity (rows, columns) of each dot, in steps; ``line`` is the thickness in dots.
 
-    That between the values and 0 is ``soft`` (0 to 1).
+    ``soft`` (0 to 1) is the opacity between the values and 0.
     """
     dots = max(rows - line, 0.0) / scale.span  # per unit of the value
     known = ~np.isnan(part.low)
@@ -285,11 +285,11 @@ def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
     return covered.astype(np.uint8)
 
 
-_TURN_S = 0.008  # half a frame of a screen: no longer are lanes drawn without a break
+_TURN_S = 0.008  # maximum time for drawing lanes without a break: half a frame of a screen
 
 
 class LanePictures:
-    """Each time some lanes are drawn; until its turn comes, a lane has its old picture."""
+    """Pictures of lanes; a few are drawn at a time, and the others keep their old picture."""
 
     def __init__(self, clock_s: Callable[[], float] = time.perf_counter) -> None:
         self._clock_s = clock_s
@@ -299,15 +299,15 @@ class LanePictures:
         self._pictures: Dict[int, QPixmap] = {}
         self._scales: Dict[int, Scales] = {}
         self._drawn: Set[int] = set()
-        self._turns: Dict[int, int] = {}  # when each was drawn last, as a count of all
+        self._turns: Dict[int, int] = {}  # when each lane was drawn last, as a running number
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set new lanes, without pictures yet."""
+        """Set new lanes, which have no pictures yet."""
         self._lanes, self._looks = tuple(lanes), ()
         self._pictures, self._scales = {}, {}
 
     def update_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set newer values; if the lanes are the same, they keep their scales and pictures."""
+        """Set newer values; if the arrangement is the same, scales and pictures are kept."""
         if [it.arrangement for it in lanes] != [it.arrangement for it in self._lanes]:
             self.set_lanes(lanes)
         self._lanes = tuple(lanes)
@@ -320,12 +320,12 @@ class LanePictures:
             self._drawn.clear()
 
     def missing(self, rows: Sequence[int]) -> List[int]:
-        """Return those lanes that do not look as wanted, the one drawn longest ago at first."""
+        """Return the lanes that do not look as wanted, the one drawn longest ago first."""
         return sorted((row for row in rows if not self._looks or row not in self._drawn),
                       key=lambda row: self._turns.get(row, 0))
 
     def draw(self, rows: Sequence[int]) -> List[int]:
-        """Draw missing lanes, as many as there is time for, at least one; return which."""
+        """Draw missing lanes while there is time, but at least one; return their rows."""
         begin_s = self._clock_s()
         drawn: List[int] = []
         for row in self.missing(rows):
@@ -336,7 +336,7 @@ class LanePictures:
         return drawn
 
     def picture(self, row: int) -> Optional[QPixmap]:
-        """Return the picture of a lane, perhaps in another size; None before it is drawn."""
+        """Return the picture of a lane, possibly in another size; None before it is drawn."""
         return self._pictures.get(row)
 
     def scale(self, row: int, curve: int = 0) -> ValueScale:

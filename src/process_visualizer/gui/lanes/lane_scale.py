@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The visible part of a lane's curves, and their scales: by their units."""
+"""The visible parts of a lane's curves, and their scales, one per unit."""
 from __future__ import annotations
 
 import math
@@ -13,22 +13,22 @@ from process_visualizer.curves.value_scale import ValueScale, tidy_scale, with_n
 from process_visualizer.gui.lanes.timeline_lanes import Lane
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
-# The sizes of a lane: lines of text above, one for each curve, and the curves below them.
+# The sizes of a lane: one line of text for each curve, and the curves below the texts.
 
-SIDE = 12.0  # px right of the axis, for the scroll bar
+SIDE = 12.0  # px to the right of the axis, for the scroll bar
 TEXT_HEIGHT = 15  # of a line of text
 BELOW = 5  # px: between a curve and the next lane
-LANE_HEIGHT = 46  # of a lane with one curve, at least, if lanes have to be scrolled anyway
-SHRINKAGE = 14  # px: by how much each lane can shrink so that all are visible
-GROWTH = 26  # px: by how much a lane can grow for each of its curves
+LANE_HEIGHT = 46  # minimum height of a lane with one curve if lanes have to be scrolled anyway
+SHRINKAGE = 14  # px by which each lane may shrink to make all lanes visible
+GROWTH = 26  # px by which a lane may grow for each of its curves
 _FOLDED_BELOW = 2
 
 
 class LaneLook(NamedTuple):
-    """The appearance of a lane: the axis and the size [px] of the whole lane.
+    """The appearance of a lane: its time axis and its whole size [px].
 
-    ``dots`` is how many dots a pixel of the screen has; ``length_s`` is that of the recording, of
-    which the axis may show only a part. ``texts`` is the number of lines of text.
+    ``dots`` is the number of dots per logical pixel. ``length_s`` is the length of the recording;
+    the axis may show only a part of it. ``texts`` is the number of lines of text.
     """
 
     axis: TimeAxis
@@ -47,7 +47,7 @@ class LaneLook(NamedTuple):
 
     @property
     def shares(self) -> Tuple[float, float]:
-        """Return which part of the recording is shown, from 0 to 1."""
+        """Return begin and end of the shown part of the recording, from 0 to 1."""
         if self.length_s <= 0.0:
             return 0.0, 1.0
         return (self.axis.begin_s / self.length_s,
@@ -61,14 +61,14 @@ def least_height(lane: Lane) -> int:
 
 
 def growth(lane: Lane) -> int:
-    """Return for how many curves a lane can grow if there is room."""
+    """Return the number of curves for which a lane can grow if there is room."""
     return 0 if lane.is_folded else len(lane.curves)
 
 
 def heights(lanes: Sequence[Lane], room: int) -> Tuple[int, ...]:
-    """Return the heights [px] of lanes in a room [px].
+    """Return the heights [px] of lanes that share a height ``room`` [px].
 
-    They grow if there is more room than they need, and shrink a little if all are visible then.
+    Lanes grow if there is more room than they need. They shrink a little if all become visible.
     """
     needed = [least_height(lane) for lane in lanes]
     spare = room - sum(needed)
@@ -81,28 +81,28 @@ def heights(lanes: Sequence[Lane], room: int) -> Tuple[int, ...]:
     return tuple(it if lane.is_folded else it - less for it, lane in zip(needed, lanes))
 
 
-LINE = 1.3  # px: how thick a curve is at least
-NUMBER_HEIGHT = 10.0  # px: of a line with a number of the scale
+LINE = 1.3  # px: minimum thickness of a curve
+NUMBER_HEIGHT = 10.0  # px: height of a number of the scale
 
 Scales = Mapping[Tuple[str, ...], ValueScale]
-"""By the name that curves with a common scale share (``Lane.scale_name``)."""
+"""Scales by the name that curves with a common scale share (``Lane.scale_name``)."""
 
 
 class VisiblePart(NamedTuple):
-    """The extreme values in each column of dots; NaN where there is none."""
+    """The extreme values in each column of dots; NaN without a value."""
 
     low: np.ndarray
     high: np.ndarray
 
 
 def visible_part(curve: Lane, look: LaneLook) -> VisiblePart:
-    """Return what can be seen of a curve, without holes between its columns."""
+    """Return the visible part of a curve, without holes between its columns."""
     columns = max(int(look.curve_rect.width() * look.dots), 0)
     return _connected(*extremes(curve.low, curve.high, columns, look.shares))
 
 
 def visible_scales(lane: Lane, parts: Sequence[VisiblePart], before: Scales) -> Scales:
-    """Return the scales of what can be seen of each curve; ``before`` are the last ones."""
+    """Return the scales for the visible part of each curve; ``before`` are the last scales."""
     sharing: Dict[Tuple[str, ...], List[Tuple[Lane, VisiblePart]]] = {}
     for curve, part in zip(lane.curves, parts):
         sharing.setdefault(curve.scale_name, []).append((curve, part))
@@ -120,20 +120,20 @@ def _scale(seen: Sequence[Tuple[Lane, VisiblePart]], before: Optional[ValueScale
 
 
 def range_text(scale: ValueScale, unit: str) -> str:
-    """Return the ends of a scale that no numbers at the left tell."""
+    """Return the ends of a scale as a text, for scales without numbers at the left."""
     return f'[{scale.low:.4g} … {scale.high:.4g} {unit}'.replace('-', '−').rstrip() + ']'
 
 
 def value_y(value: float, rect: QRectF, scale: ValueScale) -> float:
-    """Return the middle of the line at a value [px]."""
+    """Return the y coordinate [px] of the middle of the line at a value."""
     return float(rect.top() + LINE / 2 + (scale.high - value) / scale.span * (rect.height() - LINE))
 
 
 def number_bottoms(lines: Sequence[float], highest: float, lowest: float) -> Dict[int, float]:
-    """Return where numbers beside lines at heights [px] end below, by their places in ``lines``.
+    """Return the lower edges [px] of the numbers beside lines, by their index in ``lines``.
 
-    None is above ``highest`` or below ``lowest``. Where there is no room for all, those of the
-    first and the last line come first.
+    Edges lie between ``highest`` and ``lowest``. If there is no room for all numbers, those of the
+    first and the last line take precedence.
     """
     bottoms: Dict[int, float] = {}
     for row in sorted(range(len(lines)), key=lambda it: it not in (0, len(lines) - 1)):
@@ -145,7 +145,7 @@ def number_bottoms(lines: Sequence[float], highest: float, lowest: float) -> Dic
 
 def extremes(low: np.ndarray, high: np.ndarray, count: int,
              shares: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the extremes of a part of columns (its ends from 0 to 1) in ``count`` columns."""
+    """Return the extremes in ``count`` columns of a part (its ends, 0 to 1) of all columns."""
     columns = len(low)
     if columns == 0 or count == 0:
         return np.full(count, np.nan), np.full(count, np.nan)
@@ -156,7 +156,7 @@ def extremes(low: np.ndarray, high: np.ndarray, count: int,
 
 
 def _connected(low: np.ndarray, high: np.ndarray) -> VisiblePart:
-    """The extremes of columns, each extended to the previous one so that there are no holes."""
+    """Return the extremes of columns, each extended to the previous one to leave no holes."""
     joined_low, joined_high = low.copy(), high.copy()
     joined_low[1:] = np.fmin(low[1:], high[:-1])
     joined_high[1:] = np.fmax(high[1:], low[:-1])

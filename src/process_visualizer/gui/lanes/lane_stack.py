@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The lanes of the timeline, one below the other: their places, and what is drawn in them."""
+"""The lanes of the timeline, one below the other: their places and their content."""
 from __future__ import annotations
 
 from functools import partial
@@ -29,7 +29,7 @@ from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
 
 def add_lane_actions(menu: QMenu, choices: LaneChoices, lane: Lane, above: Optional[Lane]) -> None:
-    """Add actions for a lane that is below another one, or the first."""
+    """Add actions for a lane; ``above`` is the lane above it, if any."""
     choice = choices.choice
 
     def add(text: str, change: Callable[[], LaneChoice]) -> None:
@@ -47,17 +47,17 @@ def add_lane_actions(menu: QMenu, choices: LaneChoices, lane: Lane, above: Optio
 
 
 _EDGES = 2  # px above and below all lanes
-_MIN_NAME = 20.0  # px: less of a name is not worth to be shown
+_MIN_NAME = 20.0  # px: a name with less room is not shown
 _BETWEEN = 7.0  # px between texts
-_BACKGROUND_ALPHA = 225  # texts are readable over the playhead
-_FOLD_PX, _FOLD_SIZE = 13, 3.5  # of the triangle that folds a lane: its place, and half of it
+_BACKGROUND_ALPHA = 225  # keeps texts readable over the playhead
+_FOLD_PX, _FOLD_SIZE = 13, 3.5  # the triangle that folds a lane: size of its place, half its size
 
 
 class LaneStack(QObject):
-    """Scrolls if there is not enough room."""
+    """The lanes of a timeline, which scroll if there is not enough room."""
 
     redraw = pyqtSignal(QRect)
-    """A part has to be drawn again."""
+    """A part of the widget has to be drawn again."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -71,17 +71,17 @@ class LaneStack(QObject):
         self._tops: Tuple[int, ...] = ()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set the lanes, from top to bottom; then give them a place."""
+        """Set the lanes, from top to bottom; call ``place`` afterwards."""
         self.lanes = tuple(lanes)
         self.pictures.set_lanes(lanes)
 
     def update_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set lanes with newer values; those that stay keep their picture until its turn."""
+        """Set lanes with newer values; if the lanes are the same, pictures stay until redrawn."""
         self.lanes = tuple(lanes)
         self.pictures.update_lanes(lanes)
 
     def height_of(self, lanes: int) -> int:
-        """Return the height [px] that the first so many lanes need."""
+        """Return the height [px] that the first ``lanes`` lanes need."""
         return sum(map(least_height, self.lanes[:lanes])) + _EDGES
 
     @property
@@ -104,7 +104,7 @@ class LaneStack(QObject):
                                 max(visible, 0))
 
     def lane_rect(self, row: int) -> QRect:
-        """Return the place of a lane; perhaps it is scrolled out of sight."""
+        """Return the place of a lane, which may be scrolled out of sight."""
         top = self.rect.top() + self._tops[row] - self.scroll.value()
         return QRect(self.rect.left(), top, self.rect.width(), self._heights[row])
 
@@ -114,7 +114,7 @@ class LaneStack(QObject):
                       TEXT_HEIGHT * len(self.lanes[row].curves) - 1)
 
     def row_at(self, y: int) -> Optional[int]:
-        """Return which lane is at a height; None: none."""
+        """Return the row of the lane at a height [px]; None without a lane there."""
         if not self.rect.top() <= y < self.rect.bottom():
             return None
         return next((row for row in range(len(self.lanes))
@@ -125,7 +125,7 @@ class LaneStack(QObject):
         return QRect(self.lane_rect(row).topLeft() + QPoint(0, 1), QSize(_FOLD_PX, _FOLD_PX))
 
     def fold(self, place: QPoint, choices: LaneChoices) -> bool:
-        """Fold the lane whose triangle is at a place, or unfold it; tell whether there is one."""
+        """Fold or unfold the lane whose triangle is at a place; return whether there is one."""
         row = self.row_at(place.y())
         if row is None or not self.fold_rect(row).contains(place):
             return False
@@ -134,11 +134,11 @@ class LaneStack(QObject):
         return True
 
     def add_actions(self, menu: QMenu, row: int, choices: LaneChoices) -> None:
-        """Add to a menu what can be done with a lane."""
+        """Add the actions for a lane to a menu."""
         add_lane_actions(menu, choices, self.lanes[row], self.lanes[row - 1] if row else None)
 
     def draw(self, painter: QPainter, axis: TimeAxis, length_s: float, area: QRect) -> None:
-        """Draw the curves in an area; what is not ready yet comes later."""
+        """Draw the curves in an area; request a redraw for lanes that are not ready yet."""
         dots, font, width = painter.device().devicePixelRatioF(), painter.font(), self.rect.width()
         self.pictures.want([LaneLook(axis, width, height, dots, font, length_s, len(lane.curves))
                             for lane, height in zip(self.lanes, self._heights)])
@@ -156,7 +156,7 @@ class LaneStack(QObject):
 
     @property
     def is_drawn(self) -> bool:
-        """Return whether all lanes in sight are as wanted."""
+        """Return whether all visible lanes look as wanted."""
         return not self.pictures.missing(self._visible_rows())
 
     def _visible_rows(self) -> List[int]:
@@ -165,9 +165,9 @@ class LaneStack(QObject):
 
     def draw_texts(self, painter: QPainter, axis: TimeAxis, area: QRect,
                    texts_of: Callable[[int, int], LaneTexts]) -> None:
-        """Draw names and values in an area, over everything else.
+        """Draw names and values within an area, over everything else.
 
-        ``texts_of`` returns the values of a lane's curve.
+        ``texts_of`` returns the texts for a row and the number of a curve in its lane.
         """
         painter.setClipRect(area.intersected(self.rect))
         for row, lane in enumerate(self.lanes):
@@ -183,7 +183,7 @@ class LaneStack(QObject):
 
     def _draw_name(self, painter: QPainter, row: int, number: int, rect: QRectF,
                    right: float) -> None:
-        """Draw a curve's name, with its scale if that is not the one at the left."""
+        """Draw a curve's name, and its scale if that differs from the scale at the left."""
         lane, curve = self.lanes[row], self.lanes[row].curves[number]
         metrics, room = QFontMetricsF(painter.font()), right - rect.left()
         if room < _MIN_NAME:
@@ -200,7 +200,7 @@ class LaneStack(QObject):
 
 
 def _draw_fold(painter: QPainter, rect: QRectF, is_folded: bool) -> None:
-    """Draw a triangle: to the right, that of a folded lane, or down."""
+    """Draw a triangle that points to the right for a folded lane, else down."""
     size, middle = _FOLD_SIZE, rect.center()
     corners = ((-size / 2, -size), (size / 2, 0.0), (-size / 2, size)) if is_folded \
         else ((-size, -size / 2), (0.0, size / 2), (size, -size / 2))
@@ -213,7 +213,7 @@ def _draw_fold(painter: QPainter, rect: QRectF, is_folded: bool) -> None:
 
 
 def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:
-    """Draw the values at the right, in the colors of their lines; return where they begin."""
+    """Draw the values at the right in the colors of their lines; return their left end [px]."""
     right, colors = rect.right(), theme()
     if texts.at_mouse:
         right = _draw_left_of(painter, rect, right, texts.difference, colors.quiet)
@@ -224,7 +224,7 @@ def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:
 
 def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, color: str,
                   behind: str = '') -> float:
-    """Draw a text that ends at a place [px]; return where the next one ends."""
+    """Draw a text that ends at ``right`` [px]; return the right end for the next text."""
     width = painter.fontMetrics().horizontalAdvance(text) + 2.0
     place = QRectF(right - width, rect.top(), width, rect.height())
     painter.setPen(Qt.NoPen)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The common part of the two timelines: lanes below a header, and a line at the mouse."""
+"""The common base of the two timelines: lanes below a header, and a line at the mouse."""
 from __future__ import annotations
 
 from typing import Optional, Tuple
@@ -21,12 +21,12 @@ from process_visualizer.gui.lanes.timeline_header import HEADER_HEIGHT
 from process_visualizer.gui.lanes.timeline_lanes import LaneTexts
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
-_MIN_LANES = 2  # that are visible, if there are so many
+_MIN_LANES = 2  # that are always visible, if there are that many
 _FONT_PX = 11
 
 
 class LanesTimeline(QWidget):
-    """Curves over time in lanes that are scrolled, folded and chosen; a subclass says what time."""
+    """Curves over time in lanes that scroll, fold and are chosen; subclasses define the time."""
 
     curves_wanted = pyqtSignal()
     """The operator wants to choose the curves."""
@@ -52,15 +52,15 @@ class LanesTimeline(QWidget):
 
     @property
     def hover_s(self) -> Optional[float]:
-        """The time at the mouse, which changes when the axis moves below it; None elsewhere."""
+        """The time at the mouse, which changes when the axis moves; None without the mouse."""
         return None if self._hover_x is None else self.axis.time_s(self._hover_x)
 
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
-        """Return what is written in a lane of one of its curves."""
+        """Return the texts of one curve of a lane."""
         raise NotImplementedError
 
     def _lanes_axis(self) -> Tuple[TimeAxis, float]:
-        """Return the axis as the curves count the time from 0 on, and how long they are [s]."""
+        """Return the axis in the time of the curves, which begins at 0, and their length [s]."""
         raise NotImplementedError
 
     # Size
@@ -88,7 +88,7 @@ class LanesTimeline(QWidget):
     # Drawing
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the curves, which are kept as pictures, and everything else over them."""
+        """Draw the cached pictures of the curves, and everything else over them."""
         painter = QPainter(self)
         painter.setFont(self._font)
         painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
@@ -99,7 +99,7 @@ class LanesTimeline(QWidget):
         painter.end()
 
     def _draw(self, painter: QPainter, axis: TimeAxis, bottom: float, area: QRect) -> None:
-        """Draw in an area what is over the curves, down to the bottom [px], and the header."""
+        """Draw the header, and what lies over the curves down to ``bottom`` [px], in an area."""
         raise NotImplementedError
 
     def _update_header(self) -> None:
@@ -108,7 +108,10 @@ class LanesTimeline(QWidget):
     # The mouse
 
     def _scrolls_lanes(self, event: QWheelEvent) -> bool:
-        """Scroll lanes that do not fit, if the wheel turns over them without a key."""
+        """Scroll lanes that do not fit if the wheel turns over them without a modifier key.
+
+        Return whether the wheel was over such lanes.
+        """
         if not self.stack.scroll.maximum() or event.modifiers() \
                 or event.pos().y() < HEADER_HEIGHT:
             return False
@@ -116,7 +119,7 @@ class LanesTimeline(QWidget):
         return True
 
     def _add_lane_actions(self, menu: QMenu, row: Optional[int]) -> None:
-        """Add what can be done with a lane, if there is one, and to choose the curves."""
+        """Add the actions for a lane, if there is one, and the choice of curves."""
         if row is not None:
             self.stack.add_actions(menu, row, self._choices)
         menu.addAction('Curves…', self.curves_wanted)

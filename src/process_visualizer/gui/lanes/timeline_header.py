@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the part above the lanes: flags, the slider's groove, the loop, and the axis of time."""
+"""Drawing of the part above the lanes: flags, the slider's groove, the loop, the time axis."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Tuple
@@ -21,16 +21,16 @@ from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.toolkit.theme import theme, translucent
 from process_visualizer.gui.toolkit.time_axis import ShownTime, TimeAxis, tick_label
 
-# The places of the parts of the timeline, and what is under the mouse.
+# The places of the parts of the timeline, and the target under the mouse.
 
-LEFT = 46.0  # left of the line, for the scales of the curves
+LEFT = 46.0  # px to the left of the axis, for the scales of the curves
 FLAGS_TOP, FLAGS_HEIGHT = 2.0, 18.0
 TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
 AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0
 HEADER_HEIGHT = 68.0
 FLAG_WIDTH = 9.0
-_TAB = 12.0  # px: the letters at A and B
-_REACH = 7.0  # px: how near the mouse has to be to a handle
+_TAB = 12.0  # px: size of the tabs with the letters A and B
+_REACH = 7.0  # px: maximum distance of the mouse from a handle
 
 
 class Target(NamedTuple):
@@ -46,13 +46,13 @@ def axis_of(shown: ShownTime, width: float) -> TimeAxis:
 
 
 def track_rect(axis: TimeAxis) -> QRectF:
-    """Return the groove in which the knob runs."""
+    """Return the place of the groove in which the knob runs."""
     return QRectF(axis.left, TRACK_TOP + 14, axis.width, 6)
 
 
 def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
               loop: Optional[Tuple[float, float]]) -> Target:
-    """Return the target at a place; handles of the loop [s] before marks, marks before the time."""
+    """Return the target at a place: preferably a handle of the loop [s], then a mark, then time."""
     on_track = TRACK_TOP - 4 <= place.y() < AXIS_TOP
     if loop is not None and on_track:
         near = [(_beside(place.x() - axis.x(time_s), outward), kind)
@@ -71,11 +71,11 @@ def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
 
 
 def _beside(x: float, outward: int) -> float:
-    """The distance [px] from the line of A or B, or from its tab."""
+    """Return the distance [px] from A or B; 0 on its line and its tab."""
     return max(x * outward - _TAB, -x * outward, 0.0)
 
 
-_MIN_LABEL = 34.0  # px: less room than this is not worth a label
+_MIN_LABEL = 34.0  # px: a label with less room is not shown
 _KNOB = 6.5
 _MIN_ALARM = 3.0  # px
 
@@ -94,7 +94,7 @@ class Loop(NamedTuple):
 
 
 class Alarms(NamedTuple):
-    """Alarm times, each from its begin to its end [s]: in red, and in amber."""
+    """Alarms as (begin, end) [s]: ``bad`` ones in red, ``warnings`` in amber."""
 
     bad: Tuple[Tuple[float, float], ...] = ()
     warnings: Tuple[Tuple[float, float], ...] = ()
@@ -102,9 +102,9 @@ class Alarms(NamedTuple):
 
 def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
                    font: QFont, alarms: Alarms) -> QPixmap:
-    """Return groove, ticks, flags and alarms.
+    """Return a picture of groove, ticks, flags and alarms.
 
-    ``scale`` is how many dots a pixel of the screen has.
+    ``scale`` is the number of dots per logical pixel.
     """
     picture = QPixmap(int((axis.right + SIDE) * scale), int(HEADER_HEIGHT * scale))
     picture.setDevicePixelRatio(scale)
@@ -144,7 +144,7 @@ def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
 
 
 def draw_alarms(painter: QPainter, axis: TimeAxis, alarms: Alarms) -> None:
-    """Draw bars below the groove where something was wrong."""
+    """Draw bars for alarms below the groove."""
     _draw_bars(painter, axis, alarms.warnings, theme().warning)
     _draw_bars(painter, axis, alarms.bad, theme().bad)
 
@@ -178,7 +178,7 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
 
 
 def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
-    """Shade the repeated part; A and B are tabs with their letters."""
+    """Shade the repeated part; draw tabs with the letters A and B."""
     color = QColor(theme().loop if loop.is_on else theme().loop_off)
     shade = QColor(color)
     shade.setAlpha(34 if loop.is_on else 22)
@@ -195,7 +195,7 @@ def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> N
 
 
 def _on_line(axis: TimeAxis, time_s: float) -> float:
-    """The place of a time [px], limited to the ends of the line."""
+    """Return the place of a time [px], limited to the ends of the axis."""
     return min(max(axis.x(time_s), axis.left), axis.right)
 
 
@@ -216,7 +216,7 @@ def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, color: QCo
 
 def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
                hovered: int) -> None:
-    """Draw the marks as flags, each with as much of its label as fits."""
+    """Draw the marks as flags, with as much of each label as fits."""
     metrics = QFontMetricsF(painter.font())
     for row, mark in enumerate(marks):
         x = axis.x(mark.position_s)
@@ -251,14 +251,14 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
                                groove.height()), 3, 3)
     painter.fillPath(path, color)
     if abs(axis.x(position_s) - x) > 1.0:
-        return  # it is out of sight
+        return  # the playhead is out of sight
     painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), color)
     painter.setPen(QPen(QColor(theme().on_signal), 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
 
 
 def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
-    """Draw a line at the mouse, with its time in place of those of the ticks."""
+    """Draw a line at the mouse, with its time over the times of the ticks."""
     x = round(axis.x(time_s)) + 0.5
     painter.setPen(QPen(QColor(theme().text), 1, Qt.DotLine))
     painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of process variables, and their values as texts."""
+"""The curves of process variables as lanes, and their values as texts."""
 from __future__ import annotations
 
 import math
@@ -16,19 +16,19 @@ from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.lanes.lane_choice import LaneChoice
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
-_MIN_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
+_MIN_SPAN = 0.01  # of the whole curve's range; smaller changes do not fill the lane
 _MAX_DECIMALS = 6
-_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
+_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # the letters are those at the arrows
 
 
 @dataclass(frozen=True, eq=False)
 class Lane:
-    """A process variable over the whole recording, which is divided into columns of equal time.
+    """A process variable over the whole recording, in columns of equal duration.
 
-    ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
-    used to find the value at the position; beyond its ``limits`` the curve has their color. The
-    ``band`` of good runs has as many columns. Other variables may be ``overlaid``: they share its
-    lane. Of a folded lane only names and values are seen.
+    ``low`` and ``high`` are the extreme values in each column, NaN without a value. ``key`` is used
+    to find the value at the position. Beyond its ``limits`` the curve has their color. The ``band``
+    of good runs has the same number of columns. Other variables may be ``overlaid``: they share the
+    lane. A folded lane shows only names and values.
     """
 
     label: str
@@ -49,21 +49,21 @@ class Lane:
 
     @property
     def arrangement(self) -> Tuple[Tuple[Key, ...], bool]:
-        """Return which variables are in this lane, and whether it is folded."""
+        """Return the keys of the variables in this lane, and whether it is folded."""
         return tuple(it.key for it in self.curves), self.is_folded
 
     @property
     def scale_name(self) -> Tuple[str, ...]:
-        """Return what two variables in a lane have in common if their scale is a common one."""
+        """Return a name that is equal for variables in a lane with a common scale."""
         return (self.unit,) if self.unit else self.key
 
     def at(self, share: float) -> float:
-        """Return the value at a part (0 to 1) of the recording; NaN where there is none."""
+        """Return the value at a share (0 to 1) of the recording; NaN without a value there."""
         column = min(int(share * len(self.low)), len(self.low) - 1)
         return float(self.low[column] + self.high[column]) / 2 if column >= 0 else float('nan')
 
     def good_at(self, share: float) -> Optional[float]:
-        """Return what good runs have in the middle at a part (0 to 1); None without any."""
+        """Return the middle of the band at a share (0 to 1) of the recording; None without one."""
         if self.band is None or not len(self.band.low):
             return None
         column = min(int(share * len(self.band.low)), len(self.band.low) - 1)
@@ -72,7 +72,7 @@ class Lane:
 
     @cached_property
     def extent(self) -> Tuple[float, float]:
-        """The least and the greatest value; NaN if there is none."""
+        """The least and the greatest value; NaN without values."""
         known = ~np.isnan(self.low)
         if not known.any():
             return float('nan'), float('nan')
@@ -80,32 +80,32 @@ class Lane:
 
     @property
     def least_span(self) -> float:
-        """Return how much the values have to differ to fill the lane."""
+        """Return the minimum range of values that fills the lane."""
         low, high = self.extent
         return 0.0 if math.isnan(low) else _MIN_SPAN * (high - low)
 
     @cached_property
     def is_whole(self) -> bool:
-        """Return whether there are values, all of them whole numbers."""
+        """Return whether all values are whole numbers; False without values."""
         known = ~np.isnan(self.low)
         return bool(known.any()) and all(
             bool(np.all(np.trunc(it[known]) == it[known])) for it in (self.low, self.high))
 
     @property
     def limit_values(self) -> Tuple[float, ...]:
-        """The limits that there are, the lower one first."""
+        """The limits that are set, the lower one first."""
         limits = () if self.limits is None else (self.limits.low, self.limits.high)
         return tuple(limit for limit in limits if limit is not None)
 
 
 def lane_of(label: str, unit: str, color: Tuple[float, float, float], low: np.ndarray,
             high: np.ndarray, column_s: float) -> Lane:
-    """Return a lane, see held_columns; ``column_s`` is the duration of a column [s]."""
+    """Return a lane with held values; see held_columns. ``column_s`` is a column's duration [s]."""
     return Lane(label, unit, color, *held_columns(low, high, column_s))
 
 
 def lane_label(device: str, label: str) -> str:
-    """Return the name of a curve: as in RViz, after its device, which is not named twice."""
+    """Return the name of a curve as in RViz, preceded by the device unless the name includes it."""
     if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
         return label
     return f'{device}  {_IN_WORDS.get(label, label)}'
@@ -115,9 +115,9 @@ _NO_DATA = 'no data'
 
 
 class LaneTexts(NamedTuple):
-    """A lane's value at the position, the one at the mouse, and their difference; '' for none.
+    """A curve's value at the position, its value at the mouse, and their difference; '' for none.
 
-    The last one has the unit.
+    The last text that is not empty has the unit.
     """
 
     at_position: str
@@ -128,11 +128,11 @@ class LaneTexts(NamedTuple):
 def lane_texts(lane: Lane, span: float, at_position: Optional[float],
                at_mouse: Optional[float], good: Optional[float] = None,
                silent_s: float = math.inf) -> LaneTexts:
-    """Return values in the unit of a lane that shows a ``span`` of values.
+    """Return a curve's values as texts, in its unit, for a scale with a ``span`` of values.
 
-    A value is NaN where there is none; None at the position: not known yet, at the mouse: there is
-    no mouse. What is ``good`` at the position stands beside the value, with the difference. Where
-    there is no value, it is said for how long there has been none [s], if that is known.
+    A missing value is NaN. None means at the position: not known yet; at the mouse: no mouse. The
+    ``good`` value at the position follows the value, with the difference. Missing data is reported
+    with the time since the last value ``silent_s`` [s], if that is finite.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else _value_text(at_position, decimals)
@@ -142,7 +142,7 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
         unit = '' if known.startswith(_NO_DATA) else lane.unit
         return LaneTexts(f'{known} {unit}'.rstrip() + _beside_good(at_position, good, decimals))
     difference = math.nan if at_position is None else (
-        round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
+        round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers as displayed
     return LaneTexts(known, _value_text(at_mouse, decimals),
                      f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
 
@@ -165,30 +165,30 @@ def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -
 
 
 def decimals_for(span: float) -> int:
-    """Return how many decimals show about a hundredth of a span of values."""
+    """Return the number of decimals that show about a hundredth of a span of values."""
     return min(max(2 - math.floor(math.log10(max(span, 1e-9)) + 1e-9), 0), _MAX_DECIMALS)
 
 
 def number_text(value: float, decimals: int, sign: str = '') -> str:
-    """Return a value; a dash for NaN. With the ``sign`` '+' positive values have one, too."""
+    """Return a value as text, a dash for NaN; ``sign`` '+' adds a sign to positive values, too."""
     if math.isnan(value):
         return '–'
     return f'{round(value, decimals) + 0.0:{sign}.{decimals}f}'.replace('-', '−')
 
 
-# Puts the curves that share a lane into it, each with a color of its own.
+# Grouping of curves into shared lanes, each curve with a distinct color.
 
 Color = Tuple[float, float, float]
 
 _OTHERS: Tuple[Color, ...] = (
     (0.0, 0.45, 0.70), (0.90, 0.60, 0.0), (0.80, 0.47, 0.65), (0.0, 0.62, 0.45), (0.84, 0.37, 0.0),
     (0.34, 0.71, 0.91), (0.45, 0.30, 0.75), (0.50, 0.50, 0.50))
-"""Those of Okabe and Ito, "Color universal design", told apart by color-blind people too."""
-_DISTINCT = 0.45  # between two colors in a cube with sides of 1
+"""Colors of Okabe and Ito, "Color universal design", which color-blind people can tell apart."""
+_DISTINCT = 0.45  # minimum distance between two colors in a cube with sides of 1
 
 
 def grouped_lanes(curves: Mapping[Key, Lane], choice: LaneChoice) -> List[Lane]:
-    """Return the lanes that are shown: the first curve of each, with the others over it."""
+    """Return the visible lanes: the first curve of each, with the others overlaid."""
     lanes = []
     for keys in choice.lanes(tuple(curves)):
         shown = [curve for curve in distinct([curves[key] for key in keys])
@@ -200,7 +200,7 @@ def grouped_lanes(curves: Mapping[Key, Lane], choice: LaneChoice) -> List[Lane]:
 
 
 def distinct(curves: Sequence[Lane]) -> List[Lane]:
-    """Return curves of which a later one does not have the color of an earlier one."""
+    """Return curves with distinct colors: a later one never has the color of an earlier one."""
     found: List[Lane] = []
     for curve in curves:
         used = [it.color for it in found]
@@ -212,5 +212,5 @@ def distinct(curves: Sequence[Lane]) -> List[Lane]:
 
 
 def _distance(color: Color, used: Sequence[Color]) -> float:
-    """Return how far a color is from the nearest one that is used."""
+    """Return the distance of a color from the nearest used color."""
     return min(math.dist(color, it) for it in used)
