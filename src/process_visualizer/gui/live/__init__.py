@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The running cell: its last minutes as curves, and their replay."""
+"""The running cell: curves of the last minutes, and their replay."""

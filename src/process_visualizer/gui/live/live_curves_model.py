@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of the running cell, followed in the background."""
+"""The curves of the running cell, read in the background."""
 from __future__ import annotations
 
 import time
@@ -16,20 +16,20 @@ from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 MAX_SHARE = 0.08
-"""Of a core, for reading and drawing; many curves on a slow computer come less often."""
-_CALM_SHARE = 0.75 * MAX_SHARE  # below this it may be faster again
+"""Maximum share of a core for reading and drawing; beyond it the curves update less often."""
+_CALM_SHARE = 0.75 * MAX_SHARE  # below this share the period gets shorter again
 _STEP = 1.2
 MAX_MS = 500
 
 
 class LookPace:
-    """Lengthens the period while looks cost more than their share, and shortens it again."""
+    """Lengthens the period while looks exceed their share of a core, and shortens it afterwards."""
 
     def __init__(self) -> None:
         self._factor = 1.0
 
     def period_ms(self, wanted_ms: int, spent_s: float, elapsed_s: float) -> int:
-        """Return how long to wait until the next look.
+        """Return the time to wait until the next look.
 
         ``spent_s`` is the processor time of the last look and its picture, ``elapsed_s`` the time
         from that look to this one.
@@ -47,45 +47,45 @@ LINE = 'live curves'
 _SILENT = f'{NOT_RESPONDING}; the curves go on when it does'
 _ENDED = 'The recorder has ended. Restart it from its alarm; the curves go on then'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
-"""Lengths that can be shown; the recorder's own memory is as long as the first."""
+"""Lengths of the past to choose from; the first is the length of the recorder's memory."""
 _JUDGED_S = 30.0
 _PERIOD_MS = 200  # from one look to the next: five pictures a second
-_LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
+_LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # length [s], period [ms]: one pixel
 _RETRY_MS = 1000
 _LATE_MS = 1000
-"""Longer than a look takes, and shorter than a recorder that hangs is waited for."""
+"""Longer than a look takes, and shorter than the timeout for a recorder that hangs."""
 
 
 class Memory(Protocol):
     """The memory of a recorder."""
 
     def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
-        """Return new messages, and whether there are more; raises ServiceUnreachable."""
+        """Return new messages, and whether there are more; raise ServiceUnreachable if it fails."""
 
     def restart(self) -> None:
         """Read everything again."""
 
 
 class LiveCurvesModel(QObject):
-    """Reads what is new a few times a second, as long as somebody looks and the cell runs."""
+    """Reads new data a few times a second while the cell runs and the curves are used."""
 
     changed = pyqtSignal()
     judged = pyqtSignal(object)
-    """Values to be judged have come: a LiveWindow of the last half minute, held or not."""
+    """A LiveWindow of the last half minute, to be judged; emitted even while on hold."""
 
     def __init__(self, tasks: Tasks, memory: Memory, session: Session,
                  parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks, self._memory, self._session = tasks, memory, session
         self._devices: Tuple[Device, ...] = ()
-        self._curves = LiveCurves(())  # of the line of tasks
+        self._curves = LiveCurves(())  # used only in the line of tasks
         self._is_running = self._is_shown = self._is_held = self._is_reading = False
         self._is_judged = False
         self._duration_s = DURATIONS_S[0]
         self._window: Optional[LiveWindow] = None
         self._is_silent = False
         self._pace, self._read_s = LookPace(), 0.0
-        self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
+        self._taken_s = self._drawn_s = 0.0  # at the last look: time, and this thread's time
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._read)
         self._is_late = False
@@ -97,32 +97,32 @@ class LiveCurvesModel(QObject):
 
     @property
     def window(self) -> Optional[LiveWindow]:
-        """Return what is to be seen; None before the first message has come."""
+        """Return the values to show; None before the first message."""
         return self._window
 
     @property
     def duration_s(self) -> float:
-        """Return how much of the past is shown."""
+        """Return the length of the past that is shown."""
         return self._duration_s
 
     @property
     def is_running(self) -> bool:
-        """Return whether there is a recorder to ask."""
+        """Return whether the cell runs, so that there is a recorder to read from."""
         return self._is_running
 
     @property
     def is_held(self) -> bool:
-        """Return whether the picture stands still; what comes is still taken."""
+        """Return whether the picture stands still; new data is still read."""
         return self._is_held
 
     @property
     def is_old(self) -> bool:
-        """Return whether the newest data is not of now, though the picture does not stand still."""
+        """Return whether the newest data is old although the picture is not on hold."""
         return bool(self.problem) or self._is_late
 
     @property
     def problem(self) -> str:
-        """Return why nothing new comes while the cell runs; empty if all is well."""
+        """Return why no new data comes while the cell runs; empty if all is well."""
         if not self._is_running:
             return ''
         return _ENDED if self._has_ended else _SILENT if self._is_silent else ''
@@ -133,7 +133,7 @@ class LiveCurvesModel(QObject):
             self._begin_anew()
 
     def _follow_run(self) -> None:
-        """A recorder was launched, or has ended: its last curves stay to be looked at."""
+        """Take that a recorder was launched or has ended; its last curves stay visible."""
         is_running = self._session.running_mode is Mode.REALTIME
         before = self.problem
         self._has_ended = self._session.has_ended(BAG_PART)
@@ -147,23 +147,23 @@ class LiveCurvesModel(QObject):
             self.changed.emit()
 
     def set_shown(self, is_shown: bool) -> None:
-        """Tell whether anybody can see the curves."""
+        """Set whether the curves are visible."""
         self._is_shown = is_shown
         self._follow()
 
     def set_judged(self, is_judged: bool) -> None:
-        """Tell whether the values are judged as they come, also while nobody can see them."""
+        """Set whether new values are judged, even while the curves are not visible."""
         if is_judged != self._is_judged:
             self._is_judged = is_judged
             self._follow()
 
     def set_duration(self, duration_s: float) -> None:
-        """Show so much of the past, at most MAX_S."""
+        """Show this length of the past, at most MAX_S."""
         self._duration_s = duration_s
         self._follow(now=True)
 
     def hold(self, is_held: bool) -> None:
-        """Let the picture stand still, or go on."""
+        """Hold the picture, or let it continue."""
         self._is_held = is_held
         self.changed.emit()
 
@@ -178,7 +178,7 @@ class LiveCurvesModel(QObject):
         self._memory.restart()
 
     def _follow(self, now: bool = False) -> None:
-        """Begin to look, or end."""
+        """Start or stop reading."""
         if not self._is_wanted:
             self._timer.stop()
         elif not self._is_reading and (now or not self._timer.isActive()):
@@ -201,7 +201,7 @@ class LiveCurvesModel(QObject):
         return windows
 
     def _set_late(self, is_late: bool) -> None:
-        """Note whether the recorder's answer is missing for long."""
+        """Set whether the recorder's answer is overdue."""
         if is_late != self._is_late:
             self._is_late = is_late
             self.changed.emit()
@@ -222,7 +222,7 @@ class LiveCurvesModel(QObject):
         self._wait(self._paced_ms(wanted_ms))
 
     def _paced_ms(self, wanted_ms: int) -> int:
-        """Return what the last look cost decides, with all that its picture took in this thread."""
+        """Return the period that follows from the cost of the last look and of its picture."""
         now_s, drawn_s = time.monotonic(), time.thread_time()
         spent_s = self._read_s + drawn_s - self._drawn_s
         period_ms = self._pace.period_ms(wanted_ms, spent_s, now_s - self._taken_s)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The panel below RViz in real-time mode: the curves of the last seconds."""
+"""The panel below RViz in real-time mode, with the curves of the last seconds."""
 from __future__ import annotations
 
 import math
@@ -39,11 +39,11 @@ _ICON = QSize(18, 18)
 
 
 class ReplayBar(QWidget):
-    """To be seen only while the past is shown, or is about to be."""
+    """Controls of the replay; visible only while a replay is shown or prepared."""
 
     def __init__(self, replay: ReplayModel, now_s: Callable[[], float],
                  parent: Optional[QWidget] = None) -> None:
-        """``now_s`` is the clock of the recorder."""
+        """Take the replay, and a function that returns the time on the recorder's clock."""
         super().__init__(parent)
         self._replay, self._now_s = replay, now_s
         self._since_s: Optional[float] = None
@@ -75,7 +75,7 @@ class ReplayBar(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show how long ago it is what is seen."""
+        """Show how long ago the replayed moment was."""
         replay = self._replay
         is_shown = replay.phase is ReplayPhase.SHOWN
         if replay.phase is not ReplayPhase.PREPARING:
@@ -112,10 +112,10 @@ _WAITING = 'Waiting for the first values…'
 
 
 class LivePanel(QWidget):
-    """Follows the model as long as it can be seen."""
+    """The live curves; follows the model while the panel is visible."""
 
     replay_wanted = pyqtSignal(float)
-    """The scene should show this moment [s] on the recorder's clock."""
+    """The operator wants to see this moment [s on the recorder's clock] in the scene."""
 
     def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
                  comparison: LiveComparisonModel, parent: Optional[QWidget] = None,
@@ -164,7 +164,7 @@ class LivePanel(QWidget):
     def _lay_out(self) -> None:
         row = in_row(QLabel('Last'), self.durations, self.hold, self.replay, self.state,
                      wide=self.state)
-        row.addStrut(self.replay.sizeHint().height())  # what is below stays where it is
+        row.addStrut(self.replay.sizeHint().height())  # keeps the place of the curves below
         frame = QFrame()
         frame.setFrameShape(QFrame.StyledPanel)
         set_sheet(frame, 'QFrame { background: <paper>; }')
@@ -177,15 +177,15 @@ class LivePanel(QWidget):
         layout.addStretch(0)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Follow the cell."""
+        """Read curves while the panel is visible."""
         self._curves.set_shown(True)
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nobody looks: nothing is read."""
+        """Stop reading while the panel is hidden."""
         self._curves.set_shown(False)
 
     def set_near(self, spans: Sequence[NearSpan]) -> None:
-        """Set when [s since the epoch] objects were near robots."""
+        """Set the spans [s since the epoch] in which objects were near robots."""
         self._near = spans
         self._show_near()
 
@@ -208,7 +208,7 @@ class LivePanel(QWidget):
             self._show_window(window)
 
     def _show_age(self) -> None:
-        """While the curves stand still, the present moves away from their right end."""
+        """Show the age of the right end, which grows while the curves stand still."""
         stands = self._curves.window is not None and (
             self._curves.is_held or not self._curves.is_running or self._curves.is_old)
         if stands != self._clock.isActive():
@@ -236,13 +236,13 @@ class LivePanel(QWidget):
         self._show_moment()
 
     def _present(self, curve: LiveCurve) -> float:
-        """Return a curve's value; NaN where it would be taken for what is there now."""
+        """Return a curve's value; NaN if it is old, so that it is not taken for the current one."""
         is_old = self._curves.is_old and not self._curves.is_held
         return math.nan if is_old else curve.value
 
     def _want_replay(self, time_s: float) -> None:
         if self._curves.is_running:
-            self._curves.hold(True)  # what is looked at must not run away
+            self._curves.hold(True)  # the chosen moment must not move away
             self.replay_wanted.emit(self._end_s() + time_s)
 
     def _follow_replay(self) -> None:
@@ -256,7 +256,7 @@ class LivePanel(QWidget):
                                   else self._replay.time_s - self._end_s())
 
     def _end_s(self) -> float:
-        """Return what the right end is on the recorder's clock."""
+        """Return the time of the right end on the recorder's clock [s]."""
         window = self._curves.window
         return 0.0 if window is None else window.epoch_s + window.begin_s + window.duration_s
 

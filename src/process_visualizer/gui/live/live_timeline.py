@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Timeline of the last seconds: the curves as they come; the present is at the right."""
+"""The timeline of the last seconds: live curves, with the present at the right."""
 from __future__ import annotations
 
 import math
@@ -35,31 +35,31 @@ from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan, times
 
 _LABEL_PX = 80.0
-_TICK_PX = 110.0  # the last label, beside the right end, needs room for one and a half
-_NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
+_TICK_PX = 110.0  # the last label is left of its tick and needs room for one and a half labels
+_NEWEST_S = 0.5  # maximum age of the newest moment of a band
 
 
 class LiveValue(NamedTuple):
-    """A value that holds at the right end, NaN where none does; how old the newest one is there."""
+    """The value at the right end, NaN without one; age of the newest value at the right end."""
 
     value: float
     age_s: float
 
 
 class LiveTimeline(LanesTimeline):
-    """Lanes of the same time, with what the mouse points at."""
+    """Lanes with a common time axis, with the values at the mouse."""
 
     longer_wanted = pyqtSignal(int)
-    """More of the past should be shown, or (below 0) less: so many steps."""
+    """The operator wants to see this number of steps more of the past, or (below 0) less."""
 
     replay_wanted = pyqtSignal(float)
-    """The scene should show this time [s, below 0: before the right end]."""
+    """The operator wants to see this time [s, below 0: before the right end] in the scene."""
 
     def __init__(self, choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(choices, parent)
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
-        self.near: Tuple[NearSpan, ...] = ()  # [s, below 0]: when objects were near robots
+        self.near: Tuple[NearSpan, ...] = ()  # [s, below 0] with objects near robots
         self._age_s = 0.0
         self._values: Mapping[Key, LiveValue] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
@@ -84,26 +84,26 @@ class LiveTimeline(LanesTimeline):
         self.update()
 
     def show_near(self, spans: Sequence[NearSpan]) -> None:
-        """Show when [s, below 0] objects were near robots."""
+        """Show the spans [s, below 0] in which objects were near robots."""
         if tuple(spans) != self.near:
             self.near = tuple(spans)
             self._update_header()
 
     def show_replay(self, time_s: Optional[float]) -> None:
-        """Show which moment is in the scene [s, below 0]; None: the present."""
+        """Mark the moment that the scene shows [s, below 0]; None: the present."""
         if time_s != self._replay_s:
             self._replay_s = time_s
             self.update()
 
     def show_age(self, age_s: float) -> None:
-        """Show how long ago [s] the right end was: above 0 while the curves stand still."""
+        """Set how long ago the right end was [s]; above 0 while the curves stand still."""
         if round(age_s) != round(self._age_s):
             self.update()
         self._age_s = age_s
 
     @property
     def axis(self) -> TimeAxis:
-        """The axis of time, whose right end is 0 s."""
+        """The time axis, whose right end is 0 s."""
         return TimeAxis(self._duration_s, LEFT, max(self.width() - LEFT - SIDE, 0.0),
                         -self._duration_s)
 
@@ -123,7 +123,7 @@ class LiveTimeline(LanesTimeline):
             header.draw_hover(painter, axis, hover_s, self.time_text(hover_s, 2), bottom)
 
     def _draw_moment(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
-        """Draw the moment of the scene: the present at the right, or what is replayed."""
+        """Draw the moment of the scene: the present at the right, or the replayed moment."""
         x, color = axis.right - 1.0, theme().accent
         if self._replay_s is not None:
             x, color = axis.x(max(self._replay_s, -self._duration_s)), theme().warning
@@ -145,11 +145,11 @@ class LiveTimeline(LanesTimeline):
                              place | Qt.AlignVCenter, self.time_text(time_s, 0))
 
     def time_text(self, time_s: float, decimals: int) -> str:
-        """Return in words how long before the present a time on the axis is."""
+        """Return a time on the axis in words, relative to the present."""
         return _before_now(time_s - self._age_s, decimals)
 
     def alarms(self) -> List[Tuple[float, float]]:
-        """Return when [s, s] some value was beyond its limits; the present is 0."""
+        """Return the spans (begin, end) [s] with a value beyond its limits; the present is 0."""
         beyond = [it for lane in self.stack.lanes for it in map(_beyond, lane.curves)
                   if it is not None]
         if not beyond:
@@ -160,7 +160,7 @@ class LiveTimeline(LanesTimeline):
         return [(float(begin), float(end)) for begin, end in at_s.reshape(-1, 2)]
 
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
-        """Return a curve's value in the scene, the one at the mouse, and their difference."""
+        """Return a curve's value in the scene, its value at the mouse, and their difference."""
         curve, at_mouse, hover_s = self.stack.lanes[row].curves[number], None, self.hover_s
         value, silent_s = self._values[curve.key]
         good = curve.good_at(_newest_share(curve, self._duration_s))
@@ -176,20 +176,20 @@ class LiveTimeline(LanesTimeline):
     # The mouse
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Let the scene show the moment under the mouse."""
+        """Show the moment under the mouse in the scene."""
         if event.button() == Qt.LeftButton and not self.stack.fold(event.pos(), self._choices):
             self._is_dragged = True
             self._want_replay(event.localPos().x())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the values under the mouse; with the button pressed, the scene as well."""
+        """Show the values under the mouse; with the button pressed, also in the scene."""
         self._hover_x = event.localPos().x()
         if self._is_dragged:
             self._want_replay(event.localPos().x())
         self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Leave the scene at what it shows."""
+        """End dragging; the scene stays at its moment."""
         if event.button() == Qt.LeftButton:
             self._is_dragged = False
 
@@ -204,18 +204,18 @@ class LiveTimeline(LanesTimeline):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Show more or less of the past; over lanes that do not fit, scroll them."""
+        """Scroll lanes that do not fit if the wheel is over them, else show more or less past."""
         if not self._scrolls_lanes(event) and event.angleDelta().y():
             self.longer_wanted.emit(-1 if event.angleDelta().y() > 0 else 1)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the lane under the mouse, and to choose the curves."""
+        """Open a menu for the lane under the mouse and the choice of curves."""
         menu = self.menu_at(self.stack.row_at(event.y()))
         menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
     def menu_at(self, row: Optional[int]) -> QMenu:
-        """Return the menu for a lane, if there is one."""
+        """Return the menu, with actions for a lane if there is one."""
         menu = QMenu(self)
         self._add_lane_actions(menu, row)
         return menu
@@ -226,7 +226,7 @@ class LiveTimeline(LanesTimeline):
 
 
 def _beyond(lane: Lane) -> Optional[np.ndarray]:
-    """Return the columns in which a lane is beyond its limits; None without any."""
+    """Return whether a curve is beyond its limits, for each column; None without limits."""
     limits = lane.limits
     if limits is None:
         return None
@@ -240,7 +240,7 @@ def _beyond(lane: Lane) -> Optional[np.ndarray]:
 
 
 def _newest_share(lane: Lane, duration_s: float) -> float:
-    """Return where (0 to 1) the band is known last; it comes a little later than the values."""
+    """Return the share (0 to 1) of the newest moment of the band, which lags behind the values."""
     if lane.band is None or duration_s <= 0.0:
         return 1.0
     known = np.flatnonzero(np.isfinite(lane.band.low))
@@ -249,7 +249,7 @@ def _newest_share(lane: Lane, duration_s: float) -> float:
 
 
 def _before_now(time_s: float, decimals: int) -> str:
-    """A time below 0 in words: how long it is before the present."""
+    """Return a time below 0 in words, relative to the present."""
     if time_s > -0.5 * 10.0 ** -decimals:
         return 'now'
     minutes, seconds = divmod(round(-time_s, decimals), 60.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instant replay: what happened some seconds ago, while the cell and its recording go on."""
+"""Instant replay of the last seconds while the cell and its recording continue."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,17 +19,17 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 LINE = 'replay'
 _END_TIMEOUT_S = 60.0
-_LATE_S = 2.0  # so much of the memory's beginning may be lost before it is copied
+_LATE_S = 2.0  # maximum loss at the memory's beginning until it has been copied
 
 
 def age_text(age_s: float) -> str:
-    """Return a time as the band of the replay shows it."""
+    """Return an age as shown in the bar of the replay."""
     minutes, seconds = divmod(round(age_s, 1), 60.0)
     return f'{minutes:.0f} min {seconds:.1f} s' if minutes else f'{seconds:.1f} s'
 
 
 class ReplayPhase(Enum):
-    """``PREPARING`` until the past can be seen."""
+    """The phase of a replay; ``PREPARING`` until the past is visible."""
 
     LIVE = 'live'
     PREPARING = 'preparing'
@@ -37,39 +37,39 @@ class ReplayPhase(Enum):
 
 
 class ReplayTools(Protocol):
-    """Tools that make a replay (ReplayLink in gui/ros/replay_link.py); each call may block."""
+    """The tools of a replay (ReplayLink in gui/ros/replay_link.py); each call may block."""
 
     def copy_memory(self) -> str:
-        """Write what the recorder has in memory into a bag; return its path."""
+        """Write the recorder's memory into a bag; return the bag's path."""
 
     def start(self, choice: Choice) -> Any:
-        """Start a second cell, or change what it plays."""
+        """Start a second cell, or change the bag that it plays."""
 
     def follow(self) -> Any:
-        """Follow the state of its player, until that ends."""
+        """Follow the state of the second cell's player until the player ends."""
 
     def show(self) -> Any:
-        """Show its RViz over that of the running cell, with the same camera."""
+        """Show the second cell's RViz over that of the running cell, with the same camera."""
 
     def move(self) -> Any:
-        """Let its RViz, which is shown, be again where that of the running cell is."""
+        """Move the second cell's RViz, which is shown, over that of the running cell again."""
 
     def hide(self) -> Any:
-        """Hide its RViz."""
+        """Hide the second cell's RViz."""
 
     def interrupt(self) -> Any:
-        """Let ``show`` wait no longer."""
+        """Make ``show`` stop waiting."""
 
     def stop(self) -> Any:
         """Stop the second cell."""
 
 
 class ReplayModel(QObject):
-    """Shows a moment of the recorder's memory; ``playback`` moves on from there.
+    """Shows a moment of the recorder's memory; ``playback`` moves from there.
 
-    The memory is copied when a replay begins, so that what is looked at does not run out of it; who
-    returns to a moment that the last copy has sees it at once.
-    The second cell starts with the first replay and stays, so that later ones come at once.
+    The memory is copied when a replay begins, so that the moment is not overwritten. A moment that
+    the last copy contains is shown at once.
+    The second cell starts with the first replay and stays, so that later replays begin at once.
     Times are those of the recorder's clock [s].
     """
 
@@ -79,7 +79,7 @@ class ReplayModel(QObject):
     def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
                  refused: Tuple[Type[Exception], ...], session: Session,
                  parent: Optional[QObject] = None) -> None:
-        """Take what the tools raise with a text for the user."""
+        """Take in ``refused`` the exceptions of the tools whose texts are for the user."""
         super().__init__(parent)
         self.playback = playback
         self._tasks, self._tools, self._refused = tasks, tools, refused
@@ -94,23 +94,23 @@ class ReplayModel(QObject):
 
     @property
     def phase(self) -> ReplayPhase:
-        """Return what is to be seen."""
+        """Return the phase of the replay."""
         return self._phase
 
     @property
     def is_live(self) -> bool:
-        """Return whether the scene is that of the running cell."""
+        """Return whether the scene shows the running cell."""
         return self._phase is ReplayPhase.LIVE
 
     @property
     def time_s(self) -> float:
-        """The moment that is shown, or is about to be."""
+        """The moment that is shown, or is being prepared."""
         if self._phase is not ReplayPhase.SHOWN:
             return self._wanted_s
         return self._begin_s + self.playback.position_s
 
     def show(self, time_s: float, choice: Choice) -> None:
-        """Go to a moment; ``choice`` is what runs."""
+        """Show a moment; ``choice`` is that of the running cell."""
         self._wanted_s = time_s
         if self.is_live and self._holds(time_s, choice):
             self._begin_again()
@@ -131,7 +131,7 @@ class ReplayModel(QObject):
             self.changed.emit()
 
     def _follow_run(self, mode: Optional[Mode]) -> None:
-        """The cell ends, and with it the replay."""
+        """End the replay when the cell has ended."""
         if mode is not Mode.REALTIME and self._is_started:
             self.leave()
             self._is_started, self._reports = False, {}
@@ -146,7 +146,7 @@ class ReplayModel(QObject):
             self._tasks.run_and_wait(LINE, self._tools.stop, _END_TIMEOUT_S)
 
     def follow_window(self) -> None:
-        """RViz of the running cell has been moved or resized."""
+        """Follow the running cell's RViz, which has been moved or resized."""
         if self._is_opening and not self.is_live:
             self._moves.request(True)
 
@@ -166,7 +166,7 @@ class ReplayModel(QObject):
         self._look_whether_ready()
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of its player."""
+        """Take the newest state of the second cell's player."""
         if self.is_live or snapshot is None or self._path not in snapshot.files:
             return
         is_first, self._has_state = not self._has_state, True
@@ -183,7 +183,7 @@ class ReplayModel(QObject):
         self._look_whether_ready()
 
     def _holds(self, time_s: float, choice: Choice) -> bool:
-        """Return whether the last copy has the moment, and everything still runs that shows it."""
+        """Return whether the last copy contains a moment and the second cell still shows it."""
         states = [self._reports[part].state for part in (BAG_PART, RVIZ_PART)
                   if part in self._reports]
         return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
@@ -229,10 +229,10 @@ class ReplayModel(QObject):
             self._phase = ReplayPhase.SHOWN
             self.changed.emit()
         else:
-            self._run(self._tools.hide)  # the operator has left before
+            self._run(self._tools.hide)  # the operator has left meanwhile
 
     def _move(self, _is_moved: bool) -> None:
-        """Run in the line of tasks; by then the operator may have left."""
+        """Run in the line of tasks; the operator may have left meanwhile."""
         if not self.is_live:
             self._tools.move()
 
