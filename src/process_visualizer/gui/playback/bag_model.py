@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recording that is chosen for playback: its files, its curves, its played topics."""
+"""The recording chosen for playback: its files, its curves, its played topics."""
 from __future__ import annotations
 
 import os
@@ -23,13 +23,13 @@ from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 
-# Work of the bag model off the GUI thread.
+# Functions of the bag model that run off the GUI thread.
 
-_STEP = 0.005  # a bar shows no smaller part
+_STEP = 0.005  # smallest step that a progress bar shows
 
 
 class RecordingGone(Exception):
-    """Files (``paths``) of a recording that was open once no longer exist."""
+    """Files (``paths``) of a recording that was open before no longer exist."""
 
     def __init__(self, paths: Tuple[str, ...]) -> None:
         super().__init__(f'{", ".join(paths)}: no longer exists')
@@ -37,7 +37,7 @@ class RecordingGone(Exception):
 
 
 def catalog_of(paths: Sequence[str]) -> Catalog:
-    """Return what bags hold; an indexed copy that is newer than its bag takes its place.
+    """Return the catalog of bags; an indexed copy that is newer than its bag replaces the bag.
 
     Raises:
         BagUnindexed: a bag has to be reindexed first.
@@ -53,7 +53,7 @@ def catalog_of(paths: Sequence[str]) -> Catalog:
 
 
 def holds_configuration(paths: Sequence[str]) -> bool:
-    """Return whether a recording was made with a configuration, which it has in it.
+    """Return whether a recording contains the configuration with which it was made.
 
     Raises:
         BagError: a bag cannot be read.
@@ -63,10 +63,10 @@ def holds_configuration(paths: Sequence[str]) -> bool:
 
 
 def catalog_if_there(paths: Sequence[str]) -> Catalog:
-    """Return what bags hold, as catalog_of does.
+    """Return the catalog of bags; see catalog_of.
 
     Raises:
-        RecordingGone: some are not there any more.
+        RecordingGone: some bags no longer exist.
     """
     gone = missing_of(paths)
     if gone:
@@ -90,7 +90,7 @@ def reindexed(path: str, progress: TaskProgress) -> Reindexed:
 
 
 def in_steps(progress: TaskProgress) -> Callable[[float], None]:
-    """Return what reports to a progress, but only what can be seen of it."""
+    """Return a function that reports to a progress, but only visible steps."""
     shown = -1.0
 
     def report(part: float) -> None:
@@ -102,12 +102,12 @@ def in_steps(progress: TaskProgress) -> Callable[[float], None]:
 
 
 def missing_of(paths: Sequence[str]) -> Tuple[str, ...]:
-    """Return the files that are not there any more."""
+    """Return the files that no longer exist."""
     return tuple(path for path in paths if not os.path.exists(path))
 
 
 def in_order(paths: Sequence[str]) -> List[str]:
-    """Return the whole paths of the files of one recording, each once, sorted by their names."""
+    """Return the absolute paths of the files of one recording, sorted and without duplicates."""
     return sorted({os.path.abspath(os.path.expanduser(path)) for path in paths})
 
 
@@ -116,10 +116,10 @@ def _is_newer(copy: str, path: str) -> bool:
 
 
 def recovered_text(result: Reindexed) -> str:
-    """Return how much of a bag without an index could be read.
+    """Return in words how much of a bag without an index could be read.
 
     Raises:
-        BagError: its copy cannot be read.
+        BagError: the indexed copy cannot be read.
     """
     found = read_catalog([result.path])
     duration_s = found.duration_s
@@ -131,7 +131,7 @@ def recovered_text(result: Reindexed) -> str:
 
 
 class PlayedTopics(QObject):
-    """All are ticked when a recording is opened."""
+    """The topics to play; opening a recording ticks all topics."""
 
     changed = pyqtSignal()
 
@@ -145,19 +145,19 @@ class PlayedTopics(QObject):
 
     @property
     def left_out(self) -> Tuple[str, ...]:
-        """The topics of the devices that are not to be played, by name."""
+        """The names of the devices' topics that are not to be played."""
         return tuple(sorted(self._unticked & self._of_devices))
 
     def is_offered(self, topic: str) -> bool:
-        """Return whether it is one of the devices', the only ones that are ever played."""
+        """Return whether a topic is one of the devices' topics; only these can be played."""
         return topic in self._of_devices
 
     def is_ticked(self, topic: str) -> bool:
-        """Return whether it is to be played."""
+        """Return whether a topic is to be played."""
         return topic in self._of_devices - self._unticked
 
     def tick(self, topic: str, is_ticked: bool) -> None:
-        """Play a topic, or do not."""
+        """Set whether a topic is played."""
         if is_ticked != self.is_ticked(topic):
             (self._unticked.discard if is_ticked else self._unticked.add)(topic)
             self.changed.emit()
@@ -181,7 +181,7 @@ LINE = 'curves'
 
 
 class CurvesModel(QObject):
-    """Reads again whenever there is another recording, or devices have other variables."""
+    """The curves and alarms of a recording; read again for other recordings or other variables."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
@@ -204,17 +204,17 @@ class CurvesModel(QObject):
 
     @property
     def alarms(self) -> Tuple[RecordedAlarm, ...]:
-        """Return when variables were beyond their limits, in the order of time."""
+        """The times at which variables were beyond their limits, in order of time."""
         return self._alarms
 
     @property
     def reading(self) -> Optional[TaskProgress]:
-        """Return how far reading is; None while nothing is being read."""
+        """The progress of reading; None while nothing is being read."""
         return self._reading
 
     @property
     def is_cancelled(self) -> bool:
-        """Return whether the operator did not want the curves; ``read`` reads them after all."""
+        """Return whether the operator has canceled reading; ``read`` starts it again."""
         return self._is_cancelled
 
     def _follow_cell(self) -> None:
@@ -226,7 +226,7 @@ class CurvesModel(QObject):
             self.changed.emit()
 
     def read(self) -> None:
-        """Read all curves anew."""
+        """Read all curves again."""
         self._stop()
         self._curves, self._alarms, self._is_cancelled = (), (), False
         paths, devices = self._session.paths, self._session.chosen
@@ -240,14 +240,14 @@ class CurvesModel(QObject):
         self.changed.emit()
 
     def cancel(self) -> None:
-        """Read no further."""
+        """Cancel reading."""
         if self._reading is not None:
             self._stop()
             self._is_cancelled = True
             self.changed.emit()
 
     def _judge(self) -> bool:
-        """Find the alarms, and tell whether there are others: limits may have changed."""
+        """Find the alarms again, as limits may have changed; return whether they differ."""
         before = self._alarms
         self._alarms = recorded_alarms(self._session.chosen, self._curves)
         return self._alarms != before
@@ -281,67 +281,67 @@ Paths = Tuple[str, ...]
 
 
 def placed_marks(found: Optional[Catalog]) -> Tuple[PlacedMark, ...]:
-    """Return the marks of a recording; of none, none."""
+    """Return the marks of a recording; empty without a recording."""
     return () if found is None else tuple(
         PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
 
 
 def placed_gaps(found: Optional[Catalog]) -> Tuple[Tuple[float, float], ...]:
-    """Return the parts that cannot be read, where that is known [s from the beginning]."""
+    """Return the known unreadable parts (begin, end) [s from the beginning]."""
     return () if found is None else tuple(
         ((gap.begin_ns - found.begin_ns) / _NS_PER_S, (gap.end_ns - found.begin_ns) / _NS_PER_S)
         for gap in found.gaps if gap.end_ns)
 
 
 class RecentRecordings:
-    """``all`` are the last recordings, the newest first."""
+    """The recordings opened last; ``all`` has the newest first."""
 
     def __init__(self, where_recorded: Callable[[], str]) -> None:
-        """``where_recorded`` returns the folder into which recordings go."""
+        """Take a function that returns the folder into which recordings go."""
         self.all: Tuple[Paths, ...] = ()
         self._where_recorded = where_recorded
         self._folder = ''
 
     @property
     def folder(self) -> str:
-        """Return where the next recording is looked for: where the last one is, else where they go.
+        """Return the folder for opening a recording: that of the last one, else of new recordings.
 
-        Touches the disk.
+        Reads the disk.
         """
         folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self.all),
                    self._where_recorded(), os.path.expanduser('~'))
         return next(filter(os.path.isdir, folders), '')
 
     def look_into(self, folder: str) -> None:
-        """Say where the operator has looked for a recording."""
+        """Remember a folder in which the operator has looked for a recording."""
         self._folder = folder
 
     def add(self, paths: Paths) -> None:
-        """Put a recording in front."""
+        """Put a recording first."""
         self.all = (paths, *(it for it in self.all if it != paths))[:_MAX_RECENT]
         self._folder = os.path.dirname(paths[0])
 
     def forget(self, paths: Paths) -> None:
-        """Leave out one that cannot be opened."""
+        """Remove a recording that cannot be opened."""
         self.all = tuple(it for it in self.all if it != paths)
 
 
 class BagModel(QObject):
     """Opens one bag, or several files of one recording, in the background.
 
-    It puts them in force in the session; a bag that cannot be read does not take their place.
+    An opened recording is put in force in the session; one that cannot be read changes nothing.
     """
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     noted = pyqtSignal(str)
-    """Something the operator should know, though it is no failure."""
+    """A note for the operator that is not a failure."""
     chosen = pyqtSignal()
     """A recording has been opened."""
 
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
                  where_recorded: Callable[[], str] = lambda: '') -> None:
-        """``where_recorded`` returns the folder into which recordings go."""
+        """Take a function that returns the folder into which recordings go."""
         super().__init__(parent)
         self.recent = RecentRecordings(where_recorded)
         self.curves = CurvesModel(tasks, session, self)
@@ -353,14 +353,14 @@ class BagModel(QObject):
         self._reindexing: Optional[TaskProgress] = None
         self._gone: Paths = ()
         self._holds_configuration = False
-        self._aside: Optional[Catalog] = None  # of another cell, opened while one is played
-        self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
+        self._aside: Optional[Catalog] = None  # a recording of another cell, opened during playback
+        self._last: Paths = ()  # open when the window was closed, and not reopened yet
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
         session.run_changed.connect(self._follow_run)
         session.cell_changed.connect(self._follow_cell)
 
-    # What is open.
+    # The open recording.
 
     @property
     def is_loading(self) -> bool:
@@ -369,13 +369,13 @@ class BagModel(QObject):
 
     @property
     def missing(self) -> Dict[str, Tuple[str, ...]]:
-        """By device what it would play and the recording has not."""
+        """By device, the topics that it would play and that the recording lacks."""
         found = self.session.recording
         return {} if found is None else missing_topics(found, self.session.chosen)
 
     @property
     def is_foreign(self) -> bool:
-        """Return whether the recording has no topic of the ticked devices, which have some."""
+        """Return whether the ticked devices have topics, but the recording has none of them."""
         return self._is_of_another_cell(self.session.recording)
 
     def _is_of_another_cell(self, found: Optional[Catalog]) -> bool:
@@ -391,14 +391,14 @@ class BagModel(QObject):
 
     @property
     def foreign_paths(self) -> Paths:
-        """The files of a recording of another cell: of the one that is open, or was to be."""
+        """The files of a recording of another cell that is open or waits to be opened."""
         if self._aside is not None:
             return self._aside.paths
         return self.session.paths if self.is_foreign else ()
 
     @property
     def foreign_note(self) -> str:
-        """Return that a recording is of another cell, and what is played instead; or ''."""
+        """Return a note that a recording is of another cell, and what is played instead; or ''."""
         if not self.foreign_paths:
             return ''
         played = '' if self._aside is None else (
@@ -408,20 +408,20 @@ class BagModel(QObject):
 
     @property
     def holds_configuration(self) -> bool:
-        """Return whether a foreign recording brings its own configuration."""
+        """Return whether a foreign recording contains its own configuration."""
         return self._holds_configuration
 
     @property
     def gone(self) -> Paths:
-        """The files that have been deleted or moved while they were open."""
+        """The files that were deleted or moved while they were open."""
         return self._gone
 
     def open(self, paths: Sequence[str]) -> None:
-        """Open the files of one recording in place of what is open."""
+        """Open the files of one recording in place of the open recording."""
         self._read(tuple(in_order(paths)), catalog_of)
 
     def _follow_cell(self) -> None:
-        """For playback, open what was open when the window was closed, if nothing was since."""
+        """For playback, reopen the last session's recording unless another has been opened."""
         self._follow_run()
         self.changed.emit()
         if self.session.mode is Mode.PLAYBACK and self._last:
@@ -431,16 +431,16 @@ class BagModel(QObject):
 
     @property
     def unindexed(self) -> str:
-        """The bag that was to be opened and has no index; empty if there is none."""
+        """The bag that cannot be opened as it has no index; empty if there is none."""
         return self._unindexed
 
     @property
     def reindexing(self) -> Optional[TaskProgress]:
-        """Return how far the indexed copy is; None while none is being made."""
+        """The progress of the indexed copy; None while none is being made."""
         return self._reindexing
 
     def reindex(self) -> None:
-        """Make an indexed copy of the bag without an index, and open that; the bag stays."""
+        """Make an indexed copy of the bag without an index, and open the copy; the bag stays."""
         if not self._unindexed or self._reindexing is not None:
             return
         path, progress = self._unindexed, TaskProgress(self)
@@ -451,43 +451,43 @@ class BagModel(QObject):
         self.changed.emit()
 
     def cancel_reindexing(self) -> None:
-        """Make no indexed copy after all."""
+        """Cancel the indexed copy."""
         if self._reindexing is not None:
             self._reindexing.cancel()
             self._reindexing = None
             self.changed.emit()
 
     def dismiss(self) -> None:
-        """Do without the bag that has no index."""
+        """Give up opening the bag that has no index."""
         self.cancel_reindexing()
         self._wanted, self._unindexed = (), ''
         self.changed.emit()
 
-    # What the operator adds.
+    # Marks of the operator.
 
     def add_mark(self, position_s: float, label: str) -> None:
-        """Add a mark beside the bag, or elsewhere if that is read-only; the bag is not touched."""
+        """Add a mark in a file beside the bag, or elsewhere if the folder is read-only."""
         found = self.session.recording
         if found is not None:
             mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
             self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
                             lambda path: self._take_mark(found.paths, mark, path), self._report)
 
-    # What is remembered.
+    # Settings for the next session.
 
     def add_recent(self, path: str) -> None:
-        """Put a bag in front of the last ones, without opening it."""
+        """Put a bag first in the recent recordings without opening it."""
         self.recent.add((path,))
         self.changed.emit()
 
     def settings(self) -> Dict[str, Any]:
-        """Return what is to be remembered."""
+        """Return the settings to save."""
         is_chosen = self._wanted and not self._unindexed
         return {'recent': [list(paths) for paths in self.recent.all],
                 'open': list(self._wanted if is_chosen else self.session.paths or self._last)}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was remembered; what was open is opened again for playback."""
+        """Take saved settings; the recording that was open is opened again for playback."""
         self.recent.all = tuple(tuple(str(path) for path in paths)
                                 for paths in settings.get('recent', []) if paths)
         self._last = tuple(str(path) for path in settings.get('open', []))
@@ -504,7 +504,7 @@ class BagModel(QObject):
 
     def _take(self, wanted: Paths, found: Catalog) -> None:
         if wanted != self._wanted:
-            return  # another one has been chosen meanwhile
+            return  # another recording has been chosen meanwhile
         self._wanted = ()
         if found.paths != self.session.paths and self._must_wait(found):
             self._aside = found
@@ -514,12 +514,12 @@ class BagModel(QObject):
             self._put_in_force(found)
 
     def _must_wait(self, found: Catalog) -> bool:
-        """Return whether a recording is of another cell, while one of this cell is played."""
+        """Return whether a recording is of another cell and must wait for the end of playback."""
         is_played = self.session.running_mode is Mode.PLAYBACK and bool(self.session.paths)
         return is_played and self._is_of_another_cell(found)
 
     def _follow_run(self) -> None:
-        """Open what had to wait, once its configuration is in use, or nothing is played."""
+        """Open a waiting recording once its configuration is in use, or nothing is played."""
         if self._aside is not None and not self._must_wait(self._aside):
             self._put_in_force(self._aside)
 
@@ -590,7 +590,7 @@ class BagModel(QObject):
             self.changed.emit()
 
     def _look(self, _path: str) -> None:
-        """A file has changed: perhaps it is not there any more."""
+        """Check whether a file that has changed still exists."""
         paths = self.session.paths
         self._tasks.run(_FILES, lambda: missing_of(paths),
                         lambda gone: self._take_gone(paths, gone))

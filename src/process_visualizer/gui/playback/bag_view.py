@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chooses the recording, and shows its contents and what is missing."""
+"""Choice of the recording, with its contents and what is missing in it."""
 from __future__ import annotations
 
 import html
@@ -38,7 +38,7 @@ _WIDE_PX = 560
 
 
 class PlayedTopicsTable(TopicTree):
-    """Topics with counts and rates; those of the devices can be ticked."""
+    """The topics of the recording with counts and rates; topics of devices can be ticked."""
 
     def __init__(self, played: PlayedTopics, parent: Optional[QWidget] = None) -> None:
         super().__init__('bag_topics', 4, parent)
@@ -53,7 +53,7 @@ class PlayedTopicsTable(TopicTree):
         played.changed.connect(self._show_ticks)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the types if there is no room for them; a topic's tooltip has them."""
+        """Hide the types if there is no room for them; the tooltips of topics have them, too."""
         super().resizeEvent(event)
         self.setColumnHidden(_TYPE, event.size().width() < _WIDE_PX)
 
@@ -101,10 +101,10 @@ _MAX_REMARKS = 2
 
 
 class BagView(QWidget):
-    """Recent bags, a dialog for others, a line of facts, the topics on request, and warnings."""
+    """Recent recordings, a dialog for others, facts, warnings, and on request the topics."""
 
     configuration_wanted = pyqtSignal(object)
-    """A configuration should be made from the files of the recording."""
+    """The operator wants a configuration made from these files of a recording."""
 
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -173,7 +173,7 @@ class BagView(QWidget):
         else:
             self.topics.show_topics(found)
             self.details.setText(_contents(found, found.topic_names))
-            self.details.setMinimumWidth(self.details.sizeHint().width())  # nothing moves by a tick
+            self.details.setMinimumWidth(self.details.sizeHint().width())  # a tick moves nothing
             self.details.setText(_contents(found, self._bag.played.left_out))
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
@@ -200,7 +200,7 @@ class BagView(QWidget):
 
 
 class ForeignRow(QWidget):
-    """Says that a recording is of another cell, and offers its configuration, or to make one."""
+    """A note that a recording is of another cell; offers its configuration, or to make one."""
 
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -275,13 +275,13 @@ class UnindexedRow(QWidget):
 
 
 def name_of(paths: Sequence[str]) -> str:
-    """Return the name of a recording in a list: its file, and the number of further ones."""
+    """Return the name of a recording in a list: its first file, and the number of other files."""
     more = f'  + {len(paths) - 1} files' if len(paths) > 1 else ''
     return os.path.basename(paths[0]) + more
 
 
 def facts_of(found: Catalog) -> str:
-    """Return length, size and date of a recording in a line."""
+    """Return length, size and date of a recording in one line."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     is_recent = begin.year == datetime.now().year
     parts = [format_time(found.duration_s), size_text(found.size_bytes),
@@ -290,7 +290,7 @@ def facts_of(found: Catalog) -> str:
 
 
 def _contents(found: Catalog, left_out: Sequence[str]) -> str:
-    """Return how much is in a recording, and how many topics of it the operator wants."""
+    """Return in words the numbers of topics and messages, and how many topics are ticked."""
     number = len(set(left_out) & set(found.topic_names))
     topics = count_text(len(found.topics), 'topic')
     if number:
@@ -299,13 +299,13 @@ def _contents(found: Catalog, left_out: Sequence[str]) -> str:
 
 
 def _origin(found: Catalog) -> str:
-    """Return when a recording began, and its files."""
+    """Return a text with the beginning of a recording and its files."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
 
 
 def _warnings(bag: BagModel) -> List[str]:
-    """The warnings for the operator before the recording is played, in HTML."""
+    """Return the warnings before the recording is played, in HTML."""
     lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items() if not bag.is_foreign]

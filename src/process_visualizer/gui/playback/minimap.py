@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Zoom of the timeline: the part that is shown, as a frame on a strip of the whole recording."""
+"""Zoom of the timeline: the shown part as a frame on a strip of the whole recording."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
@@ -14,19 +14,19 @@ from process_visualizer.gui.toolkit.theme import theme, translucent
 from process_visualizer.gui.toolkit.time_axis import ShownTime, whole
 
 HEIGHT = 18
-_MIN_FRAME = 8.0  # px: it can be grabbed however short the part is
-_OUTSIDE_ALPHA = 190  # over what is not shown
+_MIN_FRAME = 8.0  # px: minimum width of the frame, so that it can be grabbed
+_OUTSIDE_ALPHA = 190  # opacity over the parts outside the frame
 
 
 class MapContent(NamedTuple):
-    """The content of the strip: a curve, and the marks as parts (0 to 1) of the recording."""
+    """The content of the strip: a curve, and the marks as shares (0 to 1) of the recording."""
 
     lane: Optional[Lane] = None
     marks: Tuple[float, ...] = ()
 
 
 class Minimap(QScrollBar):
-    """A scroll bar whose slider is the frame; keys and the wheel work as in any other."""
+    """A scroll bar with the frame as its slider; keys and wheel work as in other scroll bars."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(Qt.Horizontal, parent)
@@ -46,7 +46,7 @@ class Minimap(QScrollBar):
         self.update()
 
     def show_position(self, share: float) -> None:
-        """Show the position, a part (0 to 1) of the recording."""
+        """Show the position as a share (0 to 1) of the recording."""
         moved = round(share * self.width()) != round(self._position * self.width())
         self._position = share
         if moved:
@@ -54,7 +54,7 @@ class Minimap(QScrollBar):
 
     @property
     def frame(self) -> QRectF:
-        """The place of the part that is shown."""
+        """The place of the frame around the shown part."""
         scale = self.width() / self._total
         width = max(self.pageStep() * scale, _MIN_FRAME)
         middle = (self.value() + self.pageStep() / 2) * scale
@@ -66,7 +66,7 @@ class Minimap(QScrollBar):
         return max(self.maximum() + self.pageStep(), 1)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the strip, pale but for the frame."""
+        """Draw the strip, pale outside the frame."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme().paper))
         self._draw_curve(painter)
@@ -94,7 +94,7 @@ class Minimap(QScrollBar):
         painter.drawPixmap(QPoint(0, 0), self._picture)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab the frame; elsewhere, move its middle there first."""
+        """Grab the frame; outside the frame, move its middle to the mouse first."""
         if event.button() != Qt.LeftButton:
             return
         is_inside = self.frame.contains(event.localPos())
@@ -122,14 +122,14 @@ class Minimap(QScrollBar):
 
 BAR_HEIGHT = HEIGHT + 2
 _STEP = 1.25
-"""One notch of a wheel, or one press of a key, zooms by this factor."""
+"""Zoom factor for one notch of the wheel or one press of a key."""
 _NOTCH = 120  # eighths of a degree, as Qt reports one notch
-_MOVED_SHARE = 0.15  # of the shown time: the movement for a notch
-_PARTS = 1_000_000  # of the recording: the steps of the strip
+_MOVED_SHARE = 0.15  # movement for a notch, as a share of the shown time
+_PARTS = 1_000_000  # steps of the scroll bar over the whole recording
 
 
 class TimelineZoom(QObject):
-    """Everything is shown until the operator zooms in."""
+    """The part of the recording that is shown; everything until the operator zooms in."""
 
     changed = pyqtSignal()
 
@@ -150,7 +150,7 @@ class TimelineZoom(QObject):
         return self._shown
 
     def set_length(self, length_s: float) -> None:
-        """Set the length of a recording [s]; a new recording is shown as a whole."""
+        """Set the length of the recording [s]; a recording of another length is shown whole."""
         if abs(length_s - self._shown.length_s) > 1e-6:
             self._take(whole(length_s))
 
@@ -163,11 +163,11 @@ class TimelineZoom(QObject):
         self._take(self._shown.part(begin_s, end_s - begin_s))
 
     def step(self, steps: float, around_s: float) -> None:
-        """Zoom in, or (below 0) out, around a moment that stays at its place."""
+        """Zoom in, or (below 0) out; the moment ``around_s`` stays at its place."""
         self._take(self._shown.zoomed(_STEP ** -steps, around_s))
 
     def turn_wheel(self, turned: QPoint, modifiers: Qt.KeyboardModifiers, at_s: float) -> None:
-        """Zoom around the mouse; move with Shift, or by a wheel that turns sideways."""
+        """Zoom around the time at the mouse; move with Shift or if the wheel turns sideways."""
         sideways = turned.x() or (turned.y() if modifiers & Qt.ShiftModifier else 0)
         if sideways:
             by_s = -_MOVED_SHARE * sideways / _NOTCH * self._shown.duration_s
@@ -176,7 +176,7 @@ class TimelineZoom(QObject):
             self.step(turned.y() / _NOTCH, at_s)
 
     def follow(self, position_s: float, is_playing: bool) -> None:
-        """Keep the position in sight; playback is followed only if it was in sight before."""
+        """Keep the position in sight; while playing, only if it was in sight before."""
         before_s, self._position_s = self._position_s, position_s
         if position_s != before_s and (not is_playing or self._shown.contains(before_s)):
             self._take(self._shown.showing(position_s))

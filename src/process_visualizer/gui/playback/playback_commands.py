@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of playback on their way to the player: motion, seeks and steps."""
+"""Playback commands queued for the player: motion, seeks and steps."""
 from __future__ import annotations
 
 from typing import Any, Callable, NamedTuple, Optional, Protocol
@@ -15,13 +15,13 @@ class PlayerCommands(Protocol):
         """Wait until the player takes commands."""
 
     def play(self) -> Any:
-        """Play on."""
+        """Play."""
 
     def pause(self) -> Any:
-        """Stand still."""
+        """Pause."""
 
     def stop(self) -> Any:
-        """Stand still at the beginning."""
+        """Pause at the beginning."""
 
     def seek(self, position_s: float) -> Any:
         """Go to a position [s]."""
@@ -33,46 +33,46 @@ class PlayerCommands(Protocol):
         """Pause and move by messages or by a time [s]."""
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> Any:
-        """Repeat what is between two positions [s], or no more."""
+        """Repeat the part between two positions [s], or end repeating."""
 
 
 class PlayMotion(NamedTuple):
-    """A rate, below 0 backwards, and whether it is to play then, or to do as before."""
+    """A rate, below 0 backwards, and whether to play then; else playing or paused as before."""
 
     rate: float
     plays: bool = False
 
 
 class MotionCommands:
-    """Asks for one motion at a time, so that it never plays in a direction that was left.
+    """Sends one motion at a time, so that the player never plays in an outdated direction.
 
-    What stands still also keeps a rate that waits for its turn from playing.
+    A command to pause also keeps a waiting motion from playing.
     """
 
     def __init__(self, set_rate: Callable[[float], Any], play: Callable[[], Any],
                  newest: Newest) -> None:
-        """Take the player's commands, and what makes a call that takes the newest value."""
+        """Take the player's commands, and a maker of calls with the newest value."""
         self._set_rate = set_rate
         self._play = play
         self._calls = newest(self._send)
 
     @property
     def rate(self) -> Optional[float]:
-        """The rate that the player does not have yet; None if it has the one last asked for."""
+        """The requested rate until the player has taken it, then None."""
         wanted = self._calls.wanted
         return None if wanted is None else wanted.rate
 
     def change_rate(self, rate: float) -> None:
-        """Take a rate, playing or not as before."""
+        """Change the rate; playing or paused as before."""
         waiting = self._calls.waiting
         self._calls.request(PlayMotion(rate, waiting is not None and waiting.plays))
 
     def play(self, rate: float) -> None:
-        """Play, once the player has the rate."""
+        """Play as soon as the player has the rate."""
         self._calls.request(PlayMotion(rate, plays=True))
 
     def stand(self) -> None:
-        """Do not play any more when the turn of a rate that waits comes."""
+        """Keep a waiting motion from playing."""
         waiting = self._calls.waiting
         if waiting is not None:
             self._calls.request(waiting._replace(plays=False))
@@ -84,11 +84,11 @@ class MotionCommands:
 
 
 class SeekCommands:
-    """Asks for one seek at a time, and knows when the newest one was sent."""
+    """Sends one seek at a time, and knows when the newest one was sent."""
 
     def __init__(self, client: PlayerCommands, clock: Callable[[], float],
                  newest: Newest) -> None:
-        """Take what commands the player, and what makes a call that takes the newest value.
+        """Take the client of the player, and a maker of calls with the newest value.
 
         ``clock`` returns the wall time [s].
         """
@@ -99,12 +99,12 @@ class SeekCommands:
 
     @property
     def wanted(self) -> Optional[SeekTarget]:
-        """The newest seek, as long as the player has not done it; else None."""
+        """The newest seek until the player has done it, then None."""
         return self._calls.wanted
 
     @property
     def done_since_s(self) -> Optional[float]:
-        """Return when the newest seek was sent [wall s]; None while it is under way."""
+        """The wall time [s] at which the newest seek was sent; None while it is under way."""
         return self._sent_s if self._calls.wanted is None else None
 
     def request(self, sought: SeekTarget) -> None:
@@ -124,15 +124,15 @@ class Steps(NamedTuple):
 
 
 class StepCommands:
-    """Asks for one step at a time; those of a unit that wait become one, so none pile up."""
+    """Sends one step at a time; waiting steps of the same unit are merged, so that none pile up."""
 
     def __init__(self, client: PlayerCommands, newest: Newest) -> None:
-        """Take what commands the player, and what makes a call that takes the newest value."""
+        """Take the client of the player, and a maker of calls with the newest value."""
         self._client = client
         self._calls = newest(self._send)
 
     def request(self, count: int, unit: StepUnit) -> None:
-        """Go so many steps on, or (below 0) back."""
+        """Move this number of steps forward, or (below 0) back."""
         waiting = self._calls.waiting
         waits = waiting.number if waiting is not None and waiting.unit == unit else 0
         self._calls.request(Steps(waits + count, unit))

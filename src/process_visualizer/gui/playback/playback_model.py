@@ -30,7 +30,7 @@ _READY_S = 10.0
 
 
 class PlaybackReturn:
-    """Remembers the last state, until a player of the same recording takes the place of another."""
+    """Remembers the last state, to restore it when the player of a recording is restarted."""
 
     def __init__(self) -> None:
         self._last: Optional[PlayerSnapshot] = None
@@ -38,18 +38,18 @@ class PlaybackReturn:
         self._was_down = False
 
     def follow(self, is_up: bool) -> None:
-        """Take whether the player runs, rather than being stopped or started."""
+        """Take whether the player runs; it does not while it is being stopped or started."""
         self._is_up = is_up
         self._was_down = self._was_down or not is_up
 
     def forget(self) -> None:
-        """Let the next player begin at the beginning."""
+        """Let the next player start at the beginning."""
         self._last, self._was_down = None, False
 
     def take(self, snapshot: PlayerSnapshot) -> Optional[PlayerSnapshot]:
-        """Take the newest state of a player; return the one to go back to, if the player is new."""
+        """Take the newest state of a player; return the state to restore if the player is new."""
         if not self._is_up:
-            return None  # of the one that is being stopped, or of one that is still beginning
+            return None  # the state of a player that is being stopped or started
         before, self._last = self._last, snapshot
         was_down, self._was_down = self._was_down, False
         is_same = before is not None and before.files == snapshot.files
@@ -57,7 +57,7 @@ class PlaybackReturn:
 
 
 def hold(client: PlayerCommands, spot: PlayerSnapshot) -> None:
-    """Stand still, with the loop of a former state; blocks until the player takes commands."""
+    """Pause, with the loop of an earlier state; block until the player takes commands."""
     client.wait_until_ready(_READY_S)
     client.pause()
     if spot.loop is not None:
@@ -65,34 +65,34 @@ def hold(client: PlayerCommands, spot: PlayerSnapshot) -> None:
 
 
 def go_on(client: PlayerCommands, spot: PlayerSnapshot) -> None:
-    """Take the rate of a former state, and play if that did."""
+    """Restore the rate of an earlier state, and play if the player played then."""
     client.set_rate(spot.rate)
     if not spot.paused:
         client.play()
 
 
 LINE = 'player'
-FRAME_MS = 16  # the position is drawn so often while playing
+FRAME_MS = 16  # period of drawing the position while playing
 
 
 class PlaybackModel(QObject):
-    """The ``state`` of the player, its position between two states, and the requests to it.
+    """The ``state`` of the player, its position between two states, and commands to the player.
 
-    Commands return at once and do nothing while there is no player; what the player refuses is
-    reported by ``failed``.
+    Commands return at once and do nothing without a player; refused commands are reported by
+    ``failed``.
     """
 
     changed = pyqtSignal()
-    """Anything but the position."""
+    """Anything but the position has changed."""
     moved = pyqtSignal()
-    """The position; as often as a screen shows it while playing."""
+    """The position has changed; while playing, emitted with each frame of the screen."""
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, client: PlayerCommands,
                  refused: Type[Exception] = Exception,
                  clock: Callable[[], float] = time.time,
                  parent: Optional[QObject] = None) -> None:
-        """Take the client that commands the player, and what it raises with a text for the user.
+        """Take the client of the player; ``refused`` are its exceptions with texts for the user.
 
         ``clock`` returns the wall time [s], by which the states are stamped.
         """
@@ -111,10 +111,10 @@ class PlaybackModel(QObject):
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.PreciseTimer)
         self._frames.timeout.connect(self.moved)
 
-    # What the player does.
+    # The player's state.
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the player; None when there is none any more."""
+        """Take the newest state of the player; None if there is no player any more."""
         before = self.state
         self.state = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
         self._arrive()
@@ -131,18 +131,18 @@ class PlaybackModel(QObject):
             self._run(lambda: go_on(self._client, spot))
 
     def follow_player(self, is_up: bool) -> None:
-        """Take whether the player runs; one that is started again goes on where it was."""
+        """Take whether the player runs; a restarted player continues at the last position."""
         self._return.follow(is_up)
 
     def forget_player(self) -> None:
-        """Let the next player begin at the beginning."""
+        """Let the next player start at the beginning."""
         self._return.forget()
         self.state = self.state._replace(points=LoopPoints())
         self.changed.emit()
 
     @property
     def position_s(self) -> float:
-        """Return where playback is now [s from the beginning], or where it is about to be."""
+        """The current position [s from the beginning], or the target of a pending seek."""
         sought = self.state.sought
         return self._position.at(self._clock()) if sought is None else sought.position_s
 
@@ -168,7 +168,7 @@ class PlaybackModel(QObject):
         self._play_at(-abs(self.rate))
 
     def pause(self) -> None:
-        """Stand still."""
+        """Pause."""
         self._stand(self._client.pause)
 
     def toggle(self) -> None:
@@ -176,19 +176,19 @@ class PlaybackModel(QObject):
         self.pause() if self.state.is_playing else self.play()
 
     def toggle_backwards(self) -> None:
-        """Play backwards, or pause if it does so already."""
+        """Pause while playing backwards; otherwise play backwards."""
         self.pause() if self.state.is_playing and self.rate < 0.0 else self.play_backwards()
 
     def stop(self) -> None:
-        """Stand still at the beginning."""
+        """Pause at the beginning."""
         self._stand(self._client.stop)
 
-    # Go somewhere.
+    # Positions.
 
     def seek(self, position_s: float) -> None:
-        """Go to a position, at most to the nearer end; playing or paused as before.
+        """Go to a position within the recording; playing or paused as before.
 
-        While one seek is under way, only the newest other one waits for its turn.
+        While a seek is under way, only the newest other seek waits.
         """
         if self.state.is_available:
             sought = self.state.sought_at(position_s)
@@ -197,24 +197,24 @@ class PlaybackModel(QObject):
             self.moved.emit()
 
     def begin_scrub(self) -> None:
-        """Stand still while the operator drags."""
+        """Pause while the operator drags."""
         if self.state.is_playing and not self.state.resumes:
             self.state = self.state._replace(resumes=True)
             self.pause()
 
     def end_scrub(self) -> None:
-        """Play on after dragging, if it did before."""
+        """Play again after dragging, if it played before."""
         if self.state.resumes:
             self.state = self.state._replace(resumes=False)
             self._run(self._client.play)
 
     def set_step_unit(self, unit: StepUnit) -> None:
-        """Choose what one step is."""
+        """Set the unit of a step."""
         self.state = self.state._replace(unit=unit)
         self.changed.emit()
 
     def step(self, count: int) -> None:
-        """Pause and go so many steps on, or (below 0) back."""
+        """Pause and move this number of steps forward, or (below 0) back."""
         if self.state.is_available:
             self._motion.stand()
             self._steps.request(count, self.state.unit)
@@ -233,13 +233,13 @@ class PlaybackModel(QObject):
             self.seek(next_s)
 
     def to_previous_mark(self) -> None:
-        """Go to the mark before; to the beginning before the first one."""
+        """Go to the previous mark, or to the beginning if there is none."""
         self.seek(self.state.marks.before(self.position_s, self.state.is_playing))
 
     # Rate.
 
     def set_rate(self, rate: float) -> None:
-        """Change the rate at once; below 0 backwards; the nearest possible one is taken."""
+        """Change the rate at once, limited to possible rates; below 0 backwards."""
         if not self.state.is_available or rate == 0.0:
             return
         size = min(max(abs(rate), MIN_RATE), MAX_RATE)
@@ -261,24 +261,24 @@ class PlaybackModel(QObject):
     # Loop.
 
     def toggle_loop(self) -> None:
-        """Repeat what is between A and B, or everything; or no more."""
+        """Repeat the part between A and B, or everything; or end repeating."""
         self._set_loop(not self.is_looping, self.state.points)
 
     def set_loop_begin(self, position_s: Optional[float] = None) -> None:
-        """Repeat from a position (now) on, to B or, where there is none behind it, the end."""
+        """Repeat from a position (None: the current one) to B, or to the end without a later B."""
         self._set_loop(True, self.state.points.with_begin(self._chosen(position_s)))
 
     def set_loop_end(self, position_s: Optional[float] = None) -> None:
-        """Repeat up to a position (now); if it lies before A, A and B change places."""
+        """Repeat up to a position (None: the current one); swap A and B if it lies before A."""
         self._set_loop(True, self.state.points.with_end(self._chosen(position_s)))
 
     def move_loop_point(self, which: str, position_s: float) -> None:
-        """Drag 'A' or 'B' to a position, as far as the other one allows."""
+        """Drag 'A' or 'B' to a position, as far as the other point allows."""
         points = self.state.points.moved(which, position_s, self.state.duration_s)
         self._set_loop(self.is_looping, points)
 
     def clear_loop(self) -> None:
-        """Forget A and B, and repeat no more."""
+        """Remove A and B, and end repeating."""
         self._set_loop(False, LoopPoints())
 
     # Inside.
@@ -292,7 +292,7 @@ class PlaybackModel(QObject):
             self._tasks.run(LINE, command, None, self._fail)
 
     def _fail(self, error: Exception) -> None:
-        """Return to what the player does, and tell."""
+        """Return to the player's state, and report the error."""
         self.state = self.state.failed(self._seeks.wanted)
         self.changed.emit()
         if not isinstance(error, self._refused):

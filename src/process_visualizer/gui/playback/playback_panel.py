@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback as a whole: the recording, the buttons, and the timeline."""
+"""The panel of playback: the recording, the buttons, and the timeline."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -38,7 +38,7 @@ from process_visualizer.playback.timeline import format_time
 
 
 class CurvesRow(QWidget):
-    """Visible only while there is something to show."""
+    """The progress of reading curves; visible only while curves are read or after canceling."""
 
     def __init__(self, curves: CurvesModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -85,7 +85,7 @@ class CurvesRow(QWidget):
 class PlaybackPanel(QWidget):
     """The panel of playback mode, from top to bottom.
 
-    ``below`` is its part with the buttons and the timeline, which a wider place can take over.
+    ``below`` is the part with the buttons and the timeline; it can move to a wider place.
     """
 
     def __init__(self, playback: PlaybackModel, bag: BagModel, values: ValuesModel,
@@ -126,7 +126,7 @@ class PlaybackPanel(QWidget):
         inside = QVBoxLayout(frame)
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSpacing(0)
-        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # it grows as far as its lanes do
+        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # grows with its lanes
         inside.addWidget(self.timeline, 1)
         inside.addWidget(self.curves)
         self.below = QWidget()
@@ -149,11 +149,11 @@ class PlaybackPanel(QWidget):
         dialog.open()
 
     def ask_for_curves(self) -> None:
-        """Ask which curves are shown, and in which order."""
+        """Open the dialog for the choice of curves."""
         CurvesDialog(tuple(self._lanes.values()), self._bag.curves.choices, self).open()
 
     def set_near(self, spans: Sequence[NearSpan]) -> None:
-        """Set where in the recording objects were near robots."""
+        """Set the spans of the recording in which objects were near robots."""
         if tuple(spans) != self._near:
             self._near = tuple(spans)
             self._show_alarms()
@@ -170,7 +170,7 @@ class PlaybackPanel(QWidget):
         self.transport.set_topics(() if found is None else found.topic_names)
 
     def _show_notes(self) -> None:
-        """Show what the player cannot play, and what did not arrive."""
+        """Show problems of the player, and dropped messages."""
         state = self._playback.state
         notes = list(state.problems)
         if state.dropped:
@@ -198,7 +198,7 @@ class PlaybackPanel(QWidget):
 
 
 def _band_key(key: Key) -> Tuple[str, str]:
-    """The device and the label that a run's channel has."""
+    """Return the device and the label of the channel of a run."""
     device, label, _topic = key
     return device, {'v': 'tool speed', 'F': 'tool force'}.get(label, label)
 

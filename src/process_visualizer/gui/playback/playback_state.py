@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of playback as an operator sees it, as a value: what changes it returns another one."""
+"""The state of playback as seen by the operator: immutable values; changes return new values."""
 from __future__ import annotations
 
 import bisect
@@ -15,34 +15,34 @@ _SAME_S = 1e-6
 
 
 class LoopPoints(NamedTuple):
-    """A and B [s from the beginning]; None: the beginning or the end of the recording."""
+    """A and B [s from the beginning]; None stands for the beginning or end of the recording."""
 
     begin_s: Optional[float] = None
     end_s: Optional[float] = None
 
     def bounds(self, duration_s: float) -> Tuple[float, float]:
-        """Return where the loop of a recording begins and ends [s]."""
+        """Return begin and end of the loop [s]."""
         return (0.0 if self.begin_s is None else self.begin_s,
                 duration_s if self.end_s is None else self.end_s)
 
     def is_long_enough(self, duration_s: float) -> bool:
-        """Return whether a player can repeat it."""
+        """Return whether a player can repeat the loop."""
         begin_s, end_s = self.bounds(duration_s)
         return end_s - begin_s >= MIN_LOOP_S - _SAME_S
 
     def with_begin(self, time_s: float) -> LoopPoints:
-        """Return the points with another A; a B before it is given up: A to the end."""
+        """Return the points with another A; a B before it is removed."""
         keeps_end = self.end_s is not None and self.end_s > time_s
         return LoopPoints(time_s, self.end_s if keeps_end else None)
 
     def with_end(self, time_s: float) -> LoopPoints:
-        """Return the points with another B; if it lies before A, they change places."""
+        """Return the points with another B; if it lies before A, A and B are swapped."""
         if self.begin_s is not None and time_s < self.begin_s:
             return LoopPoints(time_s, self.begin_s)
         return LoopPoints(self.begin_s, time_s)
 
     def moved(self, which: str, time_s: float, duration_s: float) -> LoopPoints:
-        """Return the points with 'A' or 'B' dragged to a time, as far as the other one allows."""
+        """Return the points with 'A' or 'B' dragged to a time, as far as the other point allows."""
         begin_s, end_s = self.bounds(duration_s)
         if which == 'A':
             return self._replace(begin_s=max(min(time_s, end_s - MIN_LOOP_S), 0.0))
@@ -50,42 +50,42 @@ class LoopPoints(NamedTuple):
 
 
 def points_of(loop: Tuple[float, float], duration_s: float) -> LoopPoints:
-    """Return the points of a player's loop: none where it is the whole recording."""
+    """Return the points of a player's loop; None for an end that is that of the recording."""
     begin_s, end_s = loop
     return LoopPoints(begin_s if begin_s > _SAME_S else None,
                       end_s if end_s < duration_s - _SAME_S else None)
 
 
-# The marks of a recording, and which of them is next to a position.
+# The marks of a recording, and the next and previous mark of a position.
 
-_JUST_PASSED_S = 0.7  # while playing, "previous mark" leads farther than to one just passed
+_JUST_PASSED_S = 0.7  # while playing, "previous mark" skips a mark passed more recently
 _HERE_S = 0.0005
 
 
 class PlacedMark(NamedTuple):
-    """A mark, in s from the beginning of the recording."""
+    """A mark at a position [s from the beginning of the recording]."""
 
     position_s: float
     label: str
 
 
 class Marks(NamedTuple):
-    """Marks in the order of time."""
+    """Marks in order of time."""
 
     all: Tuple[PlacedMark, ...] = ()
 
     @staticmethod
     def of(marks: Iterable[PlacedMark]) -> Marks:
-        """Return marks that come in any order."""
+        """Return marks given in any order."""
         return Marks(tuple(sorted(marks)))
 
     def after(self, position_s: float) -> Optional[float]:
-        """Return where the next mark is [s]; None if there is none."""
+        """Return the position of the next mark [s]; None if there is none."""
         row = bisect.bisect_right(self._positions(), position_s + _HERE_S)
         return self.all[row].position_s if row < len(self.all) else None
 
     def before(self, position_s: float, playing: bool) -> float:
-        """Return where the mark before is [s], before the first one the beginning."""
+        """Return the position of the previous mark [s]; 0 if there is none."""
         before_s = position_s - (_JUST_PASSED_S if playing else _HERE_S)
         row = bisect.bisect_left(self._positions(), before_s)
         return self.all[row - 1].position_s if row else 0.0
@@ -95,14 +95,14 @@ class Marks(NamedTuple):
 
 
 class StepUnit(NamedTuple):
-    """A message of a topic ('' for any), or, where it is not 0, a time [s]."""
+    """The unit of a step: a message of a topic ('' for any), or a time [s] if that is not 0."""
 
     topic: str = ''
     duration_s: float = 0.0
 
     @property
     def label(self) -> str:
-        """Return what the operator reads."""
+        """The name shown to the operator."""
         if self.duration_s:
             return f'{1000 * self.duration_s:g} ms'
         return self.topic or 'message'
@@ -112,22 +112,22 @@ MESSAGE = StepUnit()
 TIMES = (StepUnit(duration_s=0.01), StepUnit(duration_s=0.1), StepUnit(duration_s=1.0))
 
 
-_KEPT_SHARE = 0.95  # of the rate; what is reached above this is not worth telling
+_KEPT_SHARE = 0.95  # of the wanted rate; a reached rate above this is not reported
 
 
 class SeekTarget(NamedTuple):
-    """A position [s from the beginning] that was asked for in a segment, which this is to end."""
+    """The target of a seek [s from the beginning], and the segment that the seek will end."""
 
     position_s: float
     segment: int
 
 
 class PlaybackState(NamedTuple):
-    """The player's last state, None where there is none, and the operator's choices.
+    """The player's last state, None without a player, and the operator's choices.
 
-    ``sought`` is where a seek leads that no state of the player includes yet; ``points`` stay
-    while the loop is off; ``resumes`` says whether it plays on after dragging; ``files`` are
-    those of the player that was there last.
+    ``sought`` is the target of a seek that no state of the player includes yet. ``points`` stay
+    while the loop is off. ``resumes`` says whether playback continues after dragging. ``files`` are
+    the files of the last player.
     """
 
     snapshot: Optional[PlayerSnapshot] = None
@@ -145,7 +145,7 @@ class PlaybackState(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """Return how long the recording is; 0 while there is no player."""
+        """The length of the recording [s]; 0 without a player."""
         return 0.0 if self.snapshot is None else self.snapshot.duration_s
 
     @property
@@ -155,7 +155,7 @@ class PlaybackState(NamedTuple):
 
     @property
     def loop(self) -> Optional[Tuple[float, float]]:
-        """Return what the player repeats [s from the beginning]; None if it does not."""
+        """The part that the player repeats [s from the beginning]; None if it repeats nothing."""
         return None if self.snapshot is None else self.snapshot.loop
 
     @property
@@ -165,7 +165,7 @@ class PlaybackState(NamedTuple):
 
     @property
     def reached_rate(self) -> Optional[float]:
-        """The rate that the machine reaches, if that is less than the rate wanted."""
+        """The rate that the machine reaches, if it is below the wanted rate; else None."""
         if self.snapshot is None or self.snapshot.paused:
             return None
         reached = self.snapshot.achieved_rate
@@ -173,23 +173,23 @@ class PlaybackState(NamedTuple):
 
     @property
     def dropped(self) -> int:
-        """Return how many messages slow subscribers did not get."""
+        """The number of messages that slow subscribers did not get."""
         return 0 if self.snapshot is None else self.snapshot.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """Return what the player cannot play."""
+        """The parts of the recording that the player cannot play."""
         return () if self.snapshot is None else self.snapshot.gaps
 
     def within(self, position_s: float) -> float:
-        """Return a position [s], or the nearer end of the recording where it lies outside."""
+        """Return a position [s], limited to the recording."""
         return min(max(position_s, 0.0), self.duration_s)
 
     def updated(self, snapshot: Optional[PlayerSnapshot], asks_for_loop: bool) -> PlaybackState:
-        """Take the newest state of the player.
+        """Return the state with the newest state of the player.
 
-        Another recording has no points; those of this one stay while its player is away. A loop
-        that somebody else has set is taken over, unless one is being asked for.
+        Another recording has no points; points of the same recording stay while there is no player.
+        A loop set by another client is adopted, unless a loop is being requested here.
         """
         files = self.files if self.snapshot is None else self.snapshot.files
         before, state = self, self._replace(snapshot=snapshot, files=files)
@@ -200,33 +200,33 @@ class PlaybackState(NamedTuple):
         return state if asks_for_loop or state.loop == before.loop else state.with_players_loop()
 
     def sought_at(self, position_s: float) -> SeekTarget:
-        """Return a seek from here to a position [s], or to the nearer end."""
+        """Return a seek from here to a position [s], limited to the recording."""
         segment = 0 if self.snapshot is None else self.snapshot.segment
         return SeekTarget(self.within(position_s), segment)
 
     def arrived(self, sent_s: Optional[float]) -> PlaybackState:
-        """Forget a seek that was sent at a wall time [s], once the player's state includes it.
+        """Return the state without its seek if the player's state already includes the seek.
 
-        None: it is under way.
+        ``sent_s`` is the wall time [s] at which the seek was sent; None while it is under way.
         """
         if self.snapshot is None or (self.sought is not None
-                                     and _tells(self.snapshot, self.sought, sent_s)):
+                                     and _includes(self.snapshot, self.sought, sent_s)):
             return self._replace(sought=None)
         return self
 
     def failed(self, wanted: Optional[SeekTarget]) -> PlaybackState:
-        """Return to what the player does, but for a seek that it is still asked for."""
+        """Return the player's own state after a failure, except for a seek that is still wanted."""
         sought = None if self.snapshot is None else wanted
         return self._replace(sought=sought).with_players_loop()
 
     def with_players_loop(self) -> PlaybackState:
-        """Take the points of the loop that the player repeats, if it does."""
+        """Return the state with the points of the player's loop, if it repeats one."""
         if self.loop is None:
             return self
         return self._replace(points=points_of(self.loop, self.duration_s))
 
     def differs_from(self, other: PlaybackState) -> bool:
-        """Return whether the player says anything else but another position."""
+        """Return whether the player's state differs in more than the position."""
         return _without_position(self.snapshot) != _without_position(other.snapshot)
 
 
@@ -234,7 +234,7 @@ def _files(snapshot: Optional[PlayerSnapshot]) -> Optional[Tuple[str, ...]]:
     return None if snapshot is None else snapshot.files
 
 
-def _tells(snapshot: PlayerSnapshot, sought: SeekTarget, sent_s: Optional[float]) -> bool:
+def _includes(snapshot: PlayerSnapshot, sought: SeekTarget, sent_s: Optional[float]) -> bool:
     return (sent_s is not None and snapshot.stamp_s >= sent_s
             and snapshot.segment != sought.segment)
 
@@ -246,24 +246,24 @@ def _without_position(snapshot: Optional[PlayerSnapshot]) -> Optional[PlayerSnap
                              achieved_rate=round(snapshot.achieved_rate, 2))
 
 
-MAX_AHEAD_S = 0.5  # a player that has said nothing for so long may have ended
+MAX_AHEAD_S = 0.5  # a player that has been silent for longer may have ended
 
 
 class PlaybackPosition:
-    """Goes on evenly between two states, and never back while playing forward (or vice versa)."""
+    """The position, even between two states; it never moves against the direction of play."""
 
     def __init__(self) -> None:
         self._snapshot: Optional[PlayerSnapshot] = None
         self._shown_s = 0.0
 
     def take(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state; None when there is no player any more."""
+        """Take the newest state of the player; None if there is no player any more."""
         before, self._snapshot = self._snapshot, snapshot
         if snapshot is not None and (before is None or not _continues(before, snapshot)):
             self._shown_s = snapshot.position_s
 
     def at(self, now_s: float) -> float:
-        """Return the position [s] at a wall time [s], which does not decrease between calls."""
+        """Return the position [s] at a wall time [s] not before that of the last call."""
         snapshot = self._snapshot
         if snapshot is None:
             return 0.0
@@ -292,7 +292,7 @@ def _position(snapshot: PlayerSnapshot, now_s: float) -> float:
 
 
 def _limit(snapshot: PlayerSnapshot) -> float:
-    """Return the end or jump of play; from outside of the loop, and not before it, the bounds."""
+    """Return where play ends or jumps: at the loop's end, or past the loop, at the recording's."""
     loop = snapshot.loop
     if snapshot.rate > 0.0:
         return loop[1] if loop and snapshot.position_s <= loop[1] else snapshot.duration_s

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The timeline: the whole recording as a slider, with marks, loop, and curves below it."""
+"""The timeline: a slider over the whole recording, with marks, loop, and curves below."""
 from __future__ import annotations
 
 from typing import Any, Callable, Optional, Sequence, Tuple
@@ -45,7 +45,7 @@ from process_visualizer.runs.comparison.timeline_bands import MomentKind, Refere
 
 def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, time_s: float,
                   add_mark: Callable[[], None]) -> QMenu:
-    """Return the menu for a time [s]; not opened yet."""
+    """Return the menu for a time [s], not yet open."""
     menu = QMenu(parent)
     menu.setObjectName('timeline_menu')
     menu.addAction(f'Go to {format_time(time_s)}', lambda: playback.seek(time_s))
@@ -64,7 +64,7 @@ def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, 
     return menu
 
 
-# Moments of the reference as ticks above the slider's groove, which can be dragged.
+# Moments of the reference run as diamonds above the slider's groove, which can be dragged.
 
 _MIDDLE, _SIZE, _REACH = TRACK_TOP + 5.0, 4.5, 6.0  # px
 _TIPS = {
@@ -74,7 +74,7 @@ _TIPS = {
 
 
 def moment_at(place: QPointF, axis: TimeAxis, moments: Sequence[ReferenceMoment]) -> int:
-    """Return the row of the moment that is nearest to a place; -1 if none is near."""
+    """Return the row of the moment nearest to a place; -1 if none is near."""
     if abs(place.y() - _MIDDLE) > _REACH or not moments:
         return -1
     away = [abs(place.x() - axis.x(it.position_s)) for it in moments]
@@ -84,7 +84,7 @@ def moment_at(place: QPointF, axis: TimeAxis, moments: Sequence[ReferenceMoment]
 
 def with_dragged(moments: Tuple[ReferenceMoment, ...], row: int,
                  time_s: Optional[float]) -> Tuple[ReferenceMoment, ...]:
-    """Return moments as shown while one (-1: none) is dragged: as an anchor at the mouse [s]."""
+    """Return moments as shown while one (-1: none) is dragged: as an anchor at ``time_s``."""
     if row < 0 or time_s is None:
         return moments
     moved = moments[row]._replace(position_s=time_s, kind=MomentKind.ANCHOR)
@@ -92,7 +92,7 @@ def with_dragged(moments: Tuple[ReferenceMoment, ...], row: int,
 
 
 def moment_tip(moment: ReferenceMoment) -> str:
-    """Return what a tooltip says of a moment."""
+    """Return the text of a moment's tooltip."""
     return f'{format_time(moment.position_s)}  ' + _TIPS[moment.kind].format(moment.label)
 
 
@@ -121,31 +121,31 @@ def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
 
 _CURSORS = {'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor, 'moment': Qt.SizeHorCursor,
             'mark': Qt.PointingHandCursor}
-_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are redrawn
+_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to redraw on each side of playhead and mouse
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
 
 
 class TimelineView(LanesTimeline):
-    """Shows the position in the recording, and goes where the operator presses or drags."""
+    """The timeline of a recording; playback goes where the operator presses or drags."""
 
     mark_wanted = pyqtSignal(float)
-    """A mark should be added at this time [s]."""
+    """The operator wants to add a mark at this time [s]."""
 
     anchor_wanted = pyqtSignal(object, float)
-    """A Moment of the good run belongs to this time [s]."""
+    """The operator aligns this ReferenceMoment with this time [s]."""
 
     _below_lanes = BAR_HEIGHT
 
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
-        """``value_of`` returns a curve's value at the position: NaN: none, None: unknown yet."""
+        """Take ``value_of``: a curve's value at the position (NaN: no value, None: unknown yet)."""
         super().__init__(choices, parent)
         self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
-        self.alarms = header.Alarms()  # when something was wrong
+        self.alarms = header.Alarms()  # alarms in the recording
         self._moments: Tuple[ReferenceMoment, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._hover = Target('time')
@@ -190,7 +190,7 @@ class TimelineView(LanesTimeline):
         self.update()
 
     def set_moments(self, moments: Sequence[ReferenceMoment]) -> None:
-        """Set the moments of a good run that are shown, and can be dragged."""
+        """Set the moments of the reference run, which are shown and can be dragged."""
         if tuple(moments) != self._moments:
             self._moments, self._dragged = tuple(moments), None
             self._update_header()
@@ -201,7 +201,7 @@ class TimelineView(LanesTimeline):
         return axis_of(self.zoom.shown, self.width())
 
     def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
-        """Return the values of a lane's curve at the position, at the mouse, and the difference."""
+        """Return a curve's value at the position, its value at the mouse, and their difference."""
         curve, length_s = self.stack.lanes[row].curves[number], self.zoom.shown.length_s
         time_s = self.hover_s
         at_mouse = None if time_s is None or not length_s else curve.at(time_s / length_s)
@@ -259,12 +259,12 @@ class TimelineView(LanesTimeline):
                                  self._playback.state.is_available)
         hover_s = self.hover_s
         if hover_s is not None:
-            away = f'Δ {hover_s - position_s:+.3f} s'.replace('-', '−')  # after or before it
+            away = f'Δ {hover_s - position_s:+.3f} s'.replace('-', '−')  # after or before position
             text = f'{format_time(hover_s)}  {away}'
             header.draw_hover(painter, axis, hover_s, text, bottom)
 
     def _loop(self) -> Optional[header.Loop]:
-        """The loop to show: A and B, or everything while that is repeated."""
+        """Return the loop to show: A to B, or everything while that is repeated; None without."""
         points, length_s = self._playback.state.points, self.zoom.shown.length_s
         if not self._playback.is_looping and points.begin_s is None and points.end_s is None:
             return None
@@ -291,7 +291,7 @@ class TimelineView(LanesTimeline):
         self._update_values()
 
     def _update_values(self) -> None:
-        """Redraw only the numbers: everything that is drawn is sent to the screen."""
+        """Redraw only the numbers, as everything drawn is sent to the screen."""
         axis = self.axis
         if self._hover_x is not None:  # the time from the position to the mouse
             self._update_header()
@@ -301,7 +301,7 @@ class TimelineView(LanesTimeline):
     # The mouse
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab what is under the mouse: a handle, a mark, or the time."""
+        """Grab the target under the mouse: a handle, a mark, a moment, or the time."""
         if event.button() != Qt.LeftButton or self.stack.fold(event.pos(), self._choices) \
                 or not self._playback.state.is_available:
             return
@@ -312,7 +312,7 @@ class TimelineView(LanesTimeline):
             self._playback.seek(self.axis.time_s(event.localPos().x()))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag what was grabbed; otherwise show what is under the mouse."""
+        """Drag the grabbed target; otherwise show the target under the mouse."""
         time_s = self.axis.time_s(event.localPos().x())
         if self._dragged is None:
             self._hover = self._target_at(event.localPos())
@@ -325,7 +325,7 @@ class TimelineView(LanesTimeline):
         self._show_hover(event.localPos().x() if self.axis.duration_s > 0.0 else None)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Release; continue to play if it played before."""
+        """Release the target; play again if it played before."""
         if event.button() == Qt.LeftButton:
             row, self._dragged = self._dragged_moment, None
             if row >= 0:
@@ -333,7 +333,7 @@ class TimelineView(LanesTimeline):
             self._playback.end_scrub()
 
     def _put(self, moment: ReferenceMoment, x: float) -> None:
-        """A moment was dragged to a place [px], or merely pressed: then go there."""
+        """Align a moment that was dragged to a place [px]; go to it if it was only pressed."""
         if abs(x - self.axis.x(moment.position_s)) < QApplication.startDragDistance():
             self._playback.seek(moment.position_s)
         else:
@@ -346,7 +346,7 @@ class TimelineView(LanesTimeline):
         self._show_hover(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom in or out; over lanes that do not fit, without Ctrl, scroll them."""
+        """Scroll lanes that do not fit if the wheel is over them without Ctrl; otherwise zoom."""
         if not self._scrolls_lanes(event):
             self.zoom.turn_wheel(event.angleDelta(), event.modifiers(),
                                  self.axis.time_s(event.pos().x()))
@@ -357,7 +357,7 @@ class TimelineView(LanesTimeline):
             self.zoom.show_all()
 
     def event(self, event: QEvent) -> bool:
-        """Show a mark's whole label, or a hint, in a tooltip."""
+        """Show a tooltip: the whole label of a mark, a moment, or a hint."""
         if event.type() == QEvent.ToolTip:
             self._show_tip(event)
             return True
@@ -383,7 +383,7 @@ class TimelineView(LanesTimeline):
     # Keys and menu
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move with the keys of the window; up and down scroll."""
+        """Handle the keys that move playback; up and down scroll the lanes."""
         playback, scroll = self._playback, self.stack.scroll
         action = {Qt.Key_Left: lambda: playback.step(-1), Qt.Key_Right: lambda: playback.step(1),
                   Qt.Key_Home: lambda: playback.seek(0.0),
@@ -399,7 +399,7 @@ class TimelineView(LanesTimeline):
             action()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the time under the mouse, or at the playhead."""
+        """Open the menu for the time under the mouse, or by keyboard, at the playhead."""
         if not self._playback.state.is_available:
             return
         by_mouse = event.reason() == QContextMenuEvent.Mouse
@@ -409,7 +409,7 @@ class TimelineView(LanesTimeline):
         menu.popup(event.globalPos())
 
     def menu_at(self, time_s: float, row: Optional[int] = None) -> QMenu:
-        """Return the menu for a time [s], and for a lane if there is one."""
+        """Return the menu for a time [s], with actions for a lane if there is one."""
         menu = timeline_menu(self, self._playback, self.zoom, time_s,
                              lambda: self.mark_wanted.emit(time_s))
         menu.addSeparator()

@@ -27,7 +27,7 @@ from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, RATES, form
 
 
 class RateBox(QDoubleSpinBox):
-    """The speed as a number; its arrows go through the usual speeds, Enter gives the keys back."""
+    """The speed as a number; arrows step through usual speeds, Enter returns the focus."""
 
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -40,7 +40,7 @@ class RateBox(QDoubleSpinBox):
         self.setDecimals(2)
         self.setSuffix(' ×')
         self.setPrefix('−')
-        self.setFixedWidth(self.sizeHint().width())  # so that nothing moves when it turns round
+        self.setFixedWidth(self.sizeHint().width())  # nothing moves when the direction changes
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.StrongFocus)
         self.valueChanged.connect(playback.set_speed)
@@ -49,7 +49,7 @@ class RateBox(QDoubleSpinBox):
         self.lineEdit().returnPressed.connect(self.clearFocus)
 
     def show_rate(self, rate: float) -> None:
-        """Show a rate without requesting it; text that is being edited stays."""
+        """Show a rate without commanding it; text that is being edited stays."""
         if not self._is_being_written:
             self.blockSignals(True)
             self.setPrefix('−' if rate < 0.0 else '')
@@ -73,7 +73,7 @@ _SIDE, _GROOVE_Y, _KNOB = 13.0, 10.0, 6.5
 
 
 class SpeedSlider(QAbstractSlider):
-    """From 0.01 to 16; a double click is 1."""
+    """A slider for speeds from 0.01 to 16; a double click sets 1."""
 
     speed_chosen = pyqtSignal(float)
 
@@ -97,7 +97,7 @@ class SpeedSlider(QAbstractSlider):
         self.setValue(_value(speed))
 
     def sizeHint(self) -> QSize:
-        """Return a size in which all labels can be read."""
+        """Return a size in which all labels are readable."""
         return QSize(260, 32)
 
     def minimumSizeHint(self) -> QSize:
@@ -110,12 +110,12 @@ class SpeedSlider(QAbstractSlider):
         return _SIDE + share * (self.width() - 2 * _SIDE)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Go where the mouse is."""
+        """Choose the speed at the mouse."""
         if event.button() == Qt.LeftButton:
             self._choose(self._speed_at(event.localPos().x()))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the mouse, held a little at the detents."""
+        """Choose the speed at the mouse, with detents at usual speeds."""
         if event.buttons() & Qt.LeftButton:
             self._choose(self._speed_at(event.localPos().x()))
 
@@ -124,7 +124,7 @@ class SpeedSlider(QAbstractSlider):
         self._choose(1.0)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the groove, from 1 to the speed in color, ticks with labels, and the knob."""
+        """Draw the groove (colored from 1 to the speed), ticks with labels, and the knob."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.Antialiasing)
         color = QColor(theme().accent if self.isEnabled() else theme().disabled_shape)
@@ -157,7 +157,7 @@ class SpeedSlider(QAbstractSlider):
                                  f'{speed:g}')
 
     def _speed_at(self, x: float) -> float:
-        """The speed at a place [px]; that of a detent near it."""
+        """Return the speed at a place [px], or that of a detent near it."""
         nearest = min(RATES, key=lambda speed: abs(self.x_of(speed) - x))
         if abs(self.x_of(nearest) - x) <= _DETENT_PX:
             return nearest
@@ -175,7 +175,7 @@ def _value(speed: float) -> int:
 
 
 def _speed(value: int) -> float:
-    """The speed of a value, with three digits."""
+    """Return the speed of a slider value, with three digits."""
     detent = next((it for it in RATES if _value(it) == value), None)
     return float(f'{10 ** (value / _UNITS):.3g}') if detent is None else detent
 
@@ -196,11 +196,11 @@ class TimeLabel(QLabel):
         self._position = self._end = _UNKNOWN
 
     def text(self) -> str:
-        """Return what is shown."""
+        """Return the shown text."""
         return f'{self._position.rjust(len(self._end))} / {self._end}'
 
     def show_nothing(self) -> None:
-        """Show that there is no time."""
+        """Show placeholders instead of times."""
         self._show(_UNKNOWN, _UNKNOWN)
 
     def show_time(self, position_s: float, duration_s: float) -> None:
@@ -208,7 +208,7 @@ class TimeLabel(QLabel):
         self._show(format_time(position_s), format_time(duration_s))
 
     def sizeHint(self) -> QSize:
-        """Return the size of the text, which only the length of the recording changes."""
+        """Return the size of the text, which depends only on the length of the recording."""
         metrics = self.fontMetrics()
         return QSize(metrics.horizontalAdvance(self.text()) + 2, metrics.height())
 
@@ -217,7 +217,7 @@ class TimeLabel(QLabel):
         return self.sizeHint()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the position in full, the length quietly."""
+        """Draw the position in the text color, the length in a quiet color."""
         painter = QPainter(self)
         color = self.palette().color(QPalette.WindowText)
         width = self._draw(painter, 0, self._position.rjust(len(self._end)), color)
@@ -240,12 +240,12 @@ class TimeLabel(QLabel):
 
 _WIDE_SPACING, _NARROW_SPACING = 24, 8
 _MIN_WIDTH = 400
-_MAX_SLIDER, _UNLIMITED = 420, 16777215  # px; the second one is Qt's own
+_MAX_SLIDER, _UNLIMITED = 420, 16777215  # px; the second is Qt's default maximum
 _ICON = QSize(20, 20)
 
 
 class TransportView(QWidget):
-    """Shows a playback model and commands it."""
+    """The controls of a playback model, and its state."""
 
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -355,7 +355,7 @@ class TransportView(QWidget):
 
     def _do(self, action: Callable[[], object]) -> None:
         action()
-        self._show()  # a button that was checked by the press shows what is, not what was pressed
+        self._show()  # a checkable button shows the state, not the press
 
     # Layout
 
@@ -367,12 +367,12 @@ class TransportView(QWidget):
                       else 2 if width >= without_speed else 3)
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size in which several rows can be used, so that one row can be narrowed."""
+        """Return a size that fits several rows, so that a single row can be narrowed to it."""
         size = super().minimumSizeHint()
         return QSize(min(size.width(), _MIN_WIDTH), size.height())
 
     def _width_of(self, *parts: QWidget) -> int:
-        """The width of parts of one row, and of the space beside them."""
+        """Return the width of parts in one row, including their spacing."""
         reached = self._reached_width() - self.reached.minimumWidth()
         return (sum(part.minimumSizeHint().width() + _WIDE_SPACING for part in parts)
                 + (reached if self._buttons in parts else 0))
@@ -394,7 +394,7 @@ class TransportView(QWidget):
             self._grid.setColumnStretch(column, int(column == (4, 1, 0)[rows - 1]))
 
     def _places(self, rows: int) -> Dict[QWidget, Tuple[int, ...]]:
-        """Row and column of each part, and how many rows and columns it spans."""
+        """Return row and column of each part, and its numbers of spanned rows and columns."""
         buttons, speed, step = self._buttons, self._speed_row, self._step_row
         if rows == 1:
             return {buttons: (0, 0), self.time: (0, 1), speed: (0, 2), step: (0, 3)}
@@ -402,7 +402,7 @@ class TransportView(QWidget):
             return {buttons: (0, 0), self.time: (0, 1), step: (0, 2), speed: (1, 0, 1, 3)}
         return {self.time: (0, 0), step: (0, 1), buttons: (1, 0, 1, 2), speed: (2, 0, 1, 2)}
 
-    # What is shown
+    # State
 
     def _show(self) -> None:
         it = self._playback

@@ -18,7 +18,7 @@ LINE = 'values'
 PERIOD_MS = 100
 """Time between two readings while the position moves; nobody reads numbers faster."""
 _HELD_S = 0.3
-"""While it plays, values of a position that is so long ago, in real time, are still shown."""
+"""Maximum age, in real time, of the values shown while playing [s]."""
 _SAME_S = 1e-6
 
 Read = Callable[[Sequence[str], Sequence[Device]], PositionValues]
@@ -36,7 +36,7 @@ class _Found(NamedTuple):
 
 
 class ValuesModel(QObject):
-    """Follows the position; what is read for another one is not shown, but while it plays."""
+    """Reads the values at the position; values of other positions are shown only while playing."""
 
     changed = pyqtSignal()
     _read = pyqtSignal(object)
@@ -48,7 +48,7 @@ class ValuesModel(QObject):
         self._open = open_values
         self._found: Optional[_Found] = None
         self._asked: Optional[_Wish] = None
-        self._reader: Optional[PositionValues] = None  # of the line of tasks, with what it is of
+        self._reader: Optional[PositionValues] = None  # used only in the line of tasks
         self._reads_of: Tuple[object, object] = ((), ())
         self._read.connect(self._take)
         self._reads = NewestCall(tasks, LINE, self._read_values, lambda: None, _raise)
@@ -58,7 +58,7 @@ class ValuesModel(QObject):
             changed.connect(self._follow)
 
     def value(self, key: Key) -> Optional[float]:
-        """Return the value of a curve at the position; NaN: there is none; None: not known yet."""
+        """Return a curve's value at the position; NaN without a value, None if not yet known."""
         found, session = self._found, self._session
         if found is None or (found.wish.paths, found.wish.devices) != (session.paths,
                                                                        session.chosen):
@@ -70,7 +70,7 @@ class ValuesModel(QObject):
         return math.nan if value is None else value
 
     def _follow(self) -> None:
-        """Ask for the values of the position, after a rest if it was asked for others just now."""
+        """Request the values at the position, after a rest if others were requested just now."""
         wish = _Wish(self._session.paths, self._session.chosen, self._playback.position_s)
         if wish != self._asked and not self._rest.isActive() and wish.paths:
             self._asked = wish
@@ -82,7 +82,7 @@ class ValuesModel(QObject):
         try:
             self._read.emit(_Found(wish, self._opened(wish).at(wish.position_s)))
         except (BagError, OSError):
-            self._read.emit(_Found(wish, {}))  # why it cannot be read is shown with its curves
+            self._read.emit(_Found(wish, {}))  # the curves show why reading fails
 
     def _opened(self, wish: _Wish) -> PositionValues:
         of = (wish.paths, wish.devices)
