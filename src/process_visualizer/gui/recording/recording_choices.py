@@ -20,16 +20,16 @@ from process_visualizer.health.device_state import TopicWatch
 from process_visualizer.health.figures import long_time_text, size_text
 
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
-"""Folders that the recorder takes from anybody, besides the home folder."""
+"""Folders that the recorder accepts from any client, in addition to the home folder."""
 MIN_FREE_BYTES = 1 << 30
-"""The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
+"""Minimum free space to start a recording (the recorder's parameter ~minimum_free_megabytes)."""
 
 
 class BagTarget(NamedTuple):
-    """A look at the disk; ``problem`` says what is wrong and what to do, or ''.
+    """The result of a look at the disk; ``problem`` says what is wrong and what to do, or ''.
 
-    ``free_bytes`` and ``total_bytes`` of the disk are None where it cannot be read; ``free_name``
-    is a name like the given one that no file has yet.
+    ``free_bytes`` and ``total_bytes`` of the disk are None if it cannot be read. ``free_name`` is
+    an unused name similar to the given one.
     """
 
     problem: str = ''
@@ -39,9 +39,9 @@ class BagTarget(NamedTuple):
 
 
 def look_at(folder: str, name: str = '', prefix: str = '') -> BagTarget:
-    """Look whether a bag can be recorded into the folder (a whole path); touches the disk.
+    """Check whether a bag can be recorded into a folder (an absolute path); reads the disk.
 
-    ``name`` is the operator's, '' where the recorder makes one of date and time, perhaps with a
+    ``name`` is the operator's; '' if the recorder makes one of date and time, possibly with a
     prefix.
     """
     existing = _existing_parent(Path(folder))
@@ -57,9 +57,10 @@ def look_at(folder: str, name: str = '', prefix: str = '') -> BagTarget:
 
 
 def is_for_anybody(folder: str, home: str) -> bool:
-    """Return whether the recorder takes a request for the folder, whoever sends it.
+    """Return whether the recorder accepts the folder from any client.
 
-    As the defaults of its parameter ``~folders``; another folder must be named when it is started.
+    These are the defaults of its parameter ``~folders``; any other folder must be named when the
+    recorder is started.
     """
     wanted = Path(os.path.realpath(folder))
     return any(above == wanted or above in wanted.parents for above in (
@@ -67,12 +68,12 @@ def is_for_anybody(folder: str, home: str) -> bool:
 
 
 def stem_of(name: str) -> str:
-    """The name without the ending .bag, as the recorder uses it."""
+    """Return a name without the ending .bag, as the recorder uses it."""
     return name[:-4] if name.endswith('.bag') and len(name) > 4 else name
 
 
 def is_taken(folder: str, name: str) -> bool:
-    """Return whether a bag of that name is there: finished, in the making, or in parts."""
+    """Return whether a bag of a name exists: finished, being recorded, or split."""
     stem = os.path.join(folder, stem_of(name))
     return bool(name) and any(os.path.lexists(f'{stem}{part}.bag{ending}')
                               for part in ('', '_0') for ending in ('', '.active'))
@@ -126,10 +127,10 @@ def _name_problem(name: str) -> str:
     return ''
 
 
-# Ticks of the recorded topics: preset by the configuration, changed by the operator.
+# Ticks of the topics to record: preset by the configuration, changed by the operator.
 
 class TopicHealth(Enum):
-    """The health of a topic; the recorder reports only on those that it watches."""
+    """The health of a topic; the recorder reports only on topics that it watches."""
 
     UNKNOWN = 'unknown'
     GOOD = 'good'
@@ -139,7 +140,7 @@ class TopicHealth(Enum):
 
 
 class TopicRow(NamedTuple):
-    """A topic as the operator sees it; rate in Hz and silence in s are None where not known."""
+    """A topic as the operator sees it; rate in Hz and silence in s are None if not known."""
 
     name: str
     device: str
@@ -153,7 +154,7 @@ class TopicRow(NamedTuple):
 
 
 class TopicTicks:
-    """The topics of the chosen devices; what the operator ticked stays when the devices change."""
+    """The topics of the chosen devices; the operator's ticks stay when the devices change."""
 
     def __init__(self) -> None:
         self._topics: Dict[str, Tuple[str, bool]] = {}  # device, preset
@@ -163,7 +164,7 @@ class TopicTicks:
         self._stale: Set[str] = set()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the chosen devices; a topic of two devices is listed with the first."""
+        """Set the chosen devices; a topic of two devices is listed with the first."""
         self._topics = {}
         for device in devices:
             for topic in device.topics:
@@ -171,27 +172,27 @@ class TopicTicks:
                 self._topics[topic.name] = (owner, record or topic.record)
 
     def tick(self, topic: str, is_ticked: bool) -> None:
-        """Record a topic, or do not."""
+        """Set whether a topic is recorded."""
         self._changed[topic] = is_ticked
 
     def preset(self) -> None:
-        """Tick what the configuration says."""
+        """Tick the topics that the configuration records."""
         self._changed.clear()
 
     def take(self, topics: Sequence[TopicSnapshot]) -> None:
-        """Note what the recorder says of the topics that it watches."""
+        """Take the recorder's report on the topics that it watches."""
         if not topics:
-            self._watch = TopicWatch()  # of another run
+            self._watch = TopicWatch()  # a new run begins
         self._seen = {topic.name: topic for topic in topics}
         self._stale = {it.name for it in topics if self._watch.update(
             it.name, it.rate_hz, it.silence_s, it.messages).is_stale}
 
     def ticked(self) -> Tuple[str, ...]:
-        """The names of the topics to record."""
+        """Return the names of the topics to record."""
         return tuple(name for name in self._topics if self._is_ticked(name))
 
     def rows(self) -> List[TopicRow]:
-        """All topics, in the order of the devices."""
+        """Return all topics, in the order of the devices."""
         return [self._row(name) for name in self._topics]
 
     def _is_ticked(self, name: str) -> bool:
@@ -214,7 +215,7 @@ class TopicTicks:
 
 
 class NameChoice(Enum):
-    """The naming of a bag, in the order of the thesis' figure 5.3."""
+    """The ways to name a bag, in the order of the thesis' figure 5.3."""
 
     DATE = 'date'
     PREFIX = 'prefix'
@@ -222,11 +223,11 @@ class NameChoice(Enum):
 
 
 class RecordingChoices(QObject):
-    """The options of the next recording, and what is in their way on the disk."""
+    """The options of the next recording, and problems with them on the disk."""
 
     changed = pyqtSignal()
     topics_changed = pyqtSignal()
-    """The list of topics is another one (ticks and rates come with ``changed``)."""
+    """The list of topics has changed (changes of ticks and rates emit ``changed``)."""
     _looked = pyqtSignal(object, object)
 
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
@@ -247,7 +248,7 @@ class RecordingChoices(QObject):
 
     @property
     def prefix(self) -> str:
-        """Return what stands before date and time."""
+        """The prefix before date and time."""
         return self._settings['prefix']
 
     @property
@@ -257,29 +258,29 @@ class RecordingChoices(QObject):
 
     @property
     def folder(self) -> str:
-        """The whole path of the folder for recordings."""
+        """The absolute path of the folder for recordings."""
         return self._settings['folder']
 
     @property
     def problem(self) -> str:
-        """Return why folder or name cannot be used, and what to do; '' if they can."""
+        """Return why folder or name cannot be used, and what to do; '' if both can."""
         if self.name_choice is NameChoice.NAME and not self.name:
             return 'write a name, or choose date and time'
         return self._target.problem
 
     @property
     def free_name(self) -> str:
-        """A name that is free, where the given one is taken; otherwise ''."""
+        """An unused name if the given one is taken; otherwise ''."""
         return self._target.free_name
 
     @property
     def free_bytes(self) -> Optional[int]:
-        """The room on the folder's disk, None where it is not known."""
+        """The free space on the folder's disk; None if not known."""
         return self._target.free_bytes
 
     @property
     def total_bytes(self) -> Optional[int]:
-        """The size of the folder's disk, None where it is not known."""
+        """The size of the folder's disk; None if not known."""
         return self._target.total_bytes
 
     @property
@@ -292,7 +293,7 @@ class RecordingChoices(QObject):
         self._set({'choice': choice.value})
 
     def set_prefix(self, prefix: str) -> None:
-        """Set what stands before date and time."""
+        """Set the prefix before date and time."""
         self._set({'prefix': prefix.strip()})
 
     def set_name(self, name: str) -> None:
@@ -304,11 +305,11 @@ class RecordingChoices(QObject):
         self._set({'folder': os.path.expanduser(folder.strip())})
 
     def settings(self) -> Dict[str, str]:
-        """Return what is to be remembered until the next start; for ``restore``."""
+        """Return the settings to save for the next session; for ``restore``."""
         return dict(self._settings)
 
     def restore(self, settings: Mapping[str, str]) -> None:
-        """Choose what was remembered; entries that make no sense are left out."""
+        """Take saved settings; invalid entries are ignored."""
         known = {key: str(settings[key]) for key in self._settings if settings.get(key)}
         if known.get('choice') not in [choice.value for choice in NameChoice]:
             known.pop('choice', None)
@@ -322,25 +323,25 @@ class RecordingChoices(QObject):
         self.changed.emit()
 
     def tick(self, topic: str, is_ticked: bool) -> None:
-        """Record a topic, or do not."""
+        """Set whether a topic is recorded."""
         self._ticks.tick(topic, is_ticked)
         self.changed.emit()
 
     def preset_topics(self) -> None:
-        """Tick what the configuration says."""
+        """Tick the topics that the configuration records."""
         self._ticks.preset()
         self.changed.emit()
 
     def take_topics(self, topics: Sequence[TopicSnapshot]) -> None:
-        """Note what the recorder says of the topics; ``changed`` is left to who calls this."""
+        """Take the recorder's report on topics; the caller emits ``changed``."""
         self._ticks.take(topics)
 
     def look(self) -> None:
-        """Look at the disk, off the GUI thread; ``changed`` comes if anything is new."""
+        """Look at the disk, off the GUI thread; ``changed`` is emitted if anything is new."""
         self._looks.request(self.options())
 
     def options(self) -> RecordingOptions:
-        """The options of the next recording."""
+        """Return the options of the next recording."""
         choice = self.name_choice
         return RecordingOptions(
             topics=self._ticks.ticked(), folder=self.folder,
@@ -348,7 +349,7 @@ class RecordingChoices(QObject):
             name=self.name if choice is NameChoice.NAME else '')
 
     def options_to_save(self, recent_s: float) -> RecordingOptions:
-        """The options to save the last seconds; always with date and time, so never in the way."""
+        """Return the options to save the last seconds; date and time make the name unique."""
         prefix = {NameChoice.DATE: '', NameChoice.PREFIX: self.prefix,
                   NameChoice.NAME: self.name}[self.name_choice]
         return RecordingOptions(folder=self.folder, prefix=prefix, recent_s=recent_s)
@@ -360,7 +361,7 @@ class RecordingChoices(QObject):
         self.changed.emit()
 
     def _take_target(self, looked: RecordingOptions, target: BagTarget) -> None:
-        """Take what was found, unless another folder or name has been chosen meanwhile."""
+        """Take a look's result, unless another folder or name has been chosen meanwhile."""
         if target != self._target and _place(looked) == _place(self.options()):
             self._target = target
             self.changed.emit()
@@ -386,9 +387,9 @@ _LOW_S = 300.0
 
 
 class DiskRoom(NamedTuple):
-    """The room on the disk, and how long can be recorded there; None where it is not known.
+    """The free space on the disk, and the time that can be recorded there; None if not known.
 
-    ``limit_bytes`` are those that the recorder leaves free; it stops before.
+    ``limit_bytes`` is the space that the recorder leaves free; a recording stops there.
     """
 
     free_bytes: Optional[int]
@@ -403,18 +404,18 @@ class DiskRoom(NamedTuple):
 
     @property
     def free_text(self) -> str:
-        """Return how much is free, in words."""
+        """The free space, in words."""
         return '' if self.free_bytes is None else f'{_exact_size(self.free_bytes)} free'
 
     @property
     def limit_text(self) -> str:
-        """Return where a recording stops, in words."""
+        """The free space at which a recording stops, in words."""
         return f'A recording stops when only {_exact_size(self.limit_bytes)} are free' \
             if self.limit_bytes else 'A recording stops when the disk is full'
 
     @property
     def time_text(self) -> str:
-        """Return how long can be recorded, in words."""
+        """The time that can be recorded, in words."""
         if self.time_left_s is None:
             return ''
         if not self.is_low:
@@ -429,7 +430,7 @@ class DiskRoom(NamedTuple):
 
 
 def _exact_size(size_bytes: int) -> str:
-    """Return a size by which the limit and what is a little more differ."""
+    """Return a size in words, precise enough to tell the limit from a slightly larger size."""
     return f'{size_bytes / 1e9:.2f}\u2009GB' if 999.5e6 <= size_bytes < 10e9 else \
         size_text(size_bytes)
 
@@ -437,9 +438,9 @@ def _exact_size(size_bytes: int) -> str:
 def disk_room(
     phase: RecordingPhase, snapshot: RecorderSnapshot, seen_bytes: Optional[int]
 ) -> DiskRoom:
-    """Return what the recorder reports while it records, else what follows from its present rate.
+    """Return the room that the recorder reports while recording, else an estimate from its rate.
 
-    ``seen_bytes`` is the room that the window has seen itself, if it has.
+    ``seen_bytes`` is the free space as the window has seen it itself, if it has.
     """
     if phase is RecordingPhase.RECORDING:
         return DiskRoom(snapshot.free_bytes or seen_bytes, snapshot.time_left_s,
@@ -450,7 +451,7 @@ def disk_room(
 
 
 def _limit_bytes(snapshot: RecorderSnapshot) -> int:
-    """Return what the recorder leaves free, which follows from the time that it has left."""
+    """Return the space that the recorder leaves free, derived from the time that it has left."""
     if not snapshot.time_left_s or snapshot.rate <= 0.0:
         return MIN_FREE_BYTES
     return max(snapshot.free_bytes - round(snapshot.time_left_s * snapshot.rate), 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recording: what the recorder does, and the commands to it."""
+"""Recording: the state of the recorder, and the commands to it."""
 from __future__ import annotations
 
 import os
@@ -44,7 +44,7 @@ _VERDICT_LINE = 'verdict'
 
 
 class BagVerdict(NamedTuple):
-    """The verdict of the report on a recording; good if nothing is known to be missing."""
+    """The verdict of the report on a recording; good unless something is known to be missing."""
 
     is_good: bool
     text: str
@@ -54,7 +54,7 @@ Judge = Callable[[Sequence[str]], BagVerdict]
 
 
 def verdict_on(paths: Sequence[str]) -> BagVerdict:
-    """Return the verdict on a recording; takes long for a large one."""
+    """Return the verdict on a recording; takes long for a large recording."""
     try:
         with Recording(paths) as recording:
             report = make_report(recording)
@@ -64,7 +64,7 @@ def verdict_on(paths: Sequence[str]) -> BagVerdict:
 
 
 class FinishedVerdict(QObject):
-    """Looks at one recording after the other; only the verdict on the last counts."""
+    """Judges one recording after the other; only the verdict on the last one counts."""
 
     changed = pyqtSignal()
 
@@ -77,7 +77,7 @@ class FinishedVerdict(QObject):
 
     @property
     def verdict(self) -> Optional[BagVerdict]:
-        """The verdict on the recording that was looked at last; None until it is known."""
+        """The verdict on the last recording; None until it is known."""
         return self._verdict
 
     def look_at(self, paths: Sequence[str]) -> None:
@@ -100,18 +100,18 @@ _LOOK_PERIOD_S = 5.0
 
 
 class RecordingModel(QObject):
-    """Records what the choices say; commands return at once, what becomes of them is signalled.
+    """Records according to the choices; commands return at once, and signals report the outcome.
 
-    What it knows is a value, ``state``; here is what that needs of the world: the recorder, the
-    disk, the time, and whoever looks at it.
+    Its knowledge is an immutable value, ``state``. This class connects that value to the outside:
+    the recorder, the disk, the time, and the views.
     """
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     unheard = pyqtSignal()
-    """The recorder says nothing any more: it hangs, or has ended."""
+    """The recorder no longer reports: it hangs, or has ended."""
     finished = pyqtSignal(str)
-    """A bag is complete; its path (of a recording in parts, that of the first)."""
+    """A bag is complete; its path (of a split recording, the path of the first file)."""
 
     def __init__(self, tasks: Tasks, client: RecorderClient, session: Session,
                  parent: Optional[QObject] = None,
@@ -125,43 +125,43 @@ class RecordingModel(QObject):
         self._looked_s = now_s()
         self._state = RecordingState()
         self._sender = SenderClock()
-        self._unsent: Tuple[RecordedMark, ...] = ()  # the recorder did not answer
+        self._unsent: Tuple[RecordedMark, ...] = ()  # marks that the recorder did not answer
         self._silence = SilenceWatch(self)
         self._silence.silent.connect(self._take_silence)
         session.run_changed.connect(lambda: self._follow_run(session))
 
     @property
     def state(self) -> RecordingState:
-        """Return where the recording stands."""
+        """The state of the recording."""
         return self._state
 
     @property
     def phase(self) -> RecordingPhase:
-        """Return what the recorder does."""
+        """The phase of the recorder."""
         return self._state.phase
 
     @property
     def is_recording(self) -> bool:
-        """Return whether a recording is being made (then the window may not just be closed)."""
+        """Return whether a recording is being made (closing the window then asks first)."""
         return self._state.is_busy
 
     @property
     def elapsed_s(self) -> float:
-        """The time since the recording began, or how long the last one was; for a clock."""
+        """The time since the recording began, or the length of the last recording; for a clock."""
         return self._state.elapsed_s(self._now_s())
 
     @property
     def room(self) -> DiskRoom:
-        """Return how much can still be recorded."""
+        """The room for recording on the disk."""
         return disk_room(self.phase, self._state.snapshot, self.choices.free_bytes)
 
     def _follow_choices(self) -> None:
         self._enter(self._state.chosen(self.choices.options()))
 
-    # What the run and the recorder say
+    # Reports of the run and of the recorder
 
     def _follow_run(self, session: Session) -> None:
-        """A recorder was launched, has ended with its run, or alone while other nodes go on."""
+        """Take that a recorder was launched, or has ended with its run or on its own."""
         is_running = session.running_mode is Mode.REALTIME
         if is_running != (self.phase is not RecordingPhase.OFF):
             self._silence.stop()
@@ -180,19 +180,19 @@ class RecordingModel(QObject):
         self._enter(self._state.unheard())
 
     def _lose_rates(self) -> None:
-        """What the recorder counted last says nothing of what comes now."""
+        """Forget the last rates, which say nothing about the present."""
         self.choices.take_topics(())
         self.unheard.emit()
 
     def take_end_of_run(self) -> None:
-        """Tell that the recorder has ended: it has finished its bag, or never will."""
+        """Check whether the recorder, which has ended, has finished its bag."""
         path, self._state = self._state.left, self._state._replace(left='')
         if path:
             self._tasks.run('files', lambda: os.path.exists(path), lambda is_there: self._take(
                 left_behind(self._state, path, bool(is_there))))
 
     def take_state(self, snapshot: RecorderSnapshot) -> None:
-        """Take what the recorder says; in the GUI thread."""
+        """Take a report of the recorder; in the GUI thread."""
         if self.phase is RecordingPhase.OFF:
             return
         self._silence.hear()
@@ -201,7 +201,7 @@ class RecordingModel(QObject):
             self.choices.take_topics(snapshot.topics)
             self._take(updated(self._state, snapshot, now_s))
             self._write_unsent()
-            self.take_end_of_run()  # of a recorder that was restarted
+            self.take_end_of_run()  # after a restart of the recorder
         if now_s - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = now_s
             self.choices.look()
@@ -209,14 +209,14 @@ class RecordingModel(QObject):
     # Commands
 
     def toggle(self) -> None:
-        """Start, or stop."""
+        """Start or stop a recording."""
         if self.phase is RecordingPhase.RECORDING:
             self.stop()
         else:
             self.start()
 
     def start(self) -> None:
-        """Start a recording with the chosen options; ``state`` and ``failed`` tell the rest."""
+        """Start a recording with the chosen options; ``state`` and ``failed`` show the outcome."""
         options = self.choices.options()
         problem = obstacle(self.phase, self._state.is_silent, options,
                            self.choices.problem)
@@ -227,27 +227,27 @@ class RecordingModel(QObject):
                         lambda path: self._enter(self._state.started(path, self._now_s())))
 
     def stop(self) -> None:
-        """Stop; ``finished`` comes when everything is written."""
+        """Stop the recording; ``finished`` is emitted when everything is written."""
         if self.phase is RecordingPhase.RECORDING:
             self._enter(self._state.asked_to_stop(self._now_s()))
             self._write_unsent()
             self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
 
     def save_recent(self) -> None:
-        """Write what is in memory (the last 30 s) into a bag of its own."""
+        """Write the recorder's memory (the last 30 s) into a separate bag."""
         if self._state.recent_s > 0:
             options = self.choices.options_to_save(self._state.recent_s)
             self._write(RecordingPhase.STOPPING,
                         lambda: [checked(self._client.save_recent, options)], self._ended)
 
     def set_label(self, label: str) -> None:
-        """Take the label that the operator prepares for the next mark."""
+        """Set the label for the next mark."""
         self._state = self._state._replace(label=label.strip())
 
     def mark(self) -> None:
-        """Write this moment into the recording, with the prepared label or with a number.
+        """Write a mark for this moment into the recording, with the set label or with a number.
 
-        A recorder that hangs writes it, with this time, when it responds.
+        A recorder that hangs writes the mark, with this time, when it responds.
         """
         if self.phase is RecordingPhase.RECORDING:
             now_s = self._now_s()
@@ -256,20 +256,20 @@ class RecordingModel(QObject):
             self._enter(marked)
 
     def dismiss(self) -> None:
-        """The operator has seen the error, or else the finished bag."""
+        """Dismiss the error, or without an error, the finished bag."""
         self._enter(self._state.seen())
 
     def forget(self, gone: Sequence[str]) -> None:
-        """Offer the finished bag no longer, if files of it are gone."""
+        """Withdraw the offer of the finished bag if some of its files are gone."""
         bag = self._state.finished
         if bag is not None and not set(gone).isdisjoint(bag.files):
             self._enter(self._state.dismissed())
 
-    # How commands end
+    # Outcomes of commands
 
     def _write(self, phase: RecordingPhase, command: Callable[[], Any],
                on_result: Callable[[Any], None]) -> None:
-        """Run a command after whose failure all is as before: the recorder is idle."""
+        """Run a command that writes a bag; if it fails, the recorder is idle as before."""
         chosen, before = self.choices.options(), self._state.finished
         self._enter(self._state.asked_to_write(phase))
 
@@ -282,7 +282,7 @@ class RecordingModel(QObject):
         self._tasks.run(_LINE, command, on_result, on_error)
 
     def _not_stopped(self, error: Exception) -> None:
-        """Handle a refused stop: the recorder that answers so has ended already."""
+        """Handle a failed stop; a recorder that refuses it has ended the recording already."""
         path = self._state.path
         if isinstance(error, RecorderError) and not isinstance(error, RecorderUnreachable):
             self._ended(list(self._state.snapshot.files))
@@ -299,7 +299,7 @@ class RecordingModel(QObject):
                         lambda error: self._not_marked(mark, error))
 
     def _write_unsent(self) -> None:
-        """Send again what a recorder that hung did not answer."""
+        """Send marks again that a recorder that hung did not answer."""
         unsent, self._unsent = self._unsent, ()
         for mark in unsent:
             self._write_mark(mark)
@@ -313,7 +313,7 @@ class RecordingModel(QObject):
             self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
 
     def _lose_unsent(self) -> None:
-        """Tell which marks the recorder never took, of a recording that is not made any more."""
+        """Report the marks of an ended recording that the recorder never took."""
         lost, self._unsent = self._unsent, ()
         if lost:
             self._state = self._state.not_marked(*lost)
@@ -321,7 +321,7 @@ class RecordingModel(QObject):
             self._fail(f'{labels} {"was" if len(lost) == 1 else "were"} not written: the recorder '
                        'did not respond before the recording ended')
 
-    # How the state changes
+    # Changes of the state
 
     def _fail(self, message: str) -> None:
         self._take(failed(self._state, message))

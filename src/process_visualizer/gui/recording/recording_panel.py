@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The real-time panel: everything about recording."""
+"""The panel of recording in real-time mode."""
 from __future__ import annotations
 
 import os
@@ -70,14 +70,14 @@ _BUTTON_TEXTS = {
 
 
 class _RecordButton(QPushButton):
-    """Takes a double click as one, as it has another meaning after the first."""
+    """Takes a double click as one click, since the button's meaning changes with the first."""
 
     def mouseDoubleClickEvent(self, event: Optional[QMouseEvent]) -> None:
-        """Take the second press, which neither presses nor clicks."""
+        """Ignore the second press."""
 
 
 class RecordBar(QFrame):
-    """Record or stop; red while something is recorded."""
+    """The button to record or stop, with time and figures; red while recording."""
 
     def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -176,7 +176,7 @@ _STEPS = 1000
 
 
 class DiskBar(QWidget):
-    """A thin bar for the used space, with free space and remaining time below it."""
+    """A thin bar for the used space, with free space and remaining time below."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -191,7 +191,7 @@ class DiskBar(QWidget):
         self._time.setObjectName('disk_time_left')
         self._time.setAlignment(Qt.AlignRight | Qt.AlignVCenter)
         row = in_row(self._room, self._time, wide=self._time)
-        row.addStrut(self._time.fontMetrics().height())  # with nothing to tell as well
+        row.addStrut(self._time.fontMetrics().height())  # even without texts
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(3)
@@ -201,7 +201,7 @@ class DiskBar(QWidget):
         self._paint(False)
 
     def show_room(self, room: DiskRoom, total_bytes: Optional[int]) -> None:
-        """Show the free space, and how long it lasts; warn if that is not long."""
+        """Show the free space, and how long it lasts; warn if it does not last long."""
         is_known = room.free_bytes is not None and bool(total_bytes)
         used = 1.0 - (room.free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
         self._bar.setValue(round(used * _STEPS))
@@ -220,10 +220,10 @@ class DiskBar(QWidget):
                   f'QProgressBar::chunk {{ border-radius: 2px; background: {filled}; }}')
 
 
-# One notice below the record button: what the recorder waits for, has finished, or fails at.
+# One notice below the record button: what the recorder waits for, has finished, or failed to do.
 
 _ICON_PX = 18
-_NOTICE_LINES = 3  # always there, so that nothing above moves
+_NOTICE_LINES = 3  # always reserved, so that nothing above moves
 _LINES = {
     RecordingPhase.OFF: 'Launch the devices in real-time mode to record them.',
     RecordingPhase.WAITING: 'The recorder is starting…',
@@ -232,7 +232,7 @@ _LINES = {
 }
 _SILENT = {True: 'It may still be recording. Commands take effect when it responds.',
            False: 'Wait until it responds.'}
-"""By whether it does anything."""
+"""Text by whether the recorder is busy."""
 _NAMED_MARKS = 2
 _THEIR = {False: 'its time', True: 'their times'}
 
@@ -246,7 +246,7 @@ class Notice(NamedTuple):
 
 
 class RecordingNotice(QWidget):
-    """Shows the state in words; a finished bag can be played from here."""
+    """The state of the recorder in words, with a button to play the finished bag."""
 
     play_wanted = pyqtSignal(str)
 
@@ -270,7 +270,7 @@ class RecordingNotice(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the present notice."""
+        """Show the current notice."""
         notice = notice_of(self._model)
         if notice.text != self._text.text():
             self._text.setText(notice.text)
@@ -300,7 +300,7 @@ class RecordingNotice(QWidget):
 
 
 def notice_of(model: RecordingModel) -> Notice:
-    """Return the present notice."""
+    """Return the current notice."""
     state = model.state
     if state.error:
         return Notice('warning', sentence(state.error))
@@ -321,13 +321,13 @@ def notice_of(model: RecordingModel) -> Notice:
 
 
 def _while_silent(state: RecordingState) -> Notice:
-    """Say what becomes of what the operator did meanwhile."""
-    marks, told = state.unwritten, _SILENT[state.is_busy]
+    """Return a notice about the effect of the operator's actions while the recorder is silent."""
+    marks, text = state.unwritten, _SILENT[state.is_busy]
     if marks:
         kept = listing([it.label for it in marks]) if len(marks) <= _NAMED_MARKS else (
             count_text(len(marks), 'mark'))
-        told = f'When it responds, it writes {kept}, with {_THEIR[len(marks) > 1]}.'
-    return Notice('warning', f'{NOT_RESPONDING}. {told}', _mark_lines(marks))
+        text = f'When it responds, it writes {kept}, with {_THEIR[len(marks) > 1]}.'
+    return Notice('warning', f'{NOT_RESPONDING}. {text}', _mark_lines(marks))
 
 
 def _mark_lines(marks: Sequence[RecordedMark]) -> str:
@@ -350,7 +350,7 @@ def _while_recording(model: RecordingModel) -> Notice:
 
 
 def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
-    """The tick is the verdict of `cell report`, so that both say the same."""
+    """Return a notice with the verdict of `cell report`, so that both agree."""
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
     judgement = 'checking whether it is complete…' if verdict is None else verdict.text
@@ -371,11 +371,11 @@ _NAME_TEXTS = {NameChoice.DATE: 'Date and time',
           NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
 
 
-_PROBLEM_LINES = 2  # always there, so that the buttons below do not move
+_PROBLEM_LINES = 2  # always reserved, so that the buttons below do not move
 
 
 class NameOptions(QWidget):
-    """Three radio buttons, their texts, the folder, and their problems."""
+    """Radio buttons and texts for the name, the folder, and problems with them."""
 
     def __init__(self, choices: RecordingChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -437,7 +437,7 @@ class NameOptions(QWidget):
         dialog.open()
 
     def _take_folder(self, folder: str) -> None:
-        """Take a folder from elsewhere; a line that has the keyboard would bring its own back."""
+        """Take a folder from the dialog; a focused line would otherwise restore its own text."""
         self._folder.setText(folder)
         self._choices.set_folder(folder)
 
@@ -487,11 +487,11 @@ def _hint(text: str) -> QLabel:
     return label
 
 
-_ROOMY = 30  # lines of text: then the topics are open
+_ROOMY = 30  # lines of text: from this height on the topics are open
 
 
 class RecordingPanel(StillScroll):
-    """Options, topics, the record button, the disk, marks, and the state."""
+    """The panel: name and folder, topics, the record button, the disk, marks, and the notice."""
 
     play_wanted = pyqtSignal(str)
     """The operator wants to see the bag at this path."""
@@ -524,7 +524,7 @@ class RecordingPanel(StillScroll):
         self._are_topics_chosen = True
 
     def refresh(self) -> None:
-        """Show what is possible now."""
+        """Show the state, and enable what is possible now."""
         model = self._model
         state = model.state
         is_recording = state.phase is RecordingPhase.RECORDING
@@ -548,7 +548,7 @@ class RecordingPanel(StillScroll):
         self._save.setText(f'Save last {int(seconds)} s')
 
     def _on_mark(self) -> None:
-        """Mark, and give the keys back to the window."""
+        """Write a mark, and return the keyboard focus to the window."""
         self._model.mark()
         self.setFocus()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a recording, as a value, and what commands make of it."""
+"""The state of recording, as an immutable value, and its changes by commands and reports."""
 from __future__ import annotations
 
 from typing import Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
@@ -23,25 +23,25 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 RECENT_S = 30.0
 """Length of the recorder's memory (its parameter ~recent_duration)."""
 NOT_RESPONDING = 'The recorder is not responding'
-"""It runs, but says nothing at present; no reason to end it."""
+"""For a recorder that runs but does not report at present, which is no reason to end it."""
 NOTHING_TOLD = RecorderSnapshot('idle')
 _LEAST_RECENT_S = 1.0
 _LATE_S = 0.1
-"""Largest error in the time at which a state seems to have been sent."""
+"""Maximum error of the estimated time at which a state was sent [s]."""
 
 
 class RecordingState(NamedTuple):
-    """All that the operator sees of recording; times are those of one monotonic clock.
+    """Everything that the operator sees of recording; times are on one monotonic clock.
 
-    ``is_asked``: a command waits for its answer, so what the recorder reports changes no phase.
-    ``is_silent``: a recorder that runs does not report at present; it may still do what it did.
-    ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
-    to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
-    run. ``finished`` and ``error`` are shown until the next command. ``refused_options`` are those
-    chosen when the command failed that ``error`` is about, None if it is about another thing.
-    ``label`` is that of the next mark, or ''.
-    ``snapshot`` is what the recorder said last, without rates once it says nothing any more;
-    ``answered_s`` is when a command was answered last.
+    ``is_asked``: a command waits for its answer, so reports of the recorder change no phase.
+    ``is_silent``: the running recorder does not report at present; it may still be recording.
+    ``path`` is the current recording, or ''. ``left`` is the recording that was being made when the
+    end of the run was requested, or when the recorder ended, or ''. ``ended`` are the files of all
+    recordings that ended in this run. ``finished`` and ``error`` are shown until the next command.
+    ``refused_options`` are the options of the failed command that ``error`` is about; None if
+    ``error`` is about something else. ``label`` is the label of the next mark, or ''.
+    ``snapshot`` is the recorder's last report, without rates once the recorder is silent.
+    ``answered_s`` is the time of the last answer to a command.
     """
 
     phase: RecordingPhase = RecordingPhase.OFF
@@ -59,11 +59,11 @@ class RecordingState(NamedTuple):
     clock: RecordingClock = RecordingClock()
     answered_s: float = float('-inf')
 
-    # What follows from it
+    # Properties
 
     @property
     def is_busy(self) -> bool:
-        """Return whether a recording is being made (then the window may not just be closed)."""
+        """Return whether a recording is being made (closing the window then asks first)."""
         return self.phase in (
             RecordingPhase.STARTING,
             RecordingPhase.RECORDING,
@@ -72,7 +72,7 @@ class RecordingState(NamedTuple):
 
     @property
     def is_made(self) -> bool:
-        """Return whether there is a recording of which the recorder reports figures."""
+        """Return whether there is a recording on which the recorder reports figures."""
         return bool(self.path) and self.phase in (RecordingPhase.RECORDING, RecordingPhase.STOPPING)
 
     @property
@@ -82,9 +82,9 @@ class RecordingState(NamedTuple):
 
     @property
     def figures(self) -> Optional[Figures]:
-        """Those of the recording that is made or was made last, which ``finished`` names.
+        """The figures of the current recording or of the last one (``finished``).
 
-        None where there is none: what the recorder counts meanwhile belongs to no recording.
+        None without a recording: the recorder's counts then belong to no recording.
         """
         if self.is_made:
             return figures_of(self.snapshot)
@@ -92,12 +92,12 @@ class RecordingState(NamedTuple):
 
     @property
     def next_label(self) -> str:
-        """The label of the next mark, if the operator gives none."""
+        """The label of the next mark if the operator gives none."""
         return f'mark {len(self.marks) + 1}'
 
     @property
     def recent_s(self) -> float:
-        """Return how much of the past can be saved now, at most the last 30 s."""
+        """The length of the past that can be saved now [s], at most the last 30 s."""
         can_save = self.phase is RecordingPhase.IDLE and not self.is_silent
         return min(self.snapshot.recent_s, RECENT_S) if can_save else 0.0
 
@@ -115,7 +115,7 @@ class RecordingState(NamedTuple):
         return 'Possible while the devices run in real-time mode'
 
     def elapsed_s(self, now_s: float) -> float:
-        """Return the time since the recording began, or how long the last one was."""
+        """Return the time since the recording began, or the length of the last recording [s]."""
         if self.is_made:
             return self.clock.elapsed_s(now_s)
         return 0.0 if self.figures is None else self.figures.duration_s
@@ -126,14 +126,14 @@ class RecordingState(NamedTuple):
         return tuple(it for it in self.marks if not it.is_written) if self.is_made else ()
 
     def is_late(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
-        """Return whether it was sent before the answer to the last command, which came faster."""
+        """Return whether a report was sent before the last command's answer, which overtook it."""
         if sent_s - self.answered_s > _LATE_S:
             return False
         if self.path:
             return self.path not in snapshot.files
         return snapshot.phase != 'idle' and not self.ended.isdisjoint(snapshot.files)
 
-    # What becomes of it
+    # Changes
 
     def run(self, is_running: bool) -> 'RecordingState':
         """Return the state after a recorder was launched, or has ended with its run."""
@@ -151,7 +151,7 @@ class RecordingState(NamedTuple):
         )
 
     def asked_to_write(self, phase: RecordingPhase) -> 'RecordingState':
-        """Return the state after the command to begin a bag: what was before is forgotten."""
+        """Return the state after the command to begin a bag; marks and notices are cleared."""
         return self.dismissed()._replace(phase=phase, is_asked=True, marks=())
 
     def asked_to_stop(self, now_s: float) -> 'RecordingState':
@@ -161,7 +161,7 @@ class RecordingState(NamedTuple):
                              refused_options=None, clock=clock)
 
     def answered(self, phase: RecordingPhase, now_s: float) -> 'RecordingState':
-        """Return the state after a command was answered; where no recorder is launched, OFF."""
+        """Return the state after a command was answered; OFF stays OFF."""
         return self._replace(
             phase=RecordingPhase.OFF if self.phase is RecordingPhase.OFF else phase,
             is_asked=False,
@@ -171,7 +171,7 @@ class RecordingState(NamedTuple):
     def started(self, path: str, now_s: float) -> 'RecordingState':
         """Return the state after the recorder reported which file it records."""
         if self.phase is RecordingPhase.OFF:
-            return self._replace(left=path)  # the run is ending, and finishes it
+            return self._replace(left=path)  # the run is ending, and finishes the recording
         snapshot = self.snapshot._replace(phase='recording', files=(path,), problems=(),
                                           messages=0, bytes=0, dropped=0, lost=0)
         clock = RecordingClock().updated(0.0, True, now_s)
@@ -179,12 +179,12 @@ class RecordingState(NamedTuple):
             RecordingPhase.RECORDING, now_s)
 
     def refused(self, phase: RecordingPhase, now_s: float) -> 'RecordingState':
-        """Return the state after a command failed: as before, but where the recorder is gone."""
+        """Return the state after a command failed: in ``phase`` unless the recorder is gone."""
         is_there = self.is_asked and self.phase is not RecordingPhase.GONE
         return self.answered(phase if is_there else self.phase, now_s)
 
     def marked(self, now_s: float, stamp_s: float = 0.0) -> 'RecordingState':
-        """Return the state with one mark more, which has the prepared label or a number."""
+        """Return the state with another mark, with the set label or a number."""
         mark = RecordedMark(self.clock.moment_s(now_s), self.label or self.next_label, stamp_s)
         return self._replace(marks=(*self.marks, mark), label='')
 
@@ -199,7 +199,7 @@ class RecordingState(NamedTuple):
             it for it in self.marks if not any(it is mark for mark in lost)))
 
     def unheard(self) -> 'RecordingState':
-        """Return the state after the recorder has said nothing for long: rates are not known."""
+        """Return the state after a long silence of the recorder: rates are not known."""
         return self._replace(is_silent=True, snapshot=self.snapshot._replace(
             rate=0.0, time_left_s=None, topics=()))
 
@@ -208,23 +208,23 @@ class RecordingState(NamedTuple):
         return self._replace(error='', refused_options=None, finished=None)
 
     def seen(self) -> 'RecordingState':
-        """Return the same, but for the bag of before a command that was refused."""
+        """Return the dismissed state; a bag finished before a refused command is kept."""
         is_before = self.refused_options is not None
         return self.dismissed()._replace(finished=self.finished if is_before else None)
 
     def chosen(self, options: RecordingOptions) -> 'RecordingState':
-        """Return the state after a choice: what was refused before says nothing of others."""
+        """Return the state after a choice: an error about other options is removed."""
         is_other = self.refused_options not in (None, options)
         return self._replace(error='', refused_options=None) if is_other else self
 
 
-# Advice for an operator whose command to the recorder cannot be carried out.
+# Advice for an operator whose command cannot be carried out.
 
 def checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
-    """Run the command if nothing on the disk is in its way; off the GUI thread.
+    """Run a command unless there is a problem with the disk; off the GUI thread.
 
     Raises:
-        RecorderError: something is, or the command is refused.
+        RecorderError: there is a problem with the disk, or the command is refused.
     """
     problem = look_at(options.folder, options.name, options.prefix).problem
     if problem:
@@ -235,7 +235,7 @@ def checked(command: Callable[[RecordingOptions], str], options: RecordingOption
 def obstacle(
     phase: RecordingPhase, is_silent: bool, options: RecordingOptions, problem: str
 ) -> str:
-    """Return why nothing can be recorded, or ''; ``problem`` is that of name and folder."""
+    """Return why recording is not possible, or ''; ``problem`` is about name and folder."""
     if phase in (RecordingPhase.STARTING, RecordingPhase.RECORDING, RecordingPhase.STOPPING):
         return ''
     if phase in (RecordingPhase.OFF, RecordingPhase.WAITING):
@@ -250,13 +250,13 @@ def obstacle(
 
 
 def repair(path: str) -> str:
-    """Return what can be done for a file that the recorder has not finished."""
+    """Return advice for a file that the recorder has not finished."""
     return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
             f'{path}.active" makes a bag of it')
 
 
 def advice(error: Exception, path: str) -> str:
-    """Return the message for the operator; an error that nobody expects is raised again."""
+    """Return the message for the operator; an unexpected error is raised again."""
     if isinstance(error, RecorderUnreachable):
         going_on = f'{path} is still being recorded. ' if path else ''
         return f'{error}. {going_on}Try again when it responds'
@@ -266,7 +266,7 @@ def advice(error: Exception, path: str) -> str:
 
 
 class RecordingStep(NamedTuple):
-    """The next state; the files of a recording that has ended (else None); what failed, or ''."""
+    """The next state; the files of an ended recording, else None; the failure, or ''."""
 
     state: RecordingState
     ended: Optional[Tuple[str, ...]] = None
@@ -275,12 +275,12 @@ class RecordingStep(NamedTuple):
 
 def failed(state: RecordingState, message: str, refused: Optional[RecordingOptions] = None
            ) -> RecordingStep:
-    """Return the step to the message for the operator; ``refused`` are the options, if any."""
+    """Return the step with an error message; ``refused`` are the refused options, if any."""
     return RecordingStep(state._replace(error=message, refused_options=refused), None, message)
 
 
 def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingStep:
-    """Return the step after the recorder reported its state, which is not late."""
+    """Return the step after a report of the recorder that is not late."""
     after = _followed(state, snapshot, now_s)
     if state.path and after.phase is RecordingPhase.IDLE:
         return _ended_by_itself(after, now_s)
@@ -288,9 +288,9 @@ def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> 
 
 
 def ended(state: RecordingState, files: Sequence[str], now_s: float) -> RecordingStep:
-    """Return the step after the recorder reported which files are finished; there may be none.
+    """Return the step after the recorder reported the finished files, possibly none.
 
-    A late state may have looked like a recording; what had ended before is not announced again.
+    A late report may have looked like a recording; files that ended before are not announced again.
     """
     is_known = state.path not in ('', *files) and state.ended.issuperset(files)
     bag = FinishedBag(tuple(files), state.snapshot.problems) if files and not is_known else None
@@ -302,7 +302,7 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Recordin
 
 
 def gone(state: RecordingState) -> RecordingStep:
-    """Return the step after the recorder's process has ended; ``left`` is to be looked at."""
+    """Return the step after the recorder's process has ended; ``left`` must be checked."""
     return RecordingStep(
         state.unheard()._replace(phase=RecordingPhase.GONE, path='', left=state.path,
                                  is_silent=False)
@@ -310,7 +310,7 @@ def gone(state: RecordingState) -> RecordingStep:
 
 
 def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingStep:
-    """Return the step after the look whether a recorder that has ended has finished its bag."""
+    """Return the step after the check whether an ended recorder has finished its bag."""
     if not is_there:
         return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
     return RecordingStep(state._replace(finished=FinishedBag((path,)),
@@ -318,13 +318,13 @@ def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingSt
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:
-    """Take the phase that the recorder reports, except while a command waits for its answer."""
+    """Return the state with a report; its phase counts only if no command waits for its answer."""
     phase = state.phase if state.is_asked else RecordingPhase(snapshot.phase)
     is_recording = phase is RecordingPhase.RECORDING
     path, clock, marks = state.path, state.clock, state.marks
     if is_recording and snapshot.files:
         path = snapshot.files[0]
-    if path != state.path:  # somebody else has started it
+    if path != state.path:  # started by another client
         clock, marks = RecordingClock(), ()
     return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot, is_silent=False,
                           clock=clock.updated(snapshot.duration_s, is_recording, now_s))
@@ -344,7 +344,7 @@ def _ended_by_itself(state: RecordingState, now_s: float) -> RecordingStep:
 
 
 def _with_last_figures(state: RecordingState) -> RecordingState:
-    """The last figures and problems of a recording come with the first state after it."""
+    """Return the state with the last figures and problems, from the first idle report."""
     bag, snapshot = state.finished, state.snapshot
     if bag is None or snapshot.phase != 'idle' or snapshot.files != bag.files:
         return state

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Types of a recording: the recorder's commands, its phases, its bags."""
+"""Types for recording: the recorder's commands, phases and bags, and clocks."""
 from __future__ import annotations
 
 import math
@@ -13,23 +13,23 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
 
 class RecorderClient(Protocol):
-    """The methods of ``nodes.bag_recorder.BagRecorder`` that are used; each waits for an answer."""
+    """The used methods of ``clients.bag_recorder.BagRecorder``; each waits for an answer."""
 
     def start(self, options: RecordingOptions) -> str:
-        """Start; return the path."""
+        """Start a recording; return its path."""
 
     def stop(self) -> List[str]:
-        """Stop; return the paths."""
+        """Stop the recording; return its paths."""
 
     def mark(self, label: str, stamp_s: float) -> None:
-        """Write a labeled moment; 0: when it is taken."""
+        """Write a labeled moment; stamp 0 stands for the time of writing."""
 
     def save_recent(self, options: RecordingOptions) -> str:
-        """Write the memory; return the path."""
+        """Write the memory into a bag; return its path."""
 
 
 class RecordingPhase(Enum):
-    """The recorder's phase. OFF: none was launched; WAITING: it was; GONE: it has ended."""
+    """The recorder's phase. OFF: not launched; WAITING: launched, no report yet; GONE: ended."""
 
     OFF = 'off'
     WAITING = 'waiting'
@@ -41,10 +41,10 @@ class RecordingPhase(Enum):
 
 
 class RecordedMark(NamedTuple):
-    """A labeled moment of a recording: the time since its beginning, and on the recorder's clock.
+    """A labeled moment: its time since the recording's beginning, and on the recorder's clock.
 
-    ``stamp_s`` is 0 where that clock is not known. Until ``is_written`` the recorder has not said
-    that it has taken it.
+    ``stamp_s`` is 0 if the recorder's clock is not known. ``is_written`` is true once the recorder
+    has confirmed the mark.
     """
 
     time_s: float
@@ -54,7 +54,7 @@ class RecordedMark(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """Figures of one recording: its size and its losses; `duration_s` in s."""
+    """The figures of one recording: its length, size and losses."""
 
     duration_s: float
     bytes: int
@@ -64,15 +64,15 @@ class Figures(NamedTuple):
 
 
 def figures_of(snapshot: RecorderSnapshot) -> Figures:
-    """Return what the recorder says of the recording that it makes, or has made last."""
+    """Return the recorder's figures of the current or last recording."""
     return Figures(snapshot.duration_s, snapshot.bytes, snapshot.messages, snapshot.dropped,
                    snapshot.lost)
 
 
 class FinishedBag(NamedTuple):
-    """The bag recorded or saved last: its files, and what the recorder found wrong meanwhile.
+    """The bag recorded or saved last: its files, and problems that the recorder found meanwhile.
 
-    ``figures`` are None where the recorder has ended without telling the last ones.
+    ``figures`` is None if the recorder has ended without reporting the last figures.
     """
 
     files: Tuple[str, ...]
@@ -81,14 +81,14 @@ class FinishedBag(NamedTuple):
 
 
 _MAX_S = 1.5
-"""The recorder reports its state every half second; a clock that runs on without it would lie."""
+"""Maximum time for which the clock runs without a report [s]; reports come every half second."""
 
 
 class RecordingClock(NamedTuple):
-    """Goes on from the last state; within a recording it never goes back.
+    """A clock that continues from the last report; within a recording it never goes back.
 
-    ``duration_s`` was reported at the time ``taken_s`` of a monotonic clock; while the clock runs,
-    ``shown_s`` is the least that it may show.
+    ``duration_s`` was reported at the time ``taken_s`` of a monotonic clock; ``shown_s`` is the
+    minimum that the clock may show while it runs.
     """
 
     duration_s: float = 0.0
@@ -97,42 +97,42 @@ class RecordingClock(NamedTuple):
     shown_s: float = 0.0
 
     def updated(self, duration_s: float, is_running: bool, now_s: float) -> 'RecordingClock':
-        """Return the clock after the recorder reported a duration, and whether it grows."""
+        """Return the clock after the recorder reported a duration, and whether it is recording."""
         shown_s = self.elapsed_s(now_s) if is_running else duration_s
         return RecordingClock(duration_s, is_running, now_s, shown_s)
 
     def elapsed_s(self, now_s: float) -> float:
-        """Return the elapsed time."""
+        """Return the elapsed time to show [s]."""
         passed_s = min(now_s - self.taken_s, _MAX_S) if self.is_running else 0.0
         return max(self.shown_s, self.duration_s + passed_s)
 
     def moment_s(self, now_s: float) -> float:
-        """Return how long the recording has gone on, though the recorder may not say so."""
+        """Return the time since the recording began [s], even during a silence of the recorder."""
         passed_s = now_s - self.taken_s if self.is_running else 0.0
         return max(self.shown_s, self.duration_s + passed_s)
 
 
 _OLDEST_S = 60.0
-"""Older states were stamped by a clock that has been set back."""
+"""Maximum age of a message [s]; an older stamp comes from a clock that has been set back."""
 
 
 class SenderClock:
-    """Compares the stamps of one sender with the times at which its messages arrive.
+    """Compares the stamps of a sender with the arrival times of its messages.
 
-    The clocks may differ: the message that needed least time shows by how much. So a message that
-    waited, because this program or its computer stood still, is known to be old.
+    The message with the shortest delay shows the difference between the clocks. So a message is
+    known to be old if it waited because this program or its computer stood still.
     """
 
     def __init__(self) -> None:
         self._offset_s = math.inf
 
     def sent_s(self, stamp_s: float, now_s: float) -> float:
-        """Return when a message with this stamp, which arrives now, was sent."""
+        """Return the time at which a message with this stamp that arrives now was sent."""
         self._offset_s = min(self._offset_s, now_s - stamp_s)
         return max(stamp_s + self._offset_s, now_s - _OLDEST_S)
 
     def stamp_s(self, now_s: float) -> float:
-        """Return the sender's time, at most as late as it is; 0 before its first message."""
+        """Return the sender's time, never ahead of its clock; 0 before its first message."""
         return max(now_s - self._offset_s, 0.0)
 
 
@@ -140,13 +140,13 @@ _SILENCE_MS, _SILENCES = 1000, 3
 
 
 class SilenceWatch(QObject):
-    """Counts the times without a word, instead of measuring one long one.
+    """Counts periods without a message, instead of measuring one long silence.
 
-    So a window that was held up itself does not take what waits for it for silence.
+    So a window that was blocked itself does not take messages that wait for it for a silence.
     """
 
     silent = pyqtSignal()
-    """Nobody has spoken for long; the next ``hear`` ends it."""
+    """No message has come for long; the next ``hear`` ends the silence."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -155,12 +155,12 @@ class SilenceWatch(QObject):
         self._timer.timeout.connect(self._wait)
 
     def hear(self) -> None:
-        """Begin to wait for the next word."""
+        """Start waiting for the next message."""
         self._count = 0
         self._timer.start()
 
     def stop(self) -> None:
-        """Wait for nothing."""
+        """Stop waiting."""
         self._timer.stop()
 
     def _wait(self) -> None:

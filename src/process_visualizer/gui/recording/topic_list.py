@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The topics that can be recorded, by device, with their rates; folded away or open."""
+"""The topics that can be recorded, by device, with their rates; folded or open."""
 from __future__ import annotations
 
 from typing import Dict, List, Optional, Tuple
@@ -27,7 +27,7 @@ from process_visualizer.health.figures import count_text, live_rate_text, long_t
 
 
 class TopicTree(QTreeWidget):
-    """Topics, whose names get the room left by other columns; nothing can be selected."""
+    """A list of topics; names get the room left by other columns; nothing can be selected."""
 
     def __init__(self, name: str, columns: int, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -44,7 +44,7 @@ class TopicTree(QTreeWidget):
         self.header().setSectionResizeMode(0, QHeaderView.Stretch)
 
     def event(self, event: QEvent) -> bool:
-        """Tick with the space bar, also where that is a shortcut of the window."""
+        """Tick with the space bar even if that is a shortcut of the window."""
         if event.type() == QEvent.ShortcutOverride and event.key() == Qt.Key_Space:
             event.accept()
         return bool(super().event(event))
@@ -80,7 +80,7 @@ class TopicList(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Rebuild the list of topics: the view asks about an item only once it is complete."""
+        """Rebuild the list of topics; items are complete before the view asks about them."""
         self._tree.blockSignals(True)
         self._tree.clear()
         self._items = {}
@@ -97,7 +97,7 @@ class TopicList(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show ticks, rates and silences."""
+        """Show ticks, and rates or silences."""
         rows = self._choices.topics
         self._tree.blockSignals(True)
         for row in rows:
