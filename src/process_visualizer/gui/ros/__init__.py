@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The only folder of the window that imports rospy."""
+"""The window's connection to ROS: the only folder of the window that imports rospy."""

@@ -22,7 +22,7 @@ from process_visualizer.srv import ShowReplay
 
 
 def player_snapshot(state: PlayerState) -> PlayerSnapshot:
-    """Return a state of the player."""
+    """Return the snapshot of a player's state."""
     return PlayerSnapshot(
         stamp_s=state.stamp.to_sec(), begin_s=state.begin.to_sec(), duration_s=state.duration,
         position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
@@ -40,28 +40,27 @@ _START_S = 30.0
 
 
 class ReplayLinkError(Exception):
-    """RViz of the replay does not do what it should; says why."""
+    """The replay's RViz did not answer, or refused a command; the text says why."""
 
 
 class ReplayLink(QObject):
-    """Starts, follows and commands it. Its methods block: run them as tasks."""
+    """Starts, follows and commands the second cell. Its methods block: run them as tasks."""
 
     reported = pyqtSignal(object)
     """A PartReport."""
     player_state = pyqtSignal(object)
     """A PlayerSnapshot."""
     key_pressed = pyqtSignal(str)
-    """One of the keys was pressed while its RViz had the keyboard."""
+    """One of the keys was pressed while the replay's RViz had the keyboard."""
 
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
                  place: Callable[[], Optional[Rectangle]], keys: Callable[[], Sequence[str]],
                  parent: Optional[QObject] = None) -> None:
-        """Take what copies the recorder's memory, and what knows how the live RViz is.
+        """Take functions to copy the recorder's memory and to get the state of the live RViz.
 
-        That is its camera, its place, and the keys that it passes on.
-
-        ``copy`` takes a folder and a name, and returns the path of the bag; the place is in pixels
-        of the screen, unscaled.
+        ``copy`` takes a folder and a name, and returns the path of the bag. The others return the
+        live RViz's camera, its place (in unscaled pixels of the screen), and the keys that it
+        passes on.
         """
         super().__init__(parent)
         self._copy, self._camera, self._place, self._keys = copy, camera, place, keys
@@ -75,69 +74,69 @@ class ReplayLink(QObject):
 
     @property
     def master_uri(self) -> str:
-        """The address of its master."""
+        """The address of the second cell's master."""
         return self._cell.master_uri
 
     @property
     def folder(self) -> str:
-        """Return where what it plays is."""
+        """Return the folder of the bag that the second cell plays."""
         return self._cell.folder
 
     def copy_memory(self) -> str:
-        """Write what the recorder has in memory into a bag; return its path.
+        """Write the recorder's memory into a bag; return the bag's path.
 
         Raises:
-            RecorderError: it does not answer, or there is nothing.
+            RecorderError: the recorder does not answer, or its memory is empty.
             OSError: the bag cannot be given its name.
         """
-        self._leave_player()  # it plays the last copy
+        self._leave_player()  # the player plays the last copy
         path = os.path.join(self._cell.folder, _BAG)
         os.replace(self._copy(self._cell.folder, 'copied'), path)
         return path
 
     def start(self, choice: Choice) -> None:
-        """Start the cell, or change what it plays; see ReplayCell."""
+        """Start the second cell, or change the bag that it plays; see ReplayCell."""
         self._cell.show(choice)
 
     def follow(self) -> None:
-        """Follow the state of its player, until that ends."""
+        """Follow the state of the second cell's player until the player ends."""
         self._leave_player()
         self._follower = RemoteFollower(
             PLAYER_STATE_TOPIC, PlayerState, f'/{BAG_PLAYER}', self._cell.master_uri,
             lambda state: self.player_state.emit(player_snapshot(state)), lambda: None)
 
     def show(self) -> None:
-        """Show its RViz over that of the running cell, with the same camera.
+        """Show the replay's RViz over that of the running cell, with the same camera.
 
         Raises:
-            ReplayLinkError: it does not answer.
+            ReplayLinkError: RViz does not answer, or refuses.
         """
-        self._show.wait(_START_S, self._stopping)  # a node before it has loaded its displays
+        self._show.wait(_START_S, self._stopping)  # RViz is a node before it has displays
         self._call(True, self._camera(), self._place(), self._keys())
         self._follow_keys()
 
     def move(self) -> None:
-        """Let its RViz, which is shown, be again where that of the running cell is.
+        """Move the replay's RViz, which is shown, over that of the running cell again.
 
         Raises:
-            ReplayLinkError: it does not answer.
+            ReplayLinkError: RViz does not answer, or refuses.
         """
         self._call(True, '', self._place())
 
     def hide(self) -> None:
-        """Hide its RViz.
+        """Hide the replay's RViz.
 
         Raises:
-            ReplayLinkError: it does not answer.
+            ReplayLinkError: RViz does not answer, or refuses.
         """
         self._call(False, '', None)
 
     def interrupt(self) -> None:
-        """Wait for RViz no longer; returns at once."""
+        """Make ``show`` stop waiting for RViz; return at once."""
         self._stopping.set()
 
     def stop(self) -> None:
-        """Stop the cell."""
+        """Stop the second cell."""
         self._leave_player()
         self._leave_keys()
         self._stopping.clear()
@@ -151,7 +150,7 @@ class ReplayLink(QObject):
         self._follower = None
 
     def _follow_keys(self) -> None:
-        """Anew each time: RViz may have been started again."""
+        """Follow the keys of RViz, with a new follower as RViz may have been restarted."""
         self._leave_keys()
         self._key_follower = RemoteFollower(
             RVIZ_KEY_TOPIC, String, f'/{RVIZ}', self._cell.master_uri,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher's own node: the only module of the window that uses rospy."""
+"""The launcher's own ROS node."""
 from __future__ import annotations
 
 import math
@@ -52,7 +52,7 @@ _SEVERITIES = {DiagnosticStatus.WARN: Severity.WARNING, DiagnosticStatus.ERROR: 
 
 
 class RosLinkError(Exception):
-    """The launcher cannot be a node, or a node refused; says why and what to do."""
+    """The launcher cannot be a node, or a node refused; the text says why and what to do."""
 
 
 class RosLink(QObject):
@@ -68,9 +68,9 @@ class RosLink(QObject):
     """A tuple of DisplaySnapshot."""
     ghost_phase = pyqtSignal(object)
     rviz_moved = pyqtSignal()
-    """RViz has been moved or resized, by whomever."""
+    """RViz has been moved or resized, by anyone."""
     key_pressed = pyqtSignal(str)
-    """One of the keys of ``take_keys`` was pressed in RViz, or in that of a replay."""
+    """One of the keys of ``take_keys`` was pressed in RViz, or in the RViz of a replay."""
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -98,7 +98,7 @@ class RosLink(QObject):
         self._comparison_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
-        """Become a node of the master.
+        """Register as a node with the master.
 
         Raises:
             RosLinkError: another launcher is running, or the master does not answer.
@@ -112,21 +112,21 @@ class RosLink(QObject):
                                f'launcher ({error}). Start the launcher again.') from error
 
     def place_rviz(self, place: Rectangle) -> None:
-        """Move RViz, now and whenever it starts, to a place in pixels of the screen, unscaled.
+        """Move RViz, now and whenever it starts, to a place in unscaled pixels of the screen.
 
-        Returns at once. x and y are of its frame, the size is without the frame.
+        Return at once. x and y are those of the window's frame; the size excludes the frame.
         """
         self._place = place
         self._send_place()
 
     def take_keys(self, keys: Sequence[str]) -> None:
-        """Let RViz pass on these keys, as QKeySequence writes them; returns at once."""
+        """Let RViz pass on these keys, as written by QKeySequence; return at once."""
         if tuple(keys) != self._keys:
             self._keys = tuple(keys)
             self._send_keys()
 
     def tell_comparison(self, text: str) -> None:
-        """Tell others how the running cell compares with good runs; returns at once."""
+        """Publish the comparison of the running cell with good runs; return at once."""
         publisher = self._comparison_publisher
         if publisher is not None and publisher.get_num_connections() > 0:
             publisher.publish(String(text))
@@ -184,28 +184,28 @@ class RosLink(QObject):
                                      {pair.key: pair.value for pair in it.values})
 
     def end(self) -> None:
-        """Leave the master."""
+        """Unregister from the master."""
         if rospy.core.is_initialized():
             rospy.signal_shutdown('the launcher is closed')
 
     @staticmethod
     def look_at_system() -> NewConfiguration:
-        """Return a configuration for what is running; takes some seconds.
+        """Return a configuration for the nodes that are running; takes some seconds.
 
         Raises:
-            ValueError: nothing is running that belongs in one, or there is no master.
+            ValueError: nothing that belongs in a configuration is running, or there is no master.
         """
         if not rospy.core.is_initialized():
             raise ValueError('the launcher has no ROS master to ask')
         return from_system()
 
     def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
-        """Move a base frame while everything runs; return what was done.
+        """Move a base frame while everything runs; return the answer of cell_frames.
 
         xyz in m, ypr in rad (yaw pitch roll).
 
         Raises:
-            RosLinkError: cell_frames does not answer, or refuses it.
+            RosLinkError: cell_frames does not answer, or refuses.
         """
         try:
             answer = self._frames.call('', frame, list(xyz), list(ypr))
@@ -216,7 +216,7 @@ class RosLink(QObject):
         return str(answer.message)
 
     def show_marker(self, parent: str, frame: str, pose: Pose) -> None:
-        """Let a frame be dragged in RViz; its pose is in the parent frame.
+        """Show a marker for dragging a frame in RViz; ``pose`` is in the parent frame.
 
         Raises:
             RosLinkError: the master does not answer.
@@ -228,7 +228,7 @@ class RosLink(QObject):
                                f'({error})') from error
 
     def move_marker(self, frame: str, pose: Pose) -> None:
-        """Let the marker follow its frame."""
+        """Move the marker to a frame's new pose if it is the marker of this frame."""
         if frame == self._marker.frame:
             self._marker.move(pose)
 
@@ -238,14 +238,17 @@ class RosLink(QObject):
 
 
 def _refuse_second_launcher() -> None:
-    """Two nodes of one name replace each other; it may have come since this program began."""
+    """Raise RosLinkError if another launcher runs: nodes of the same name replace each other.
+
+    The other launcher may have started after this program.
+    """
     owner = cell_owner(NODE)
     if owner is not None:
         raise RosLinkError(f'{owner.text}. Close it, or set ROS_MASTER_URI.')
 
 
 def _sender(message: Any) -> str:
-    """The node that sent a message, whatever the message says."""
+    """Return the node that sent a message, regardless of the message's content."""
     return str(message._connection_header['callerid'])
 
 
@@ -266,7 +269,7 @@ def _topic(topic: TopicRecord) -> TopicSnapshot:
 
 
 def _known(value: float) -> Optional[float]:
-    """The recorder sends -1 for unknown values."""
+    """Return a value of the recorder; None for -1, which it sends for unknown values."""
     return None if value < 0.0 else value
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Interactive markers in RViz: for the pose of a frame, and for a box."""
+"""Interactive markers in RViz, for the pose of a frame and for a box."""
 from __future__ import annotations
 
 import threading
@@ -26,26 +26,26 @@ SIZE_M = 0.4
 _HALF = 0.5 ** 0.5
 AXES = {'x': (_HALF, 0.0, 0.0, _HALF), 'y': (0.0, 0.0, _HALF, _HALF),
          'z': (0.0, _HALF, 0.0, _HALF)}
-"""Quaternions (x y z w) that turn the x axis, along which a control works, onto each axis."""
+"""Quaternions (x y z w) that turn the x axis, the direction of a control, onto each axis."""
 
 
 class PoseMarker:
     """A marker for one frame at a time, with arrows and rings for all six degrees of freedom.
 
     Needs an initialized rospy node. ``on_dragged`` is called repeatedly with the frame and its new
-    pose, in rospy's thread, but not for poses set here. Make only one in a process: it keeps its
-    topics until the process ends.
+    pose, in rospy's thread, but not for poses set here. Create only one per process: its topics
+    stay until the process ends.
     """
 
     def __init__(self, on_dragged: Callable[[str, Pose], None], topic: str = CALIBRATION_TOPIC,
                  make_server: Callable[[str], InteractiveMarkerServer] = InteractiveMarkerServer
                  ) -> None:
-        """The topics are advertised with the first marker."""
+        """Take the parameters; the topics are advertised with the first marker."""
         self._on_dragged = on_dragged
         self._topic, self._make_server = topic, make_server
         self._server: Optional[InteractiveMarkerServer] = None
         self._frame = ''
-        self._lock = threading.Lock()  # the program's thread and rospy's
+        self._lock = threading.Lock()  # between the program's threads and rospy's
 
     @property
     def frame(self) -> str:
@@ -53,7 +53,7 @@ class PoseMarker:
         return self._frame
 
     def show(self, parent: str, frame: str, pose: Pose) -> None:
-        """Show the marker for a frame at its pose in a parent frame, instead of another one."""
+        """Show the marker for a frame at its pose in a parent frame, instead of the last one."""
         with self._lock:
             if self._server is None:
                 self._server = self._make_server(self._topic)
@@ -91,7 +91,7 @@ def _pose_marker(parent: str, frame: str, pose: Pose) -> InteractiveMarker:
                            ('turn', InteractiveMarkerControl.ROTATE_AXIS)):
             marker.controls.append(InteractiveMarkerControl(
                 name=f'{name} {axis}', interaction_mode=mode, orientation=Quaternion(*quaternion),
-                always_visible=True))  # with RViz's tool Interact they can be dragged
+                always_visible=True))  # can be dragged with RViz's tool Interact
     return marker
 
 
@@ -99,18 +99,18 @@ def _message(pose: Pose) -> PoseMessage:
     return PoseMessage(Point(*pose.xyz), Quaternion(*quaternion_from_ypr(pose.ypr)))
 
 
-# A box that is dragged: by its middle, or by one of its faces while the opposite one stays.
+# A box that is dragged by its middle, or by one of its faces while the opposite face stays.
 
 MIDDLE = 'middle'
 FACES: Dict[str, Tuple[int, float]] = {
     f'{"+" if side > 0 else "-"}{axis}': (number, side)
     for number, axis in enumerate('xyz') for side in (1.0, -1.0)}
-"""The axis (0 to 2) to which a face is orthogonal, and the side of the middle on which it lies."""
+"""For each face the axis (0 to 2) orthogonal to it, and its side of the middle (+1 or -1)."""
 MIN_M = 0.01
 
 
 def handle_places(region: RegionOfInterest) -> Dict[str, Vector3]:
-    """Return where the middle and the middles of the faces are, m in the box's frame."""
+    """Return the places of the middle and of the middles of the faces [m], in the box's frame."""
     places = {MIDDLE: region.center}
     for name, (axis, side) in FACES.items():
         place = list(region.center)
@@ -120,7 +120,7 @@ def handle_places(region: RegionOfInterest) -> Dict[str, Vector3]:
 
 
 def dragged(region: RegionOfInterest, handle: str, place: Vector3) -> RegionOfInterest:
-    """Return the box whose handle has been dragged to a place [m]; no edge becomes too short.
+    """Return the box after its handle was dragged to a place [m]; edges keep a minimum length.
 
     Raises:
         KeyError: there is no such handle.
@@ -146,23 +146,23 @@ _COLOR = ColorRGBA(0.95, 0.75, 0.2, 0.9)
 
 
 class BoxMarker:
-    """A box for one device at a time: arrows at its middle, a small cube on each face.
+    """A box for one device at a time, with arrows at its middle and a small cube on each face.
 
     Needs an initialized rospy node. ``on_dragged`` is called repeatedly with the device and its new
-    box, in rospy's thread. Make only one in a process: it keeps its topics until the process ends.
+    box, in rospy's thread. Create only one per process: its topics stay until the process ends.
     """
 
     def __init__(self, on_dragged: Callable[[str, RegionOfInterest], None],
                  make_server: Callable[..., InteractiveMarkerServer] = InteractiveMarkerServer
                  ) -> None:
-        """The topics, which `PoseMarker` has too, are advertised with the first box."""
+        """Take the parameters; the topics, shared with `PoseMarker`, appear with the first box."""
         self._on_dragged, self._make_server = on_dragged, make_server
         self._server: Optional[InteractiveMarkerServer] = None
         self._shown: Optional[Tuple[str, RegionOfInterest]] = None
-        self._lock = threading.RLock()  # the program's thread and rospy's
+        self._lock = threading.RLock()  # between the program's threads and rospy's
 
     def show(self, device: str, region: RegionOfInterest) -> None:
-        """Show the box of a device, instead of another one."""
+        """Show the box of a device; it replaces the last box."""
         with self._lock:
             if self._server is None:
                 self._server = self._make_server(CALIBRATION_TOPIC, '/box')
@@ -174,7 +174,7 @@ class BoxMarker:
             self._server.applyChanges()
 
     def move(self, device: str, region: RegionOfInterest) -> None:
-        """Change the box, if it is that of the device which is shown."""
+        """Change the box if it is that of the shown device."""
         with self._lock:
             if self._server is None or self._shown is None or self._shown[0] != device:
                 return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Depth sensors of the running cell: their boxes, and the objects that they see."""
+"""The depth sensors of the running cell: their boxes, and the objects that they see."""
 from __future__ import annotations
 
 import math
@@ -23,14 +23,14 @@ class RegionLink(QObject):
     """Moves boxes while everything runs; all methods but the constructor block."""
 
     dragged = pyqtSignal(str, object)
-    """The box of a device (its name) has been dragged in RViz to this RegionOfInterest."""
+    """The box of a device (by name) has been dragged in RViz to this RegionOfInterest."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._marker = BoxMarker(self.dragged.emit)
 
     def move(self, device: str, region: RegionOfInterest) -> None:
-        """Give the crop of a device another box, which takes effect with the next cloud.
+        """Set the box to which a device's cloud is cropped; it takes effect with the next cloud.
 
         Raises:
             RosLinkError: the master does not answer.
@@ -42,7 +42,7 @@ class RegionLink(QObject):
             raise RosLinkError(f'the ROS master does not answer ({error})') from error
 
     def show_marker(self, device: str, region: RegionOfInterest) -> None:
-        """Let the box of a device be dragged in RViz.
+        """Show the box of a device for dragging in RViz.
 
         Raises:
             RosLinkError: the master does not answer.
@@ -54,7 +54,7 @@ class RegionLink(QObject):
                                f'answer ({error})') from error
 
     def move_marker(self, device: str, region: RegionOfInterest) -> None:
-        """Let the box in RViz follow."""
+        """Move the box in RViz."""
         self._marker.move(device, region)
 
     def hide_marker(self) -> None:
@@ -66,21 +66,21 @@ _BEAT_S = 1.0
 
 
 class ObjectLink(QObject):
-    """Follows the sensors that it is given; a clear cell costs the window little."""
+    """Follows the objects of depth sensors; while the cell is clear, this costs little time."""
 
     seen = pyqtSignal(object)
-    """An ObjectsSnapshot with something near a robot, the first one without, and one a second."""
+    """An ObjectsSnapshot: each one with a near object, the first without, and one per second."""
 
     def __init__(self, parent: Optional[QObject] = None,
                  monotonic_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(parent)
         self._monotonic_s = monotonic_s
         self._subscribers: Dict[str, rospy.Subscriber] = {}
-        self._was_near: Dict[str, bool] = {}  # each written by the thread of its subscriber
-        self._told_s: Dict[str, float] = {}
+        self._was_near: Dict[str, bool] = {}  # each entry is written by its subscriber's thread
+        self._reported_s: Dict[str, float] = {}
 
     def follow(self, devices: Iterable[str]) -> None:
-        """Follow these depth sensors (their names), and no others; blocks for a moment.
+        """Follow these depth sensors (by name) and no others; blocks for a moment.
 
         Raises:
             RosLinkError: the master does not answer.
@@ -102,9 +102,9 @@ class ObjectLink(QObject):
     def _take(self, message: DetectedObjects, device: str) -> None:
         is_near = any(it.level != DetectedObject.CLEAR for it in message.objects)
         now_s = self._monotonic_s()
-        is_due = now_s >= self._told_s.get(device, -math.inf) + _BEAT_S
+        is_due = now_s >= self._reported_s.get(device, -math.inf) + _BEAT_S
         if is_near or is_due or self._was_near.get(device, False):
-            self._told_s[device] = now_s
+            self._reported_s[device] = now_s
             self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
                                            seen_objects(message)))
         self._was_near[device] = is_near

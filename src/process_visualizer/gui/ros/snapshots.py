@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The last messages of player, recorder and RViz, as plain data for models and views."""
+"""The last messages of player, recorder and RViz as plain data, for models and views."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
@@ -9,12 +9,12 @@ from process_visualizer.playback.playback_clock import ClockState
 
 
 class PlayerSnapshot(NamedTuple):
-    """The player's state; positions in s from the beginning of the recording.
+    """The player's state; positions are in s from the beginning of the recording.
 
-    ``stamp_s`` is the wall time (since the epoch) for which ``position_s`` holds, ``begin_s`` the
-    bag time of the beginning. ``loop`` is (begin, end) or None; ``topics`` are names, each with
-    how many of its messages were published; ``others`` say who else publishes them; ``since_s`` is
-    the wall time since which position and rate run evenly. See PlayerState.msg.
+    ``stamp_s`` is the wall time (since the epoch) at which ``position_s`` is valid; ``begin_s`` is
+    the bag time of the beginning. ``loop`` is (begin, end) or None. ``topics`` are names with their
+    numbers of published messages; ``others`` name other publishers of these topics. ``since_s`` is
+    the wall time since which the position changes evenly at the rate. See PlayerState.msg.
     """
 
     stamp_s: float
@@ -37,13 +37,13 @@ class PlayerSnapshot(NamedTuple):
 
     @property
     def clock_state(self) -> ClockState:
-        """Its position over the wall time, at the rate that the machine reaches."""
+        """The player's position over wall time, at the rate that the machine reaches."""
         return ClockState(self.stamp_s, self.position_s, self.achieved_rate, self.paused,
                           self.segment, self.since_s)
 
 
 class TopicSnapshot(NamedTuple):
-    """A topic as the recorder sees it: rate in Hz, silence in s (None: no message so far)."""
+    """A topic as seen by the recorder: rate in Hz, silence in s (None: no message so far)."""
 
     name: str
     type: str
@@ -60,8 +60,8 @@ class TopicSnapshot(NamedTuple):
 class RecorderSnapshot(NamedTuple):
     """The recorder's state; ``phase`` is idle, starting, recording or stopping.
 
-    ``rate`` is in bytes per s, ``time_left_s`` is None if unknown, ``stamp_s`` is when it was sent,
-    on the recorder's clock. See RecorderState.msg.
+    ``rate`` is in bytes per s; ``time_left_s`` is None if unknown; ``stamp_s`` is the time of
+    sending on the recorder's clock. See RecorderState.msg.
     """
 
     phase: str
@@ -81,10 +81,10 @@ class RecorderSnapshot(NamedTuple):
 
 
 class PhaseSnapshot(NamedTuple):
-    """The moment of the reference [s] at a time [s since the epoch]; None: there is none.
+    """The moment of the reference run [s] at a time [s since the epoch]; None: no run.
 
-    ``behind_s`` is how much longer than the reference the run took until here, None if unknown.
-    See GhostPhase.msg.
+    ``behind_s`` is the run's delay so far against the reference run; None if unknown. See
+    GhostPhase.msg.
     """
 
     stamp_s: float
@@ -93,7 +93,7 @@ class PhaseSnapshot(NamedTuple):
 
 
 class ObjectsSnapshot(NamedTuple):
-    """All objects that a depth sensor (its device) sees; ``stamp_s`` is that of its cloud.
+    """All objects that a depth sensor (``device``) sees; ``stamp_s`` is the stamp of the cloud.
 
     See DetectedObjects.msg.
     """
