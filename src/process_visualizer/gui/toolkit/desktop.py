@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's desktop: the editor, and the folder in which the program was called."""
+"""The operator's desktop: the editor, and the folder from which the program was called."""
 from __future__ import annotations
 
 import os
@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from typing import Iterator, List, Mapping, Optional
 
-# Opens a file at a line in the operator's own editor.
+# Opening a file at a line in the operator's own editor.
 
 _AT_LINE: Mapping[str, str] = {
     'code': '--goto {file}:{line}', 'codium': '--goto {file}:{line}', 'subl': '{file}:{line}',
@@ -17,21 +17,21 @@ _AT_LINE: Mapping[str, str] = {
     'geany': '--line {line} {file}', 'mousepad': '--line {line} {file}',
     'pycharm': '--line {line} {file}', 'emacs': '+{line} {file}', 'gvim': '+{line} {file}',
 }
-"""Arguments for a line in graphical editors, in the order in which they are tried."""
+"""Arguments of graphical editors for a line; the editors are tried in this order."""
 _IN_TERMINALS = ('vi', 'vim', 'nvim', 'nano', 'pico', 'ed', 'joe', 'jed', 'ne', 'micro', 'hx',
                  'mcedit', 'editor', 'sensible-editor')
 _TIME_TO_FAIL_S = 1.0
 
 
 class EditorError(Exception):
-    """No editor could be started; the text says which were tried."""
+    """No editor could be started; the text names those that were tried."""
 
 
 def open_in_editor(file: str, line: int, environment: Optional[Mapping[str, str]] = None) -> str:
-    """Start the first editor that works; return its program. Blocks for up to a second.
+    """Start the first editor that works; return its program. Blocks up to a second per editor.
 
     Raises:
-        EditorError: there is none.
+        EditorError: no editor works.
     """
     tried = []
     for command in commands(file, line, os.environ if environment is None else environment):
@@ -56,7 +56,7 @@ def commands(file: str, line: int, environment: Mapping[str, str]) -> Iterator[L
 
 
 def _starts(command: List[str]) -> bool:
-    """Start an editor; False if it exits with an error at once."""
+    """Start an editor; return False if it exits with an error at once."""
     try:
         process = subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -69,10 +69,10 @@ def _starts(command: List[str]) -> bool:
 
 
 def working_folder(environment: Mapping[str, str] = os.environ) -> str:
-    """Return the folder of the shell that called the program, if it is writable.
+    """Return the working folder of the calling shell if it is writable, else the home folder.
 
-    roslaunch runs its nodes in ``~/.ros``, where nobody looks for files, and leaves ``PWD`` as the
-    shell has set it. The fallback is the home folder.
+    roslaunch runs its nodes in ``~/.ros``, where nobody looks for files, but leaves ``PWD`` as set
+    by the shell.
     """
     folder = environment.get('PWD', '')
     is_usable = os.path.isabs(folder) and os.path.isdir(folder) and os.access(folder, os.W_OK)

@@ -20,14 +20,12 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.toolkit.theme import tabular_font
 
-# Dialogs that do not block: the window keeps working while they are open.
-
 _TITLE = 'Process Visualizer'
 
 
 def message_box(parent: Optional[QWidget], text: str,
                 symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
-    """Return a message box to open; it deletes itself when it is closed."""
+    """Return a message box, not yet open; it deletes itself when closed."""
     box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)
     box.setObjectName('message')
     box.setTextInteractionFlags(Qt.TextSelectableByMouse)
@@ -37,9 +35,9 @@ def message_box(parent: Optional[QWidget], text: str,
 
 def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
-    """Ask a question; do the action if the answer is ``yes``, the text of its button.
+    """Ask a question; do the action if the operator presses the button with the text ``yes``.
 
-    ``otherwise`` is called if it is closed in any other way.
+    ``otherwise`` is called if the question is closed in any other way.
 
     Returns the open dialog, so that a question can be closed when it is no longer needed.
     """
@@ -100,7 +98,7 @@ class TextDialog(QDialog):
 
 
 class KeysDialog(QDialog):
-    """A table of keys (HTML) as wide as needed; the window keeps working while it is open."""
+    """A dialog with a table of keys (HTML), as wide as needed."""
 
     def __init__(self, table: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

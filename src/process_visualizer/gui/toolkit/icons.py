@@ -23,7 +23,7 @@ def names() -> Tuple[str, ...]:
 
 
 def icon(name: str) -> QIcon:
-    """Return an icon by its name; grey when disabled, in the accent color when checked.
+    """Return an icon by its name; gray when disabled, in the accent color when checked.
 
     Icons whose color has a meaning (record, warning, ok, …) keep it when checked.
 
@@ -41,12 +41,12 @@ def _text(name: str) -> str:
 
 @functools.lru_cache(maxsize=None)
 def _drawing(text: str, color: str) -> QSvgRenderer:
-    """Return the drawing in a color: QtSvg does not know ``currentColor``."""
+    """Return the drawing in a color; QtSvg does not support ``currentColor``."""
     return QSvgRenderer(text.replace('currentColor', color).encode())
 
 
 class _Engine(QIconEngine):
-    """Draws an SVG text in any size, in colors of the theme (names of its fields)."""
+    """Draws an SVG text in any size; the colors are names of fields of Theme."""
 
     def __init__(self, text: str, color: str, checked: str) -> None:
         super().__init__()

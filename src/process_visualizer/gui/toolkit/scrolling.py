@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places that scroll, so that what comes and goes moves nothing around it."""
+"""Scrolling places, so that widgets that come and go do not move others."""
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt
@@ -15,35 +15,35 @@ from PyQt5.QtWidgets import (
 
 
 class StillScroll(QScrollArea):
-    """Scrolls to what gets the keyboard by the Tab key, as Qt's does.
+    """Scrolls to the widget that gets the keyboard focus by the Tab key, like Qt's scroll area.
 
-    Qt also gives the keyboard to another widget when the one that has it cannot be used any more,
-    such as a button that was clicked; nothing may move then.
+    Qt also moves the focus when the focused widget is disabled, such as a button that was clicked.
+    This does not scroll.
     """
 
     def focusNextPrevChild(self, is_next: bool) -> bool:
-        """See Qt."""
+        """Move the focus; do not scroll if the focused widget has been disabled."""
         focused = QApplication.focusWidget()
         if focused is not None and not focused.isEnabled():
             return QWidget.focusNextPrevChild(self, is_next)
         return super().focusNextPrevChild(is_next)
 
 
-# A column that can be scrolled where the screen is too low for it.
+# A column that scrolls on screens that are too low for it.
 
 _MIN_HEIGHT_PX = 160
 
 
 class Column(QWidget):
-    """The content of a ColumnScroll: it gives way before anything has to be scrolled to."""
+    """The content of a ColumnScroll: it shrinks to its minimum height before it scrolls."""
 
     def heightForWidth(self, width: int) -> int:
-        """Return the least height; Qt's scroll area would scroll as soon as it likes more."""
+        """Return the minimum height, as Qt's scroll area scrolls below the preferred height."""
         return self.layout().minimumHeightForWidth(width)
 
 
 class ColumnOf(Column):
-    """A column with nothing but a widget, which gets all of the height."""
+    """A column with a single widget, which gets all of the height."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__()
@@ -53,19 +53,19 @@ class ColumnOf(Column):
         layout.addWidget(widget)
 
     def minimumSizeHint(self) -> QSize:
-        """Return that of the widget; the layout of a hidden page keeps an old one."""
+        """Return the widget's hint; the layout of a hidden page keeps an outdated one."""
         return self._only.minimumSizeHint()
 
 
 class ColumnScroll(StillScroll):
-    """Scrolls up and down only; it is never narrower than its content."""
+    """Scrolls only vertically, and is never narrower than its content."""
 
     def __init__(self, content: QWidget) -> None:
         super().__init__()
         self.setFrameShape(QFrame.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
-        self.setFocusPolicy(Qt.NoFocus)  # the keys are the window's
+        self.setFocusPolicy(Qt.NoFocus)  # keys go to the window
         self.setWidget(content)
 
     def minimumSizeHint(self) -> QSize:
@@ -74,21 +74,21 @@ class ColumnScroll(StillScroll):
         return QSize(self.widget().minimumSizeHint().width() + bar, _MIN_HEIGHT_PX)
 
 
-# Places for what comes and goes, so that nothing around it moves; they scroll.
+# Scrolling places for widgets that come and go, so that nothing around them moves.
 
 _MIN_NOTICE_LINES = 3
-_BELOW_PX = 5  # lines are up to a pixel higher than the font says; an underscore is at their end
+_BELOW_PX = 5  # lines are up to a pixel higher than the font reports, with underscores at the end
 
 
 class _Place(StillScroll):
-    """Shows its beginning again whenever one of its widgets appears."""
+    """Scrolls back to its beginning whenever one of its widgets appears."""
 
     def __init__(self, *widgets: QWidget) -> None:
         super().__init__()
         self.setFrameShape(QFrame.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
-        self.setFocusPolicy(Qt.NoFocus)  # the keys are the window's
+        self.setFocusPolicy(Qt.NoFocus)  # keys go to the window
         body = QWidget()
         self._column = QVBoxLayout(body)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -104,19 +104,19 @@ class _Place(StillScroll):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Go back to the beginning when something appears."""
+        """Scroll back to the beginning when a widget appears."""
         if event.type() == QEvent.Show:
             self.verticalScrollBar().setValue(0)
         return super().eventFilter(watched, event)
 
     def _size(self, height: int) -> QSize:
-        """A size with room for the width of the content, and the scroll bar."""
+        """Return a size with room for the content's width and the scroll bar."""
         bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
         return QSize(self.widget().minimumSizeHint().width() + bar, height)
 
 
 class TextPlace(_Place):
-    """Always as high as so many lines of text."""
+    """A place with the fixed height of a number of lines of text."""
 
     def __init__(self, lines: int, *widgets: QWidget) -> None:
         super().__init__(*widgets)
@@ -128,12 +128,12 @@ class TextPlace(_Place):
         return self._size(self._lines * self.fontMetrics().lineSpacing() + _BELOW_PX)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the same: it neither grows nor gives way."""
+        """Return the same size, as the height is fixed."""
         return self.sizeHint()
 
 
 class NoticePlace(_Place):
-    """Takes the room of notices from what is above it; hidden while there are none."""
+    """A place for notices, which takes its room from widgets above; hidden without notices."""
 
     def __init__(self, *widgets: QWidget) -> None:
         super().__init__(*widgets)
@@ -146,12 +146,12 @@ class NoticePlace(_Place):
         return self._size(max(height, self.widget().sizeHint().height()))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a height in which something can be read."""
+        """Return a height in which some lines can be read."""
         lines = _MIN_NOTICE_LINES * self.fontMetrics().lineSpacing()
         return self._size(min(lines, self.sizeHint().height()))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Be there with the notices."""
+        """Show or hide the place with its notices."""
         if event.type() in (QEvent.ShowToParent, QEvent.HideToParent):
             self._follow()
         return super().eventFilter(watched, event)

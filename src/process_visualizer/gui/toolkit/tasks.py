@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs slow work off the GUI thread, and delivers the results to it."""
+"""Slow work off the GUI thread, with results delivered to the GUI thread."""
 from __future__ import annotations
 
 import math
@@ -27,10 +27,10 @@ class _Outcome(NamedTuple):
 
 
 class Tasks(QObject):
-    """Lines of work by name, each with its own thread that lives as long as the program.
+    """Lines of work by name, each with its own thread for the life of the program.
 
-    Tasks of one line run one after the other, in their order; related work (such as all commands
-    of the player) goes into one line.
+    Tasks of a line run one after the other, in order. Related work, such as all commands of the
+    player, goes into one line.
     """
 
     _ended = pyqtSignal(object)
@@ -43,7 +43,7 @@ class Tasks(QObject):
 
     def run(self, line: str, function: Callable[[], Any], on_result: Optional[OnResult] = None,
             on_error: Optional[OnError] = None) -> None:
-        """Run a function in a line; then call one of the others, in the GUI thread.
+        """Run a function in a line; then call ``on_result`` or ``on_error`` in the GUI thread.
 
         Without ``on_error`` an exception is raised in the GUI thread.
         """
@@ -52,9 +52,9 @@ class Tasks(QObject):
         self._lines[line].put(_Task(function, on_result, on_error))
 
     def run_and_wait(self, line: str, function: Callable[[], Any], timeout_s: float) -> None:
-        """Run a function after the present tasks of the line, and wait for its end.
+        """Run a function after the current tasks of the line, and wait for its end.
 
-        It blocks the calling thread: only for the end of the program.
+        This blocks the calling thread: only for the end of the program.
         """
         ended = threading.Event()
 
@@ -68,7 +68,7 @@ class Tasks(QObject):
         ended.wait(timeout_s)
 
     def close(self, timeout_s: float = 5.0) -> None:
-        """End all lines after their present task; later results are not delivered."""
+        """End all lines after the tasks that they already have; no more results are delivered."""
         self._ended.disconnect(self._deliver)
         for line in self._lines.values():
             line.put(None)
@@ -104,10 +104,10 @@ class Tasks(QObject):
 
 
 class TaskProgress(QObject):
-    """Made in the GUI thread; the task reports to it from its own, the view shows it."""
+    """The progress of a task: created in the GUI thread, reported to from the task's thread."""
 
     changed = pyqtSignal(float)
-    """The finished part, 0 to 1; arrives in the GUI thread."""
+    """The finished part, 0 to 1; emitted in the GUI thread."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -127,11 +127,11 @@ class TaskProgress(QObject):
 
 
 _LOOK_MS, _LATE_S = 200, 1.0
-"""A window that was held up for longer showed nothing, and took no clicks: that does not count."""
+"""Period of looks [ms]; longer gaps than this [s] do not count, as the window was blocked."""
 
 
 class DelayedAct(QObject):
-    """Waits, then acts; ``changed`` comes with each second that is left."""
+    """Acts after a delay; ``changed`` is emitted for each second that is left."""
 
     changed = pyqtSignal()
 
@@ -149,12 +149,12 @@ class DelayedAct(QObject):
 
     @property
     def is_waiting(self) -> bool:
-        """Return whether the act is to come, and can be taken back."""
+        """Return whether the act is pending, and can be canceled."""
         return self._due_s is not None
 
     @property
     def left_s(self) -> int:
-        """The seconds until then; 0 if nothing is to come."""
+        """The seconds until the act; 0 if none is pending."""
         return self._left_s
 
     def begin(self) -> None:
@@ -165,13 +165,13 @@ class DelayedAct(QObject):
         self.look()
 
     def take_back(self) -> None:
-        """Do not act."""
+        """Cancel the act."""
         self._due_s = None
         self._timer.stop()
         self._show(0)
 
     def look(self) -> None:
-        """Act if it is time."""
+        """Act if the time has come."""
         if self._due_s is None:
             return
         now_s = self._clock_s()
@@ -194,14 +194,14 @@ Value = TypeVar('Value')
 
 
 class NewestCall(Generic[Value]):
-    """Calls a function with the newest value: at most one call is under way, others are skipped.
+    """Calls a function with the newest value: one call at a time; older waiting values are skipped.
 
-    Used in the GUI thread; the function runs in a line of tasks.
+    Use it in the GUI thread; the function runs in a line of tasks.
     """
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """``on_done`` is called when the newest value was taken, ``on_error`` when one fails."""
+        """Take callbacks: ``on_done`` when no value waits any more, ``on_error`` for a failure."""
         self._tasks = tasks
         self._line = line
         self._function = function
@@ -212,16 +212,16 @@ class NewestCall(Generic[Value]):
 
     @property
     def wanted(self) -> Optional[Value]:
-        """The newest value, as long as the function has not taken it; else None."""
+        """The newest value until its call has ended, then None."""
         return self._under_way if self._next is None else self._next
 
     @property
     def waiting(self) -> Optional[Value]:
-        """The newest value, if its turn has not come yet; else None."""
+        """The newest value while its call has not begun, else None."""
         return self._next
 
     def request(self, value: Value) -> None:
-        """Call the function with a value, unless a newer one comes before its turn."""
+        """Call the function with a value, unless a newer value comes before its turn."""
         if self._under_way is None:
             self._call(value)
         else:
@@ -244,4 +244,4 @@ class NewestCall(Generic[Value]):
 
 
 Newest = Callable[[Callable[[Any], Any]], NewestCall[Any]]
-"""Makes one of a function that takes the newest value."""
+"""Makes a NewestCall of a function."""

@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import QApplication, QPushButton, QRadioButton, QStyleFacto
 
 @dataclass(frozen=True)
 class Theme:
-    """Colors by what they are for, as Qt writes them (#rrggbb)."""
+    """Colors by their use, as Qt writes them (#rrggbb)."""
 
     accent: str
     text: str
@@ -39,17 +39,17 @@ class Theme:
     behind_bad: str  # backgrounds of notices
     behind_warning: str
     behind_good: str
-    used: str  # of a disk: the accent color, quiet
-    shape: str  # of an icon without a meaning of its own
+    used: str  # used space of a disk: a quiet accent color
+    shape: str  # icons whose color has no meaning
     waiting: str
     tick: str  # marks of a scale
-    band: str  # what good runs do, behind a curve, and the line in its middle
+    band: str  # the band of good runs behind a curve, and the line in its middle
     band_line: str
     disabled_text: str
     disabled_shape: str
-    indicator: str  # of a check box or radio button, inside
+    indicator: str  # inside of a check box or radio button
     indicator_tick: str
-    indicator_off: str  # where nothing can be ticked
+    indicator_off: str  # disabled
     indicator_off_tick: str
     groove: str  # of a slider
     loop: str
@@ -97,7 +97,7 @@ DARK = Theme(
 
 
 def theme() -> Theme:
-    """Return the theme in which the application is: the one to which its palette belongs."""
+    """Return the theme of the application, according to its palette."""
     return DARK if is_dark(QGuiApplication.palette()) else LIGHT
 
 
@@ -107,24 +107,24 @@ def is_dark(palette: QPalette) -> bool:
                 < palette.color(QPalette.WindowText).lightness())
 
 
-# Keeps what was colored once in step with the theme of the application.
+# Colors of widgets that follow the theme of the application.
 
 _COLOR, _SHEET_KEY, _SELECTION = 'theme_color', 'theme_sheet', 'theme_selection'
 
 
 def color(widget: QWidget, name: str) -> None:
-    """Set the color of the widget's text while it is enabled: the name of a field of Theme."""
+    """Set the color of a widget's text while it is enabled; ``name`` is a field of Theme."""
     widget.setProperty(_COLOR, name)
     chosen = QColor(getattr(theme(), name))
     if widget.palette().color(QPalette.Active, QPalette.WindowText) != chosen:
-        palette = QPalette()  # whose other colors are those of the application, also later
+        palette = QPalette()  # its other colors follow the application
         for group in (QPalette.Active, QPalette.Inactive):
             palette.setColor(group, QPalette.WindowText, chosen)
         widget.setPalette(palette)
 
 
 def color_selection(view: QWidget, name: str) -> None:
-    """Set the color behind selected rows: the name of a field of Theme."""
+    """Set the color behind selected rows; ``name`` is a field of Theme."""
     view.setProperty(_SELECTION, name)
     palette = QPalette()
     palette.setColor(QPalette.Highlight, QColor(getattr(theme(), name)))
@@ -132,7 +132,7 @@ def color_selection(view: QWidget, name: str) -> None:
 
 
 def set_sheet(widget: QWidget, sheet: str) -> None:
-    """Give a widget a style sheet in which <NAME> stands for the color of that name in Theme."""
+    """Set a widget's style sheet, in which <NAME> stands for the color of that name in Theme."""
     widget.setProperty(_SHEET_KEY, sheet)
     colored = with_colors(sheet)
     if widget.styleSheet() != colored:
@@ -140,14 +140,14 @@ def set_sheet(widget: QWidget, sheet: str) -> None:
 
 
 def with_colors(sheet: str) -> str:
-    """Return a style sheet in which each <NAME> is replaced by the color of the theme."""
+    """Return a style sheet with each <NAME> replaced by the color of the theme."""
     for name, value in asdict(theme()).items():
         sheet = sheet.replace(f'<{name}>', value)
     return sheet
 
 
 def recolor(app: QApplication) -> None:
-    """Color all widgets anew, after the theme has changed."""
+    """Color all widgets again after the theme has changed."""
     for widget in app.allWidgets():
         for name, renew in ((_COLOR, color), (_SHEET_KEY, set_sheet),
                             (_SELECTION, color_selection)):
@@ -156,7 +156,7 @@ def recolor(app: QApplication) -> None:
 
 
 class ThemeFollower(QObject):
-    """Calls a function when the theme of a widget changes, for what is not painted anew by Qt."""
+    """Calls a function when a widget's theme changes, for parts that Qt does not repaint."""
 
     def __init__(self, widget: QWidget, show: Callable[[], None]) -> None:
         super().__init__(widget)
@@ -165,7 +165,7 @@ class ThemeFollower(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, widget: Optional[QObject], event: Optional[QEvent]) -> bool:
-        """Notice that the palette is of another theme."""
+        """Notice that the palette belongs to another theme."""
         if event is not None and event.type() == QEvent.PaletteChange and theme() != self._shown:
             self._shown = theme()
             self._show()
@@ -179,16 +179,16 @@ _DARK, _LIGHT = 1, 2
 
 
 class DesktopTheme(QObject):
-    """Asks the desktop's portal (XDG Desktop Portal, Settings), and listens to its changes.
+    """Reads the theme from the desktop's portal (XDG Desktop Portal, Settings), and follows it.
 
-    Until it answers, and where there is none, the palette counts that Qt had from the desktop.
+    Until the portal answers, or without a portal, the palette that Qt got from the desktop counts.
     """
 
     changed = pyqtSignal()
 
     def __init__(self, palette: QPalette, bus: Optional[QDBusConnection] = None,
                  parent: Optional[QObject] = None) -> None:
-        """``palette`` is the one of the application before it was given another."""
+        """Take the palette that the application had before another was set."""
         super().__init__(parent)
         self._is_dark = is_dark(palette)
         self._bus = bus or QDBusConnection.sessionBus()
@@ -228,21 +228,21 @@ class DesktopTheme(QObject):
             self.changed.emit()
 
 
-# Makes colors that were chosen for RViz readable behind and on those of the launcher.
+# Colors chosen for RViz, made readable with the colors of the launcher.
 
-_MIN_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
+_MIN_CONTRAST = 3.6  # to the paper; WCAG 2.1 requires 3 for graphics and 4.5 for small text
 _SATURATION = 0.85
 _STEP = 0.05
 
 
 def readable_color(color: Tuple[float, float, float]) -> QColor:
-    """Return a color (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
+    """Return a color (red, green, blue, 0 to 1), less saturated and visible on the paper."""
     return QColor(_readable(color, theme().paper))
 
 
 @lru_cache(maxsize=256)
 def _readable(color: Tuple[float, float, float], paper_name: str) -> QColor:
-    """Curves ask for the same few colors at each picture."""
+    """Return the readable color, cached as each picture needs the same few colors."""
     chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in color))
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
@@ -260,7 +260,7 @@ def translucent(name: str, alpha: int) -> QColor:
 
 
 def _farther(color: QColor, paper: QColor) -> QColor:
-    """Darker on light paper; on dark paper brighter, and paler where that is not enough."""
+    """Return a darker color on light paper; on dark paper a brighter one, at the limit a paler."""
     hue, saturation, value, _alpha = color.getHsvF()
     if _luminance(paper) > 0.5:
         return QColor.fromHsvF(max(hue, 0.0), saturation, value * (1.0 - _STEP))
@@ -307,7 +307,7 @@ QRadioButton::indicator:checked { background: qradialgradient(cx: 0.5, cy: 0.5, 
   stop: 1 palette(base)); }
 QToolTip { border: 1px solid palette(mid); padding: 3px; }
 """
-"""For all widgets, whatever the theme: another sheet would mean to polish all of them again."""
+"""The sheet of all widgets in all themes: a new sheet would make Qt polish all widgets again."""
 _PRIMARY = """
 QPushButton { background: <primary>; color: white; border: 0; border-radius: 3px;
   font-weight: bold; }
@@ -341,11 +341,11 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
 
 @contextmanager
 def _no_widget_collected() -> Iterator[None]:
-    """Keep unreachable widgets, which Python's collector would delete, for as long as it takes.
+    """Keep Python's garbage collector from deleting unreachable widgets in this context.
 
-    Qt goes through a list of all widgets and gives each its style, palette or sheet; what hears
-    of it in Python makes objects, and so may call the collector. Qt would then go on with a widget
-    that is no more: the end of the program, by SIGSEGV.
+    Qt goes through a list of all widgets and sets the style, palette or sheet of each. Python
+    handlers of these changes create objects, which may start the collector. Qt would then continue
+    with a deleted widget, and the program would end with SIGSEGV.
     """
     is_on = gc.isenabled()
     gc.disable()
@@ -381,9 +381,9 @@ def _check_box_palette(wanted: Theme) -> QPalette:
 
 
 def color_indicators(colors: QPalette, wanted: Theme) -> None:
-    """Let boxes, ticks and dots be seen: Fusion's outline is darker than the window.
+    """Make boxes, ticks and dots visible; Fusion's outline is darker than the window.
 
-    What is written beside the box of a QCheckBox has another role than the tick.
+    The text of a QCheckBox has another color role than its tick.
     """
     colors.setColor(QPalette.Base, QColor(wanted.indicator))
     colors.setColor(QPalette.Text, QColor(wanted.indicator_tick))
@@ -392,7 +392,7 @@ def color_indicators(colors: QPalette, wanted: Theme) -> None:
 
 
 def tabular_font(font: QFont) -> QFont:
-    """Return a font of the same size with digits of equal width, so that times do not jump."""
+    """Return a font of the same size with digits of equal width, so that times do not jitter."""
     tabular = QFont(font)
     tabular.setFamily('monospace')
     tabular.setStyleHint(QFont.Monospace)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time along a line: the place of a moment, and the moments of ticks."""
+"""Time axes: the place of a moment, the moments of ticks, and the shown part."""
 from __future__ import annotations
 
 import math
@@ -12,9 +12,9 @@ _STEPS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
 
 
 class TimeAxis(NamedTuple):
-    """``duration_s`` of a recording on a line from ``left`` on, ``width`` long [px].
+    """A part of a recording on a line: ``duration_s`` on ``width`` pixels, from ``left`` on.
 
-    ``begin_s`` is the moment at its left end.
+    ``begin_s`` is the moment at the left end.
     """
 
     duration_s: float
@@ -40,14 +40,14 @@ class TimeAxis(NamedTuple):
         return self.begin_s + min(max((x - self.left) / self.width, 0.0), 1.0) * self.duration_s
 
     def tick_step_s(self, least_px: float) -> float:
-        """Return the smallest sensible time between two ticks at least this far apart [px]."""
+        """Return the smallest round time between ticks that are at least ``least_px`` apart."""
         if self.width <= 0.0 or self.duration_s <= 0.0:
             return _STEPS_S[-1]
         least_s = least_px * self.duration_s / self.width
         return next((step_s for step_s in _STEPS_S if step_s >= least_s), _STEPS_S[-1])
 
     def ticks(self, least_px: float) -> List[float]:
-        """Return the times [s] of ticks at least this far apart [px], multiples of their step."""
+        """Return the times [s] of ticks at least ``least_px`` apart, multiples of their step."""
         step_s = self.tick_step_s(least_px)
         first = math.ceil(self.begin_s / step_s - 1e-9)
         last = math.floor((self.begin_s + self.duration_s) / step_s + 1e-9)
@@ -63,9 +63,9 @@ def tick_label(time_s: float, step_s: float) -> str:
     return text[:len(text) - 3 + kept]
 
 
-_EDGE_SHARE = 0.1  # of the shown time: distance from the edge for a moment that was out of sight
+_EDGE_SHARE = 0.1  # of the shown time: a moment scrolled into sight is this far from the edge
 MIN_S = 1.0
-"""The shortest part, so that nobody gets lost between two messages."""
+"""Minimum length of the shown part [s], so that nobody gets lost between two messages."""
 
 
 class ShownTime(NamedTuple):
@@ -90,13 +90,13 @@ class ShownTime(NamedTuple):
         return self.begin_s <= time_s <= self.end_s
 
     def zoomed(self, factor: float, around_s: float) -> ShownTime:
-        """The part scaled by a factor; the moment ``around_s`` stays at its place."""
+        """Return the part scaled by a factor; the moment ``around_s`` stays at its place."""
         duration_s = _limited(self.duration_s * factor, MIN_S, self.length_s)
         share = (around_s - self.begin_s) / self.duration_s if self.duration_s > 0.0 else 0.0
         return self.part(around_s - share * duration_s, duration_s)
 
     def beginning_at(self, begin_s: float) -> ShownTime:
-        """A part of the same length from another moment on, within the recording."""
+        """Return a part of the same length that begins at another moment, within the recording."""
         return self.part(begin_s, self.duration_s)
 
     def showing(self, time_s: float) -> ShownTime:
@@ -108,14 +108,14 @@ class ShownTime(NamedTuple):
         return self.beginning_at(time_s - (self.duration_s - edge_s if is_behind else edge_s))
 
     def part(self, begin_s: float, duration_s: float) -> ShownTime:
-        """Another part of the same recording, as close to the wanted one as possible."""
+        """Return another part of the recording, as close to the wanted one as possible."""
         duration_s = _limited(duration_s, MIN_S, self.length_s)
         return ShownTime(_limited(begin_s, 0.0, self.length_s - duration_s), duration_s,
                          self.length_s)
 
 
 def whole(length_s: float) -> ShownTime:
-    """All of a recording."""
+    """Return the whole of a recording as the shown part."""
     return ShownTime(0.0, length_s, length_s)
 
 

@@ -73,19 +73,19 @@ def note(name: str) -> QLabel:
 
 
 def show_note(label: QLabel, text: str) -> None:
-    """Show a text, or nothing where there is none."""
+    """Show a text; hide the label if the text is empty."""
     label.setText(text)
     label.setVisible(bool(text))
 
 
 class WrappedLabel(QLabel):
-    """Plain text of several lines; a name such as /arm/joints begins a line rather than being cut.
+    """Plain text that wraps before names such as /arm/joints rather than within them.
 
-    Qt ends lines behind any slash, also behind the first one of a name.
+    Qt breaks lines after any slash, even after the first one of a name.
     """
 
     def __init__(self, name: str) -> None:
-        """``name`` is the object name."""
+        """Take the object name."""
         super().__init__()
         self.setObjectName(name)
         self.setWordWrap(True)
@@ -113,7 +113,7 @@ class WrappedLabel(QLabel):
             super().setText(text)
 
     def _wrapped(self, text: str) -> str:
-        """A paragraph with a line break before each name that does not fit into its line."""
+        """Return a paragraph with a line break before each name that does not fit into the line."""
         first, *words = text.split(' ')
         shown = line = first
         for word in words:
@@ -149,7 +149,7 @@ def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], objec
 
 
 def in_column(parent: QWidget, spacing_px: int, *parts: Union[QWidget, QLayout]) -> QVBoxLayout:
-    """Lay out a widget's parts below each other, without margins."""
+    """Lay out a widget's parts one below the other, without margins."""
     layout = QVBoxLayout(parent)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(spacing_px)
@@ -174,11 +174,11 @@ class ElidedButton(QPushButton):
     """Shows as much of its text as fits."""
 
     def sizeHint(self) -> QSize:
-        """Any width will do."""
+        """Return a minimal width."""
         return QSize(_MIN_PX, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
-        """Any width will do."""
+        """Return a minimal width."""
         return self.sizeHint()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -191,7 +191,7 @@ class ElidedButton(QPushButton):
 
 
 class ElidedLabel(QLabel):
-    """Shows as much of a text as fits into one line or several; the tooltip has all of it."""
+    """Shows as much of a text as fits into one or more lines; the tooltip has the whole text."""
 
     def __init__(self, mode: Qt.TextElideMode = Qt.ElideMiddle,
                  parent: Optional[QWidget] = None, lines: int = 1) -> None:
@@ -205,7 +205,7 @@ class ElidedLabel(QLabel):
             self.setToolTip(text)
 
     def minimumSizeHint(self) -> QSize:
-        """Any width will do."""
+        """Return a minimal width."""
         return QSize(20, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -217,7 +217,7 @@ class ElidedLabel(QLabel):
                                   self.foregroundRole())
 
     def shown_text(self, width_px: int) -> str:
-        """Return what fits into a width, with line breaks."""
+        """Return the part of the text that fits into a width, with line breaks."""
         words, metrics = self.text().split(' '), self.fontMetrics()
         shown: List[str] = []
         while len(shown) < self._lines - 1 and len(words) > 1:
@@ -230,13 +230,13 @@ class ElidedLabel(QLabel):
 
 
 class MessageBar(QStatusBar):
-    """A status bar that says where its message is cut; a click there wants the whole.
+    """A status bar that shows where its message is cut; a click asks for the whole message.
 
-    The tooltip has the whole as well.
+    The tooltip also has the whole message.
     """
 
     whole_wanted = pyqtSignal(str)
-    """The operator wants to read this message, which is cut."""
+    """The operator wants to read this whole message, which is cut."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -244,7 +244,7 @@ class MessageBar(QStatusBar):
 
     @property
     def shown_text(self) -> str:
-        """Return what fits of the message."""
+        """Return the part of the message that fits."""
         text = ' '.join(self.currentMessage().split())
         return self.fontMetrics().elidedText(text, Qt.ElideRight, self._room().width())
 
@@ -259,7 +259,7 @@ class MessageBar(QStatusBar):
         self._follow()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Offer the whole message."""
+        """Ask for the whole message if it is cut."""
         super().mouseReleaseEvent(event)
         if event.button() == Qt.LeftButton and self.rect().contains(event.pos()) and self.is_cut:
             self.whole_wanted.emit(self.currentMessage())
@@ -275,7 +275,7 @@ class MessageBar(QStatusBar):
                          self.shown_text)
 
     def _room(self) -> QRect:
-        """The part for the message, beside the handle that resizes the window."""
+        """Return the room for the message, beside the handle that resizes the window."""
         grip_px = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
         return self.rect().adjusted(_BAR_MARGIN_PX, 0, -_BAR_MARGIN_PX - grip_px, 0)
 
@@ -286,7 +286,7 @@ class MessageBar(QStatusBar):
 
 
 class FoldButton(QToolButton):
-    """Its arrow points down while it is checked; connect ``toggled`` to the folded part."""
+    """A button that folds a part: connect ``toggled``. Its arrow points down while checked."""
 
     def __init__(self, name: str, text: str, hint: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -306,7 +306,7 @@ _ICON_PX = 18
 
 
 class NoticeFrame(QFrame):
-    """The object name of the frame is ``name``, that of its text ``name_text``.
+    """A notice in a frame; its object name is ``name``, that of its text ``name_text``.
 
     ``color`` is good, warning or bad (see Theme).
     """
@@ -339,25 +339,25 @@ class NoticeFrame(QFrame):
         self._layout.addLayout(row, 1, 1)
 
 
-_MIN_HEIGHT_PX = 146  # so that nothing is scrolled to above the timeline of a screen of 1000 px
+_MIN_HEIGHT_PX = 146  # avoids scrolling above the timeline on a screen of 1000 px
 
 
 class PanelTabs(QTabWidget):
-    """The panels of the launcher; each of them scrolls."""
+    """The panels of the launcher; each panel scrolls."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName('panels')
         self.setDocumentMode(True)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
-        self.setMinimumHeight(_MIN_HEIGHT_PX)  # Qt uses no minimumSizeHint of an ignored height
+        self.setMinimumHeight(_MIN_HEIGHT_PX)  # Qt ignores minimumSizeHint with an ignored height
 
     def minimumSizeHint(self) -> QSize:
-        """Return the width that all pages need, and a height in which one can be used."""
+        """Return the width that all pages need, and a height in which a page can be used."""
         return QSize(super().minimumSizeHint().width(), _MIN_HEIGHT_PX)
 
     def hasHeightForWidth(self) -> bool:
-        """Return False: Qt asks all pages for the height that they would like."""
+        """Return False, as Qt would otherwise ask all pages for their preferred heights."""
         return False
 
 
@@ -370,10 +370,10 @@ _STEP_M, _STEP_DEG = 0.001, 0.1
 
 
 class PoseFields(QWidget):
-    """Shows a pose; only numbers that the operator changes are reported, the others stay exact."""
+    """Fields for a pose; only numbers that the operator changes are reported, others stay exact."""
 
     edited = pyqtSignal(int, float)
-    """The index (x y z yaw pitch roll: 0 to 5) and the new value in m or rad."""
+    """The index (0 to 5 for x y z yaw pitch roll) and the new value in m or rad."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -416,7 +416,7 @@ _HINT = 'Arrow keys and wheel: {}; with Ctrl ten times as much'
 
 
 class NumberField(QDoubleSpinBox):
-    """A spin box that the wheel changes only while it is being edited."""
+    """A spin box that the wheel changes only while it has the keyboard focus."""
 
     def __init__(self, name: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -435,24 +435,24 @@ class NumberField(QDoubleSpinBox):
             self.blockSignals(False)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave the wheel to the scrolled window."""
+        """Change the value while focused; otherwise leave the wheel to the scroll area."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
             event.ignore()
 
 
-# Draws a selected row so that its icons and the colors of its texts keep their meaning.
+# Selected rows whose icons and text colors keep their meaning.
 
 _COLOR = Qt.UserRole + 64
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Texts of a selected row stay red, amber or grey; its background is pale.
+    """Draws rows; texts of selected rows stay red, amber or gray, on a pale background.
 
-    Ticks have the same color in all rows, whatever that of the text; a box that stands for some
-    of several has a bar. All rows are as high as those with an icon, so that they stay where
-    they are when one comes.
+    Ticks have the same color in all rows, regardless of the text's color; a partially checked box
+    has a bar. All rows have the height of rows with an icon, so that they do not move when an icon
+    appears.
     """
 
     def __init__(self, view: QAbstractItemView) -> None:
@@ -477,7 +477,7 @@ class RowDelegate(QStyledItemDelegate):
             painter.fillRect(_bar(row.rect), row.palette.brush(QPalette.Text))
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
-        """Return the size of a cell with the height that it has with an icon."""
+        """Return the size of a cell, with the height of a cell with an icon."""
         row = QStyleOptionViewItem(option)
         self.initStyleOption(row, index)
         row.features |= QStyleOptionViewItem.HasDecoration
@@ -486,7 +486,7 @@ class RowDelegate(QStyledItemDelegate):
         return QSize(super().sizeHint(option, index).width(), tall.height())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Give the text of a selected row the color that it has otherwise."""
+        """Give the text of a selected row the color of an unselected row."""
         super().initStyleOption(option, index)
         palette = option.palette
         name = index.data(_COLOR)
@@ -497,7 +497,7 @@ class RowDelegate(QStyledItemDelegate):
 
 
 def _bar(box: QRect) -> QRect:
-    """The bar in a box that is ticked in part."""
+    """Return the place of the bar in a partially checked box."""
     margin = max(box.width() // 4, 2)
     height = max(box.height() // 5, 2)
     return QRect(box.left() + margin, box.center().y() - height // 2 + 1 - height % 2,
@@ -505,6 +505,6 @@ def _bar(box: QRect) -> QRect:
 
 
 def color_row(row: QTreeWidgetItem, column: int, name: str) -> None:
-    """Set the color of a text that a RowDelegate draws: the name of a field of Theme."""
+    """Set the color of a text that a RowDelegate draws; ``name`` is a field of Theme."""
     if row.data(column, _COLOR) != name:
         row.setData(column, _COLOR, name)
