@@ -99,12 +99,12 @@ DAMAGED = 'a part of its recording cannot be read; "cell report" says which'
 class Run(NamedTuple):
     """A run; its times count from its start, which is at ``begin_s`` of its recording.
 
-    ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
-    were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
-    to its end. Of runs with the same ``context`` the same is expected, of those with the same
-    ``place`` also that the tools are at the same places. ``absent`` says what is configured and was
-    not recorded, and whether that is a mistake. Of a recording that ``is_damaged`` something that
-    belongs here could not be read.
+    ``recording`` has the files of the recording in order. ``configuration`` is equal in runs that
+    were recorded with the same configuration, and empty if it is unknown. A run that
+    ``is_broken_off`` never came to its end. Runs with the same ``context`` are expected to be
+    alike; in runs that also have the same ``place``, the tools are expected at the same places.
+    ``absent`` says what is configured and was not recorded, and whether that is a mistake. A part
+    of a recording that ``is_damaged`` could not be read.
     """
 
     name: str
