@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.robot.recorded_velocity import (
     AHEAD_S,
+    MARGIN_S,
     MAX_S,
     PosePart,
     RecordedPose,
@@ -89,7 +90,7 @@ def test_what_is_kept_is_what_is_wanted(speed: float) -> None:
     kept = kept_part(50.0, speed)
     parts = read(None, 50.0, speed, 100.0)
     assert all(kept.holds(part) for part in parts)
-    assert kept.end_s - kept.begin_s < 2 * (MAX_S + 2.0) + 3.0 * abs(speed) + 2.0
+    assert kept.end_s - kept.begin_s < 2 * (MAX_S + MARGIN_S) + 3.0 * abs(speed) + 2.1
 
 
 def test_parts_are_joined_without_doubles() -> None:
@@ -103,3 +104,20 @@ def test_parts_are_joined_without_doubles() -> None:
 def test_the_velocity_of_no_poses_is_none_and_of_some_is_theirs() -> None:
     assert RecordedPoses(PosePart(0.0, 5.0), []).velocity(0.2).velocity(1.0) is None
     assert poses(0.0, 5.0).velocity(0.2).velocity(2.5) == pytest.approx((1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize('behind_s', [0.0, 0.05, 0.15, 0.4, 1.0])
+def test_poses_that_were_held_up_make_no_velocity(behind_s: float) -> None:
+    """The recorder hung from 10 s to 20 s; of what came meanwhile it got the first half second."""
+    measured_s = [0.008 * number for number in range(1313)] + [
+        20.005 + 0.008 * number for number in range(300)]
+    times_s = [time_s if not 10.0 < time_s < 20.0 else 20.0 + 1e-5 * row
+               for row, time_s in enumerate(measured_s)]
+    part = PosePart(20.0 + behind_s - MARGIN_S, 20.0 + behind_s + MARGIN_S)
+    known = RecordedPoses(part, [
+        RecordedPose(time_s, math.nan, (0.06 * at_s, 0.0, 0.0), NO_TURN)
+        for time_s, at_s in sorted(zip(times_s, measured_s))
+        if part.begin_s <= time_s <= part.end_s])
+    velocity = known.velocity(0.2, 0.008).velocity(20.0 + behind_s)
+    assert velocity is None or velocity[0] == pytest.approx(0.06, rel=1e-6)
+    assert velocity is not None or behind_s < 0.2

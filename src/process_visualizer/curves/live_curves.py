@@ -20,7 +20,7 @@ from process_visualizer.curves.curve_sources import (
     plain_color,
     tool_from_joints,
 )
-from process_visualizer.curves.late_arrivals import LateConnections
+from process_visualizer.robot.late_arrivals import LateConnections
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
 from process_visualizer.curves.sending_habit import SendingHabit

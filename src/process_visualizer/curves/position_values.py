@@ -15,7 +15,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.curves.samples import part_numbers
-from process_visualizer.curves.source_locators import measured_s, source_locators
+from process_visualizer.curves.source_locators import certain, measured_s, source_locators
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.kinematics import Joint
@@ -124,11 +124,12 @@ class _Topic:
         numbers = self._locators.joined(partial(measured_s, self._recording), self._with_rests([
             self._read(part, rows) for part, rows in enumerate(around)], time_ns))
         self._keep([row for rows in around for row in rows])
+        time_s = (time_ns - self._recording.begin_ns) / _NS_PER_S
+        numbers = certain(self._recording, numbers, self._period_s, time_s - MARGIN_S)
         if not len(numbers.positions):
             return None
-        velocity = RecordedVelocity(
-            measured_s(self._recording, numbers, self._period_s), numbers.values).velocity(
-                (time_ns - self._recording.begin_ns) / _NS_PER_S)
+        velocity = RecordedVelocity(measured_s(self._recording, numbers, self._period_s),
+                                    numbers.values).velocity(time_s)
         return None if velocity is None else float(np.linalg.norm(velocity))
 
     def _rows(self, part: int, time_ns: int) -> List[_Row]:

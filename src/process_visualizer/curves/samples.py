@@ -12,7 +12,7 @@ from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.curves.source_locators import SourceLocators, measured_s, source_locators
+from process_visualizer.curves.source_locators import SourceLocators, certain, measured_s, source_locators
 from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.ros_names import JOINT_STATE
 
@@ -154,8 +154,10 @@ def _samples(recording: Recording, series: Series,
     numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
     with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         joined = series.locators.joined(partial(measured_s, recording), numbers)
-    by_stamp = series.source.quantity is Quantity.SPEED or by_stamp and bool(
-        (joined.stamps_ns > 0).any())
+    if series.source.quantity is Quantity.SPEED:
+        by_stamp, joined = True, certain(recording, joined)
+    by_stamp = by_stamp and (series.source.quantity is Quantity.SPEED or bool(
+        (joined.stamps_ns > 0).any()))
     times_s = _times_s(recording, by_stamp, joined) - series.source.latency_s
     return Samples(series.source, times_s, joined.values)
 

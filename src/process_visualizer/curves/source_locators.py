@@ -47,7 +47,7 @@ from process_visualizer.robot.placements import (
     ToolPath,
     interpolated,
 )
-from process_visualizer.robot.recorded_velocity import measuring_times
+from process_visualizer.robot.recorded_velocity import certain_rows, measuring_times
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.robot.tool_frame import pose_frames, tool_frame
 from process_visualizer.robot.velocity import GAP_S
@@ -307,10 +307,21 @@ def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: Mo
 def measured_s(recording: Recording, numbers: Numbers,
                period_s: Optional[float] = None) -> np.ndarray:
     """Return when numbers were measured (n,) [s from the beginning]; see measuring_times."""
-    recorded_s = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
-    stamps_s = np.where(numbers.stamps_ns > 0, (numbers.stamps_ns - recording.begin_ns) / 1e9,
-                        np.nan)
-    return measuring_times(recorded_s, stamps_s, period_s)
+    return measuring_times(*_arrivals_and_stamps(recording, numbers), period_s)
+
+
+def certain(recording: Recording, numbers: Numbers, period_s: Optional[float] = None,
+            since_s: float = 0.0) -> Numbers:
+    """Return the numbers whose measuring times are known; see certain_rows."""
+    rows = certain_rows(*_arrivals_and_stamps(recording, numbers), period_s, since_s)
+    return Numbers(*(column[rows] for column in numbers))
+
+
+def _arrivals_and_stamps(recording: Recording,
+                         numbers: Numbers) -> Tuple[np.ndarray, np.ndarray]:
+    """Return both (n,) in seconds from the beginning; NaN without a stamp."""
+    return ((recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9,
+            np.where(numbers.stamps_ns > 0, (numbers.stamps_ns - recording.begin_ns) / 1e9, np.nan))
 
 
 def source_locators(messages: Messages, source: CurveSource,

@@ -7,6 +7,7 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tup
 
 import numpy as np
 
+from process_visualizer.robot.late_arrivals import SILENCE_S, LateArrivals
 from process_visualizer.robot.rotations import Quaternion, Triple
 from process_visualizer.robot.velocity import GAP_S, TIE_S, slope_of_rotations
 
@@ -167,6 +168,22 @@ def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
                                  if usable.any() else measured)
 
 
+def certain_rows(arrival_s: np.ndarray, stamp_s: np.ndarray, period_s: Optional[float] = None,
+                 since_s: float = 0.0) -> np.ndarray:
+    """Return a mask (n,) of poses whose measuring times are known; see ``measuring_times``.
+
+    Without stamps, the times of poses that were held up are unknown: see LateArrivals. All poses
+    from ``since_s`` on are given.
+    """
+    if np.isfinite(stamp_s).any():
+        return np.ones(len(arrival_s), bool)
+    if period_s is None:
+        period_s = sending_period_s(arrival_s)
+    late = LateArrivals(period_s, round(1e9 * max(since_s, 0.0)))
+    result: np.ndarray = ~late.find(np.rint(1e9 * arrival_s).astype(np.int64))
+    return result
+
+
 def _held_up(arrival_s: np.ndarray, stamp_s: np.ndarray, usable: np.ndarray) -> np.ndarray:
     """Return a mask (n,) of messages that came late because the recorder was delayed.
 
@@ -317,8 +334,9 @@ def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[floa
     return times_s[begins].tolist(), times_s[ends].tolist()
 
 
-MARGIN_S = 1.2
-"""Maximum distance of poses from a position whose velocity they affect: a gap and a window."""
+MARGIN_S = SILENCE_S + 1.2
+"""Maximum distance of poses from a position whose velocity they affect: a silence, poses that came
+after it, and a window."""
 AHEAD_S = 2.0  # real time by which poses are read before they are needed
 BESIDE_S = 1.0  # of the recording, on either side of a position: for steps and reversals
 MAX_S = 4.0  # maximum part read at once
@@ -384,8 +402,9 @@ class RecordedPoses(NamedTuple):
                                 for column in (0, 1))
         positions = np.array([pose.position for pose in self.poses], float).reshape(-1, 3)
         quaternions = np.array([pose.quaternion for pose in self.poses], float).reshape(-1, 4)
-        return RecordedVelocity(measuring_times(recorded_s, stamps_s, period_s), positions,
-                                quaternions, window_s)
+        times_s = measuring_times(recorded_s, stamps_s, period_s)
+        rows = certain_rows(recorded_s, stamps_s, period_s, self.part.begin_s)
+        return RecordedVelocity(times_s[rows], positions[rows], quaternions[rows], window_s)
 
 
 def needed_part(position_s: float, duration_s: float) -> PosePart:

@@ -7,6 +7,7 @@ from collections import deque
 from itertools import islice
 from typing import Deque, Iterable, NamedTuple, Optional, Sequence
 
+from process_visualizer.robot.late_arrivals import SILENCE_S, UNSURE_S
 from process_visualizer.robot.rotations import (
     NO_ROTATION,
     Quaternion,
@@ -235,6 +236,7 @@ class ToolVelocity:
         self._period = SendingPeriod()
         self._waiting: Deque[_Arrival] = deque(maxlen=1000)
         self._newest_s = -math.inf
+        self._last_arrival_s, self._unsure_s = math.inf, -math.inf  # of poses without stamps
 
     def add(self, arrival_s: float, wall_s: float, position: Sequence[float],
             quaternion: Quaternion, rate: float = 1.0) -> None:
@@ -276,6 +278,7 @@ class ToolVelocity:
         self._waiting.clear()
         self._estimator.reset()
         self._period.reset()
+        self._last_arrival_s, self._unsure_s = math.inf, -math.inf
 
     def _is_settled(self, sample: _Arrival, now_s: float) -> bool:
         return sample.stamped() or sample.arrival_s <= now_s - HOLD_S
@@ -285,10 +288,22 @@ class ToolVelocity:
         self._period.add(sample.time_s)
         time_s = sample.time_s
         if not sample.stamped():
+            if self._is_unsure(sample):
+                return
             time_s = _measured_s(sample, islice(self._waiting, _MAX_BUNCHED),
                                  self._period.period_s)
         moved_s = (time_s - sample.time_s) / sample.rate if sample.rate else 0.0
         self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s + moved_s)
+
+    def _is_unsure(self, sample: _Arrival) -> bool:
+        """Return whether a pose came just after a silence, and may be an old one.
+
+        A driver that hung, or a network, first delivers poses from the beginning of the silence.
+        """
+        if sample.arrival_s - self._last_arrival_s >= SILENCE_S:
+            self._unsure_s = sample.arrival_s + UNSURE_S
+        self._last_arrival_s = sample.arrival_s
+        return sample.arrival_s < self._unsure_s
 
 
 def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float) -> float:

@@ -7,7 +7,7 @@ from typing import List
 import numpy as np
 import pytest
 
-from process_visualizer.curves.late_arrivals import LateArrivals
+from process_visualizer.robot.late_arrivals import LateArrivals
 
 STEADY_S = [0.1 * it for it in range(100)]
 
@@ -30,8 +30,20 @@ def test_a_bunch_after_a_silence_was_held_up(part: int) -> None:
     assert all(late[100:102]) or part in (1, 2)  # few are not known to be of a bunch
 
 
+def test_the_first_messages_after_a_silence_may_be_old() -> None:
+    times_s = [*(0.01 * it for it in range(300)), *(20.0 + 0.01 * it for it in range(100))]
+    late = late_of(times_s, 7)
+    assert [row for row, is_late in enumerate(late) if is_late] == list(range(300, 310))
+
+
+@pytest.mark.parametrize(('since_s', 'count'), [(18.0, 10), (19.5, 0)])
+def test_a_part_may_begin_in_a_silence(since_s: float, count: int) -> None:
+    late = LateArrivals(0.01, round(1e9 * since_s)).find(
+        np.round(1e9 * (20.0 + 0.01 * np.arange(50))).astype(np.int64))
+    assert late.tolist() == [True] * count + [False] * (50 - count)
+
+
 @pytest.mark.parametrize('times_s', [
-    [*STEADY_S, *(20.0 + 0.1 * it for it in range(100))],  # the driver was restarted
     [*STEADY_S, *(9.95 + 1e-4 * it for it in range(20)), 10.5],  # no silence before
     [begin_s + 1e-3 * it for begin_s in range(0, 50, 5) for it in range(20)],  # it sends in bursts
     [0.0, 20.0, 20.001, 20.002],  # nobody knows what is usual

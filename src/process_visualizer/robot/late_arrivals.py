@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Messages that arrived together after a silence: their arrival times say nothing.
+
+This happens when the recorder hung, its computer stood still, or the network did. Without stamps
+the time of such a message is unknown, and a velocity computed with it would be false.
+"""
+from __future__ import annotations
+
+from typing import Dict, Optional
+
+import numpy as np
+
+SILENCE_S = 1.0
+"""Minimum duration of a silence [s]."""
+UNSURE_S = 0.1
+"""Time after a silence or a bunch [s] in which messages may still be old ones."""
+_SILENCE_NS, _UNSURE_NS = int(1e9 * SILENCE_S), int(1e9 * UNSURE_S)
+_SILENCE_PERIODS = 5.0
+_MAX_PERIOD_NS = 200_000_000
+"""Of a topic that is judged. Slower ones are often sent on change, after any silence."""
+_BUNCHED = 0.5
+"""Messages after a silence that take less than this share of the usual time were held up."""
+_WINDOW, _FEWEST = 8, 2  # messages before one by which it is judged
+_CATCHES_UP_NS = 2_000_000_000
+"""Maximum time after a silence in which messages that were held up arrive."""
+_KEPT, _LEAST = 200, 10  # intervals by which the usual one is determined
+
+
+class LateArrivals:
+    """Finds the messages of one connection that were held up; takes them part by part."""
+
+    def __init__(self, period_s: float = 0.0, since_ns: int = 0) -> None:
+        """Take what is known of the messages before the first part.
+
+        Args:
+            period_s: their usual period; 0: it is learned.
+            since_ns: there were none from here on; 0: that is not known.
+        """
+        self._period_ns = 1e9 * period_s
+        self._last_ns = since_ns
+        self._begun_ns = -np.inf  # since when there has been no silence
+        self._intervals = np.empty(0)
+        self._silence_end_ns: Optional[int] = None
+        self._unsure_ns = 0
+        self._since = np.empty(0, np.int64)  # when the last messages after a silence came
+
+    def find(self, times_ns: np.ndarray) -> np.ndarray:
+        """Return a mask of messages (n,) that were held up, from their arrivals (n,) [ns]."""
+        if not len(times_ns):
+            return np.zeros(0, bool)
+        if not self._last_ns:
+            self._last_ns = self._begun_ns = int(times_ns[0])
+        passed = np.diff(np.concatenate(([self._last_ns], times_ns)))
+        self._last_ns = int(times_ns[-1])
+        silences = np.flatnonzero(passed >= _SILENCE_NS)
+        return np.concatenate([self._find(*it) for it in zip(np.split(times_ns, silences),
+                                                             np.split(passed, silences))])
+
+    def _find(self, times_ns: np.ndarray, passed: np.ndarray) -> np.ndarray:
+        """Return the mask for messages of which at most the first ends a silence."""
+        late: np.ndarray = np.zeros(len(times_ns), bool)
+        usual = self._usual_ns()
+        if len(passed) and passed[0] >= max(_SILENCE_NS, _SILENCE_PERIODS * usual):
+            begin_ns = int(times_ns[0])
+            lasted_ns = begin_ns - passed[0] - self._begun_ns  # less for what comes in bursts
+            if 0.0 < usual <= _MAX_PERIOD_NS and lasted_ns >= _SILENCE_NS:
+                self._silence_end_ns, self._since = begin_ns, np.empty(0, np.int64)
+                self._unsure_ns = begin_ns + _UNSURE_NS
+            self._begun_ns = begin_ns
+        if self._silence_end_ns is not None:
+            late = self._bunched(times_ns, self._silence_end_ns, usual)
+        late |= times_ns < self._unsure_ns
+        is_usual = ~late & (passed > 0) & (passed < _SILENCE_NS)
+        self._intervals = np.concatenate((self._intervals, passed[is_usual]))[-_KEPT:]
+        return late
+
+    def _usual_ns(self) -> float:
+        if len(self._intervals) < _LEAST:
+            return self._period_ns
+        return float(np.median(self._intervals))
+
+    def _bunched(self, times_ns: np.ndarray, silence_end_ns: int, usual: float) -> np.ndarray:
+        """Return a mask of messages (n,) up to the last one that came too fast."""
+        since = np.concatenate((self._since, times_ns))
+        rows = np.arange(len(since))
+        first = np.maximum(rows - _WINDOW, 0)
+        count = rows - first
+        fast = np.flatnonzero((since - since[first] < _BUNCHED * usual * count)
+                              & (count >= _FEWEST) & (since - silence_end_ns <= _CATCHES_UP_NS))
+        if len(fast):
+            self._unsure_ns = max(self._unsure_ns, int(since[fast[-1]]) + _UNSURE_NS)
+        late: np.ndarray = rows <= (fast[-1] if len(fast) else -1)
+        if len(since) and since[-1] - silence_end_ns > _CATCHES_UP_NS:
+            self._silence_end_ns = None
+        known, self._since = len(self._since), since[-_WINDOW - 1:]
+        return late[known:]
+
+
+class LateConnections:
+    """Finds the messages of several connections that were held up."""
+
+    def __init__(self) -> None:
+        self._of: Dict[int, LateArrivals] = {}
+
+    def find(self, numbers: np.ndarray, times_ns: np.ndarray) -> np.ndarray:
+        """Return a mask of messages (n,), from the numbers of their connections (n,)."""
+        late: np.ndarray = np.zeros(len(numbers), bool)
+        for number in np.unique(numbers).tolist():
+            rows = np.flatnonzero(numbers == number)
+            late[rows] = self._of.setdefault(number, LateArrivals()).find(times_ns[rows])
+        return late
