@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): a depth sensor's clouds with current stamps.
 
-RViz discards old data, such as the clouds of a foreign recording. Stamps that are current are
-kept, so that RViz draws a cloud where its frame was when the cloud was taken. The clouds pass
-through as the received bytes; only their header is rewritten.
+RViz discards old data, such as the clouds of a foreign recording. Current stamps are kept, so that
+RViz draws a cloud where its frame was when the cloud was taken. The clouds pass through as the
+received bytes; only their header is rewritten.
 """
 from __future__ import annotations
 
@@ -26,22 +26,23 @@ from process_visualizer.nodes.common.node_handle import (
 from process_visualizer.ros_names import DEPTH_PROC
 
 MAX_AGE_NS = 1_000_000_000
-"""Of a stamp when its message arrives; tf2 forgets after 10 s. Older ones are of another clock."""
+"""Maximum age of a stamp when its message arrives [ns]; an older one is of another clock.
+tf2 forgets after 10 s."""
 
 
 class KeptStamps:
-    """Keeps the stamps of one topic, or moves them by a common shift if their clock is another one.
+    """Keeps the stamps of one topic, or shifts them all alike if they are of another clock.
 
-    With a shift the differences between stamps are still those of the sensor; the message that took
-    the shortest way counts as having taken no time. No stamp is later than its arrival, and none
-    earlier by more than ``MAX_AGE_NS``, so RViz and tf2 accept all of them.
+    A shift preserves the sensor's differences between stamps; the fastest message counts as having
+    taken no time. No stamp is later than its arrival or more than ``MAX_AGE_NS`` earlier, so RViz
+    and tf2 accept all of them.
     """
 
     def __init__(self) -> None:
         self._shift_ns = 0
 
     def stamp(self, stamp_ns: int, arrival_ns: int) -> int:
-        """Return the stamp [ns] to use for a message with a stamp; 0 stands for no stamp."""
+        """Return the stamp to publish [ns] for the stamp of a message (0: none) and its arrival."""
         if stamp_ns == 0:
             return arrival_ns
         if not _is_plausible(stamp_ns + self._shift_ns, arrival_ns):
@@ -64,10 +65,10 @@ AGE_PERIOD_S = 0.2
 
 def restamp(message: bytes, new_stamp: Callable[[rospy.Time], rospy.Time]
             ) -> tuple[bytes, memoryview]:
-    """Return a new front for a serialized message that begins with a header, and the rest of it.
+    """Return a new header for a serialized message that begins with one, and the rest of it.
 
-    ``new_stamp`` is given the stamp. The front ends with the header's frame_id, without the leading
-    slash that tf2 rejects. The rest is a view of ``message``, not a copy.
+    ``new_stamp`` maps the old stamp to the new one. The new header's frame_id has no leading slash,
+    which tf2 rejects. The rest is a view of ``message``, not a copy.
 
     Raises:
         ValueError: the message is shorter than its header.
@@ -107,10 +108,10 @@ class SerializedPointCloud2(rospy.AnyMsg):
 
 
 class DepthProcessor:
-    """Republishes the clouds on ``~input`` on ``points``, with their stamps (see `KeptStamps`).
+    """Republishes the clouds of ``~input`` on ``points``, with current stamps (see `KeptStamps`).
 
-    ``points_age`` is the age of the last one [s]; while playback is paused, that of a played one
-    does not grow.
+    ``points_age`` carries the age of the last cloud [s]; that of a played cloud does not grow while
+    playback is paused.
 
     The private parameter ``~topic`` names another input topic.
     """
@@ -119,7 +120,7 @@ class DepthProcessor:
         """Subscribe, advertise, and start the timers.
 
         Raises:
-            ValueError: the parameter is no name of a topic.
+            ValueError: the parameter is not the name of a topic.
         """
         self._node = node
         self._complaints = Complaints(node, device)

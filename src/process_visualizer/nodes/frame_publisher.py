@@ -37,7 +37,7 @@ class FramePublisher:
 
     def __init__(self, node: NodeHandle, tree: FrameTree, master: Optional[Master] = None,
                  connect: Connect = connecting) -> None:
-        """Advertise, and publish the frames; ask ``scene_watch``, as it asks all others.
+        """Advertise and publish the frames; watch ``scene_watch``, which watches all other nodes.
 
         See `Pulses` for ``connect``.
         """
@@ -59,7 +59,7 @@ class FramePublisher:
         self._publisher.publish(TFMessage(frames))
 
     def _look(self) -> float:
-        """Ask the watch; return when to ask again [s]."""
+        """Ask ``scene_watch``; return the time until the next question [s]."""
         self._lookup.is_silent = False
         self._pulses.step(self._node.monotonic_s(), _LISTEN_S)
         is_silent = self._pulses.nodes[_WATCH].problem == SILENT
@@ -82,11 +82,11 @@ class FramePublisher:
 
 
 def model_links(parameters: Mapping[str, Any]) -> Dict[str, str]:
-    """Return the parent of each link of the models in all parameters, the robot descriptions."""
+    """Return the parent of each link in all robot descriptions among the parameters."""
     links: Dict[str, str] = {}
     for group in parameters.values():
         text = group.get('robot_description') if isinstance(group, dict) else None
-        with suppress(ValueError):  # what is no model is published by nobody
+        with suppress(ValueError):  # nobody publishes the frames of an invalid model
             links.update(Kinematics(str(text or '<robot/>')).parents)
     return links
 

@@ -58,15 +58,15 @@ ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
 PATIENCE_S = 2.0  # before missing data is reported: static transforms may come later
 TICK_S = 0.1
-_EQUAL_N = 2.0  # so near, two publishers say the same
+_EQUAL_N = 2.0  # forces this close count as the same
 _GROUPS = 20  # of joints, each in a message of its own
-CHAIN_S = 1.0  # within which all transforms of a chain come
+CHAIN_S = 1.0  # time in which all transforms of a chain arrive
 
 
 class RobotProcessor:
     """Republishes a robot's measurements as standard messages and shows them (thesis section 5.3).
 
-    Each quantity whose topic is configured: the tool's velocity as TwistStamped in the base frame,
+    It publishes, for configured topics only: the tool's velocity as TwistStamped in the base frame,
     stamped with its own time; the force as WrenchStamped in the force frame; arrows and
     numbers for RViz. Joint states are published by joint_proc, in C++, so that drawing cannot
     delay them.
@@ -134,9 +134,9 @@ class RobotProcessor:
                               topic.latency_s)
 
     def _on_joints(self, state: JointState) -> None:
-        """Draw with the joint states that move the drawn robot: arrows turn with it.
+        """Draw with the joint states that move the robot in RViz, so that arrows turn with it.
 
-        They are those of joint_proc, which may have a part of the joints.
+        They come from joint_proc, and may contain only some of the joints.
         """
         now_s = self._node.ros_s()
         positions, stamp_s = dict(zip(state.name, state.position)), state.header.stamp.to_sec()
@@ -155,7 +155,7 @@ class RobotProcessor:
 
     def _take_tool_of_joints(self, positions: Mapping[str, float], stamp_s: float,
                              now_s: float) -> None:
-        """Take the tool's pose that the model has; of groups with one stamp, the first counts."""
+        """Take the tool's pose by the model; of groups with the same stamp, the first counts."""
         pose = self._tool.pose_of_joints(positions, stamp_s)
         if pose is None or (self._pose is not None and self._pose.stamp_s == stamp_s):
             return
@@ -165,7 +165,7 @@ class RobotProcessor:
             self._publish_velocity()
 
     def _joints_age_s(self, now_s: float) -> Optional[float]:
-        """Return how long no joint states have come; None if there are none."""
+        """Return the time since the last joint states [s]; None if there are none."""
         if self._joints_time_s is None or not self._parameters.joint_states.name:
             return None
         return self._playback.clock.age_s(self._joints_time_s, now_s)
@@ -189,7 +189,7 @@ class RobotProcessor:
             self._recorded.forget()
 
     def _on_playback(self) -> None:
-        """While paused, show the state at a position, and again when its pose comes again."""
+        """While paused, show the state at a position, and again when its pose is sent again."""
         with self._lock:
             state = self._playback.clock.state
             if state is None or not self._shows_position() or not self._twist.is_known:
@@ -253,7 +253,7 @@ class RobotProcessor:
             self._draw(now_s)
 
     def _look_at_recording(self) -> None:
-        """Complain if the recording lacks data for a velocity at a position."""
+        """Complain if the recording lacks data for a velocity at the position."""
         problem = '' if self._recorded is None else self._recorded.problem
         if self._patience.is_over(bool(problem), self._node.monotonic_s()):
             self._complaints.state(ABOUT_RECORDING, 'no velocity is shown, as the recording does '
@@ -268,9 +268,9 @@ class RobotProcessor:
             self._draw(now_s)
 
     def _draw(self, now_s: float, early_s: float = 0.0) -> None:
-        """Publish the markers if it is time and there are subscribers.
+        """Publish the markers if they are due and there are subscribers.
 
-        An empty list is published too: a receiver that waits for the robot knows that it is all.
+        An empty list is published too: it shows a waiting receiver that there is no more to come.
         """
         if self._twist.is_awaited():
             return
@@ -302,7 +302,7 @@ class RobotProcessor:
 
 
 def robot_model(node: NodeHandle, complaints: Complaints) -> Kinematics:
-    """Return the robot's model, the parameter robot_description; an empty one by default."""
+    """Return the robot's model from the parameter robot_description; by default an empty one."""
     text = node.param('robot_description', '<robot />')
     try:
         return Kinematics(text)

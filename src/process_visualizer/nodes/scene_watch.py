@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shows in the scene which devices are out of date, as a process has ended or hangs.
+"""Shows in the scene which devices are out of date, because a process has ended or hangs.
 
 Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A
-robot that no longer moves and a cloud stay in the picture: only words can say that they are
-old. So every process that draws is asked a few times a second whether it is alive.
+robot that no longer moves, or a cloud, stays in the picture: only a text can say that it is old.
+So every process that draws is asked a few times a second whether it is alive.
 """
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ from process_visualizer.ros_names import (
 )
 
 TEXT_PERIOD_S = 0.2
-CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
+CALM_PERIOD_S = 1.0  # gives RViz something to show, even if the frames come later
 LOOKUP_PERIOD_S = 2.0
 LOG_PERIOD_S = 10.0
 ALARM_AGE_S = 2.0
-"""Clouds that come a little late are told in the scene alone."""
+"""Age of a cloud that raises an alarm [s]; a smaller delay is only noted in the scene."""
 SEEN = '~seen'
 ITSELF = 'the cell'
 ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
     f'/{GHOST}': 'the reference run is old'}
-"""The program's own nodes, and what it means that one is gone. Player and recorder come and go."""
+"""The program's own nodes, and the effect of losing each. Player and recorder come and go."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
@@ -59,7 +59,7 @@ OTHERS_MEANING = 'this picture is old'
 
 
 class SceneWatch:
-    """Asks the nodes of all devices whether they are alive, and writes the problems."""
+    """Asks the nodes of all devices whether they are alive, and shows the problems."""
 
     def __init__(self, node: NodeHandle, master: Master, parameters: SceneParameters,
                  connect: Connect = connecting) -> None:
@@ -78,7 +78,7 @@ class SceneWatch:
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
         self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
-        seen = node.param(SEEN, [])  # by its last process, if nobody has written anything else
+        seen = node.param(SEEN, [])  # set by its last process, unless somebody else has written it
         self._seen = frozenset(map(str, seen if isinstance(seen, list) else ()))
         known = {name for meanings in self._meanings.values() for name in meanings}
         self._pulses.watch(self._seen & known, are_expected=True)
@@ -93,31 +93,31 @@ class SceneWatch:
             self.step(TEXT_PERIOD_S)
 
     def step(self, longest_s: float) -> None:
-        """Ask, wait for answers for a limited time [s], and publish if it is time for that."""
+        """Ask, wait for answers for a limited time [s], and publish if that is due."""
         now_s = self._node.monotonic_s()
         if self._lookups.is_due(now_s):
             self._look_up_publishers()
         self._pulses.step(now_s, longest_s)
         self._remember()
         self._silent.tell(self._silent_nodes())
-        self._tell_old_points()
+        self._report_old_points()
         problems = self.problems()
         if (self._texts if problems else self._calm).is_due(now_s):
             self._publish(problems)
 
     def _silent_nodes(self) -> Dict[str, SilentNode]:
-        """Return the nodes that hang; the program that started a node knows of its end."""
+        """Return the nodes that hang; ended ones are known to the program that started them."""
         devices = {device.name for device in self._devices} - {ITSELF}
         return {name: SilentNode(device if device in devices else '', meaning)
                 for device, meanings in self._meanings.items()
                 for name, meaning in meanings.items()
                 if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
 
-    def _tell_old_points(self) -> None:
-        """Say which clouds do not come; while nobody says how old they are, it stays so."""
+    def _report_old_points(self) -> None:
+        """Report the clouds that do not come; a cloud without a reported age keeps its state."""
         now_s = self._node.monotonic_s()
-        for device, (age_s, told_s) in self._ages.items():
-            if now_s - told_s >= _AGE_HOLDS_S:
+        for device, (age_s, reported_s) in self._ages.items():
+            if now_s - reported_s >= _AGE_HOLDS_S:
                 continue
             if age_s > max(self._stale_after_s, ALARM_AGE_S):
                 self._clouds.state(f'points of {device}', NO_CLOUD, {OLD_POINTS_KEY: device},
@@ -126,9 +126,9 @@ class SceneWatch:
                 self._clouds.end(f'points of {device}')
 
     def _remember(self) -> None:
-        """Keep the names of nodes that have answered for the next process of this node.
+        """Save the names of nodes that have answered, for the next process of this node.
 
-        Otherwise one that has ended before that begins would never be missed.
+        Otherwise a node that ends before that process begins would never be missed.
         """
         answered = {name for name, node in self._pulses.nodes.items() if node.has_answered}
         if answered <= self._seen or self._lookup.is_silent:
@@ -137,7 +137,7 @@ class SceneWatch:
             self._master.setParam(self._node.resolve(SEEN), sorted(self._seen | answered))
             self._seen |= answered
         except (rosgraph.MasterException, OSError):
-            self._lookup.is_silent = True  # later
+            self._lookup.is_silent = True  # try again later
 
     def problems(self) -> Dict[str, List[str]]:
         """Return the present problems by device name."""
@@ -149,8 +149,8 @@ class SceneWatch:
                  if name in self._pulses.nodes]
         lines = [f'{device}: {name.split("/")[-1]} {problem}; {self._meanings[device][name]}'
                  for name, problem in ended if problem]
-        age_s, told_s = self._ages.get(device, (0.0, 0.0))
-        if age_s > self._stale_after_s and self._node.monotonic_s() - told_s < _AGE_HOLDS_S:
+        age_s, reported_s = self._ages.get(device, (0.0, 0.0))
+        if age_s > self._stale_after_s and self._node.monotonic_s() - reported_s < _AGE_HOLDS_S:
             lines.append(f'{device}: points {age_s:.1f} s old')
         return lines
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The variable processor: any number of any topic as an arrow with its value (<variable>)."""
+"""The variable processor: any number in any topic as an arrow with its value (<variable>)."""
 from __future__ import annotations
 
 import math
@@ -41,15 +41,15 @@ from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import VARIABLE_PROC
 
 _LOST_AFTER_S = 2.0
-"""So old a value tells of no limit any more, if it usually comes sooner."""
+"""Age from which a value is no longer judged [s], if its topic usually sends sooner."""
 
 
 class ShownVariable:
-    """A variable's last good value; it looks at its topic only when it is drawn."""
+    """A variable's last good value; its topic is read only when it is drawn or judged."""
 
     def __init__(self, node: NodeHandle, complaints: Complaints, parameters: VariableParameters,
                  source: NewestMessage, foot: Vector = (0.0, 0.0, 0.0)) -> None:
-        """``foot`` of the arrow is in m."""
+        """``foot`` is where the arrow begins, (3,) [m]."""
         self._complaints = complaints
         self._parameters = parameters
         self._source = source
@@ -72,8 +72,8 @@ class ShownVariable:
         """Compare the present value with its limits, if it is not out of date.
 
         Args:
-            now_s: of a clock that does not jump.
-            age_s: returns the age of what came at a time.
+            now_s: the present time [s] of a monotonic clock.
+            age_s: returns the age [s] of data that arrived at a time.
         """
         self._update()
         if self._value is None:
@@ -84,11 +84,11 @@ class ShownVariable:
             self._limits.take(now_s, self._value)
 
     def forget_alarm(self) -> None:
-        """End an alarm, as the window finds those of a recording by itself."""
+        """End an alarm; the window finds the alarms of a recording by itself."""
         self._limits.forget()
 
     def sample(self) -> VectorSample:
-        """Return the present arrow [m]; without length before the first value."""
+        """Return the present arrow [m]; it has no length before the first value."""
         self._update()
         parameters = self._parameters
         if self._value is None:
@@ -105,13 +105,13 @@ class ShownVariable:
     def is_stale(self, age_s: float, stale_after_s: float) -> bool:
         """Return whether a value of this age is out of date.
 
-        One that comes slowly, or only when it changes, holds for longer than ``stale_after_s``.
+        A value that is sent slowly, or only when it changes, stays valid for longer.
         """
         return (age_s > stale_after_s and
                 (self._value is None or age_s > self._source.holds_for_s(stale_after_s)))
 
     def text(self, age_s: float, is_stale: bool) -> str:
-        """Return the last value, or how long there has been none."""
+        """Return the last value; if it is stale, its age instead."""
         parameters = self._parameters
         if self._value is None:
             return f'{parameters.label} no data'.lstrip()

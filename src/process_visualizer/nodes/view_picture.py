@@ -47,7 +47,7 @@ def save_picture(path: str) -> None:
 
 
 def main() -> int:
-    """The command ``view_picture``; returns its exit code."""
+    """Run the command ``view_picture``; return its exit code."""
     parser = argparse.ArgumentParser(prog='view_picture', description=__doc__)
     parser.add_argument('picture', help='file to write, such as cell.png')
     parser.add_argument('--timeout', type=float, default=90.0, help='seconds to wait (%(default)s)')

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The relay: other computers can see the running cell, and change nothing in it.
+"""The relay: lets other computers watch the running cell without changing anything in it.
 
-Viewers connect to one port, and are sent what the cell's view shows, with models and meshes. They
-never connect to a driver, so none can hold one up; what a link does not carry is left out here.
+Viewers connect to one port, and receive what the cell's view shows, with models and meshes. They
+never connect to a driver, so no viewer can hold one up; messages that a link cannot carry are left
+out here.
 """
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIE
 
 _MAX_VIEWERS = 16
 _GIVES_WAY_S = 1.5
-"""A viewer that is silent for so long, which says something twice a second, has lost its link."""
+"""Silence after which a viewer makes room, as its link is lost [s]; viewers send twice a second."""
 _GREETS_S = 6.0
 _TOPICS_PERIOD_S = 1.0
 
@@ -50,7 +51,7 @@ class ViewRelay:
         ``view_file`` is the .rviz file of the cell; it is read again when it has changed.
 
         Raises:
-            OSError: that is not possible.
+            OSError: the address cannot be used, or no port is free.
         """
         self._listener = _listening(address, ports)
         self._view_file, self._mode = view_file, mode
@@ -64,12 +65,12 @@ class ViewRelay:
 
     @property
     def address(self) -> str:
-        """Return where it listens."""
+        """Return the address and port at which it listens."""
         host, port = self._listener.getsockname()[:2]
         return f'{host}:{port}'
 
     def run(self) -> None:
-        """Begin to listen; returns at once."""
+        """Begin to accept viewers; return at once."""
         for target in (self._accept, self._look_for_topics):
             threading.Thread(target=target, name=target.__name__, daemon=True).start()
 
@@ -120,7 +121,7 @@ class ViewRelay:
         self._changed.set()
 
     def _has_room(self) -> bool:
-        """Return whether one more may watch; those who are silent make room: they may be back."""
+        """Return whether one more may watch; silent ones make room, as they may be reconnecting."""
         if len(self._present()) >= _MAX_VIEWERS:
             for link in self._present():
                 if link.silent_s > _GIVES_WAY_S:
@@ -139,7 +140,7 @@ class ViewRelay:
                 models[name] = str(self._master.getParam(name))
         before = self._offered
         if before is not None and before[:2] == (view, models):
-            return before[2:]  # meshes need not be read again: a viewer is back sooner
+            return before[2:]  # without reading meshes again, a viewer is back sooner
         paths = mesh_paths(models)
         version = rospkg.RosPack().get_manifest(PACKAGE).version
         offer = Offer(version, self._mode, view, models, offered_meshes(paths))
@@ -151,7 +152,7 @@ class ViewRelay:
         return Path(self._view_file).read_text(encoding='utf-8')
 
     def _topics(self) -> Dict[str, OfferedTopic]:
-        """Return what the view shows, and what is published of it."""
+        """Return the topics that the view shows and somebody publishes."""
         view = parsed_view(self._view())
         more = rospy.get_param('~topics', [])
         if not isinstance(more, list):
@@ -163,13 +164,13 @@ class ViewRelay:
                 if topic is not None}
 
     def _look_for_topics(self) -> None:
-        """Offer new topics, and another view, while a viewer is connected."""
+        """Offer new topics, and a changed view, while a viewer is connected."""
         view = ''
         while not self._ended.is_set():
             if not self._present():
                 self._changed.wait()
                 self._changed.clear()
-                view = ''  # whoever comes has been offered what there is now
+                view = ''  # new viewers have been offered the present view
             if self._ended.wait(_TOPICS_PERIOD_S):
                 return
             try:
@@ -199,7 +200,7 @@ def _content(path: str) -> bytes:
 
 
 def _says_something(connection: socket.socket) -> bool:
-    """Wait for the first byte: of several attempts to connect a viewer keeps one."""
+    """Return whether a first byte comes: of several connections it tries, a viewer keeps one."""
     try:
         connection.settimeout(_GREETS_S)
         return bool(connection.recv(1, socket.MSG_PEEK))
@@ -213,11 +214,11 @@ def _refuse(connection: socket.socket, reason: str) -> None:
             connection.settimeout(2.0)
             connection.sendall(GREETING + json_frame(Kind.REFUSED, reason=reason))
     except OSError:
-        return  # it has gone
+        return  # the viewer has gone
 
 
 def _listening(address: str, ports: range) -> socket.socket:
-    """A socket that listens; the family is that of the address."""
+    """Return a listening socket of the address's family."""
     problem: Optional[OSError] = None
     for port in ports:
         try:

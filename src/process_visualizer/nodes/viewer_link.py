@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The connection to one viewer: a thread that reads what it wants, one that sends."""
+"""The connection to one viewer: one thread reads the viewer's requests, another one sends."""
 from __future__ import annotations
 
 import json
@@ -49,10 +49,10 @@ class FeedChannel(NamedTuple):
 
 
 class FeedListener(Protocol):
-    """Takes messages of topics; called in threads of rospy, must not wait."""
+    """Takes messages of topics; called in threads of rospy, must not block."""
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
-        """Take a message; one that ``is_kept`` is latched, and has to arrive."""
+        """Take a message; if ``is_kept``, it is latched and has to arrive."""
 
 
 class _Latched(NamedTuple):
@@ -65,7 +65,7 @@ class TopicFeed:
     """Subscribes to topics of any type, and passes their messages on as bytes."""
 
     def __init__(self) -> None:
-        """Nothing is subscribed."""
+        """Begin without subscriptions."""
         self._lock = threading.Lock()
         self._wanted: Dict[str, List[FeedListener]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
@@ -73,7 +73,7 @@ class TopicFeed:
         self._latched: Dict[int, _Latched] = {}
 
     def want(self, taker: FeedListener, topics: Collection[str]) -> None:
-        """Pass on the messages of these topics to a taker, and no others."""
+        """Pass the messages of these topics, and no others, on to a taker."""
         with self._lock:
             new = [topic for topic in topics if taker not in self._wanted.get(topic, [])]
             for topic in list(self._wanted):
@@ -89,7 +89,7 @@ class TopicFeed:
             subscriber.unregister()
 
     def _update(self) -> List[rospy.Subscriber]:
-        """Subscribe to what is new; return what no viewer wants any more."""
+        """Subscribe to new topics; return the subscribers that no viewer needs any more."""
         needed: Set[str] = {topic for topic, takers in self._wanted.items() if takers}
         left = [self._subscribers.pop(it) for it in set(self._subscribers) - needed]
         for topic in set(self._wanted) - needed:
@@ -124,14 +124,14 @@ class TopicFeed:
 
 Files = Mapping[str, Callable[[], bytes]]
 _SILENT_S = 6.0
-"""A viewer says something twice a second; one that does not is gone."""
+"""Silence after which a viewer is gone [s]; viewers send twice a second."""
 _ASKED_BYTES = 256 << 10
 _RECEIVED_BYTES = 64 << 10
-_TELL_PERIOD_S = 2.0
+_REPORT_PERIOD_S = 2.0
 
 
 class ViewerLink:
-    """Sends the offer and what the viewer wants, never more than it takes."""
+    """Sends the offer and the wanted messages, never more than the viewer takes."""
 
     def __init__(self, connection: socket.socket, name: str, feed: TopicFeed,
                  on_end: Callable[['ViewerLink'], None]) -> None:
@@ -144,12 +144,12 @@ class ViewerLink:
         self._announced: Dict[int, FeedChannel] = {}
         self._offered: Set[str] = set()
         self._is_closed = False
-        self._tell_s = 0.0
+        self._next_report_s = 0.0
         self._heard_s = time.monotonic()
 
     @property
     def silent_s(self) -> float:
-        """Return for how long nothing has come from the viewer [s]."""
+        """Return the time since anything came from the viewer [s]."""
         return time.monotonic() - self._heard_s
 
     def start(self, offer: Offer, files: Files, topics: Mapping[str, OfferedTopic]) -> None:
@@ -163,7 +163,7 @@ class ViewerLink:
             threading.Thread(target=target, name=f'{what} {self.name}', daemon=True).start()
 
     def offer(self, offer: Offer, files: Files) -> None:
-        """Offer what is shown; ``files`` reads what the viewer may fetch, by URI."""
+        """Offer the shown view; ``files`` reads the files that the viewer may fetch, by URI."""
         self._files = files
         self._put_frame(frame_bytes(Kind.OFFER, json.dumps(offer.values()).encode()))
 
@@ -175,7 +175,7 @@ class ViewerLink:
             self._put_frame(json_frame(Kind.TOPICS, topics=topics_message(new)))
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
-        """See Taker."""
+        """See FeedListener."""
         if len(data) > MAX_BYTES:
             return
         with self._changed:
@@ -198,7 +198,7 @@ class ViewerLink:
         try:
             self._connection.shutdown(socket.SHUT_RDWR)
         except OSError:
-            return  # it has gone already
+            return  # the viewer has gone already
 
     def _read(self) -> None:
         reader = LinkFrameReader(_ASKED_BYTES)
@@ -220,7 +220,7 @@ class ViewerLink:
     def _answer(self, frame: LinkFrame) -> None:
         if frame.kind == Kind.PING:
             self._put_frame(times_frame(Kind.PONG, frame.number(), time.time_ns()))
-            self._tell_left_out()
+            self._report_left_out()
         elif frame.kind == Kind.ACKNOWLEDGE:
             with self._changed:
                 self._window.acknowledged(frame.number(), time.monotonic())
@@ -232,11 +232,11 @@ class ViewerLink:
         elif frame.kind == Kind.FETCH:
             self._fetch(frame.json())
 
-    def _tell_left_out(self) -> None:
+    def _report_left_out(self) -> None:
         now_s = time.monotonic()
-        if now_s < self._tell_s:
+        if now_s < self._next_report_s:
             return
-        self._tell_s = now_s + _TELL_PERIOD_S
+        self._next_report_s = now_s + _REPORT_PERIOD_S
         with self._changed:
             counts: Dict[str, int] = {}
             for channel, count in self._outbox.take_left_out().items():
@@ -246,7 +246,7 @@ class ViewerLink:
             self._changed.notify()
 
     def _fetch(self, values: Mapping[str, Any]) -> None:
-        """Send a file under the channel that the viewer has chosen; an empty one if there is none.
+        """Send a file on the channel that the viewer has chosen; an empty one if there is none.
 
         Channels of files are above those of topics.
         """
@@ -276,7 +276,7 @@ class ViewerLink:
             self.close()
 
     def _next(self) -> Optional[bytes]:
-        """Wait for the next message to send that the link carries; None: end."""
+        """Wait for the next data that the link can carry; None at the end."""
         with self._changed:
             while not self._is_closed:
                 now_s = time.monotonic()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reports problems of a node: in the log, and on /diagnostics for as long as they last."""
+"""Reports problems of a node in the log, and on /diagnostics while they last."""
 from __future__ import annotations
 
 import math
@@ -14,34 +14,34 @@ from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.robot.limit_alarms import Limits, LimitWatch
 from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
-# The present problems of a node, each for as long as it lasts. Imports no rospy.
+# The present problems of a node.
 
 HOLD_S = 3.0
-"""A complaint lasts this long [s] after the last bad message, so that it does not blink."""
+"""Time for which a complaint outlasts the last bad message [s], so that it does not blink."""
 
 
 @dataclass
 class Complaint:
-    """A problem with something; times are those of a clock that does not jump [s]."""
+    """A problem; its times are those of a monotonic clock [s]."""
 
     text: str
     since_s: float
     last_s: float
     is_error: bool = False
-    count: int = 0  # of messages; 0 where it is not about messages
+    count: int = 0  # bad messages; 0 if the problem is not about messages
     values: Mapping[str, str] = field(default_factory=dict)  # for programs
-    good_s: Optional[float] = None  # when the last good message came after a bad one
+    good_s: Optional[float] = None  # arrival of the last good message since a bad one
 
 
 class ComplaintBook:
-    """The complaints by their key: what they are about, such as a topic or a frame.
+    """The complaints by key; the key names the subject, such as a topic or a frame.
 
-    A complaint about messages ends when good ones come and no bad one has come for some time;
-    if no message comes at all, the complaint remains.
+    A complaint about messages ends when good messages come and no bad one has come for ``HOLD_S``.
+    If no message comes at all, the complaint remains.
     """
 
     def __init__(self) -> None:
-        """There are no complaints at first."""
+        """Begin without complaints."""
         self._complaints: Dict[str, Complaint] = {}
         self._ended: List[str] = []
         self._dropped: Set[str] = set()
@@ -64,7 +64,7 @@ class ComplaintBook:
             complaint.good_s = now_s
 
     def end(self, key: str) -> bool:
-        """End the complaint about something; return whether there was one."""
+        """End the complaint with a key; return whether there was one."""
         was_dropped = key in self._dropped
         self._dropped.discard(key)
         was_there = self._complaints.pop(key, None) is not None or was_dropped
@@ -73,7 +73,7 @@ class ComplaintBook:
         return was_there
 
     def drop(self, key: str) -> None:
-        """Say nothing of it any more: nobody knows whether it is over, until `end`."""
+        """Stop reporting a complaint, as nobody knows whether it is over; `end` still ends it."""
         if self._complaints.pop(key, None) is not None:
             self._dropped.add(key)
 
@@ -106,8 +106,8 @@ _Said = Tuple[str, Complaint]
 class Complaints:
     """The complaints of this node about a device; any thread may call it.
 
-    Each is logged when it begins, and repeatedly while it lasts; see `ComplaintBook` for when it
-    ends. Nothing is published without a problem.
+    Each complaint is logged when it begins, and repeatedly while it lasts; see `ComplaintBook` for
+    its end. Without a problem nothing is published.
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
@@ -122,7 +122,7 @@ class Complaints:
 
     def add(self, key: str, text: str, is_error: bool = False,
             values: Optional[Mapping[str, str]] = None) -> None:
-        """Complain of a message; complaints with the same key, such as a topic, count together.
+        """Complain about a message; those with the same key, such as a topic, are counted together.
 
         The ``values`` are for programs.
         """
@@ -133,7 +133,7 @@ class Complaints:
 
     def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,
               log_period_s: float = LOG_PERIOD_S, is_error: bool = False) -> None:
-        """Complain of something until `end`; values are for programs."""
+        """Complain until `end`; ``values`` are for programs."""
         now_s = self._node.monotonic_s()
         with self._lock:
             self._book.state(key, text, now_s, values, is_error)
@@ -145,14 +145,14 @@ class Complaints:
             self._book.note_good(key, self._node.monotonic_s())
 
     def end(self, key: str) -> None:
-        """End all complaints about something."""
+        """End the complaint with a key."""
         with self._lock:
             was_there = self._book.end(key)
         if was_there:
             self._reporter.wake()
 
     def drop(self, key: str) -> None:
-        """Say nothing of a complaint any more, as nobody knows whether it is over."""
+        """Stop reporting a complaint, as nobody knows whether its cause is over."""
         with self._lock:
             self._book.drop(key)
 
@@ -163,7 +163,7 @@ class Complaints:
             (self._node.error if is_error else self._node.warn)(f'{self._device}: {text}')
 
     def _report(self) -> Optional[float]:
-        """Publish what there is to say; return when to look again [s], None without problems."""
+        """Publish the complaints; return the time until the next report [s], None without any."""
         now_s = self._node.monotonic_s()
         if now_s < self._next_report_s:
             return self._next_report_s - now_s
@@ -179,12 +179,12 @@ class Complaints:
     def _publish(self, message: DiagnosticArray) -> None:
         try:
             self._publisher.publish(message)
-        except rospy.ROSException:  # its topics are closed already
+        except rospy.ROSException:  # the publisher is closed already
             if not self._node.is_shutdown():
                 raise
 
     def _statuses(self, now_s: float) -> List[DiagnosticStatus]:
-        """Return the present problems, and once those that have ended."""
+        """Return the present problems and, once each, those that have ended."""
         with self._lock:
             present = self._book.present(now_s)
             statuses = [self._status(key, it, now_s) for key, it in present.items()]
@@ -211,13 +211,13 @@ class LimitState:
 
     def __init__(self, complaints: Complaints, key: str, label: str, limits: Limits,
                  unit: str) -> None:
-        """``key`` is the variable's alone in its device."""
+        """``key`` identifies the variable within its device."""
         self._complaints, self._limits = complaints, limits
         self._key, self._label, self._unit = f'limits of {key}', label, unit
         self._watch = LimitWatch(limits)
 
     def take(self, time_s: float, value: float) -> None:
-        """Take the present value; times [s] are those of a clock that does not jump."""
+        """Judge the present value; ``time_s`` is of a monotonic clock."""
         if not self._limits.exist:
             return
         self._watch.add(time_s, value)
@@ -230,7 +230,7 @@ class LimitState:
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
 
     def lose(self) -> None:
-        """Take that no values come any more: whether they would be beyond is not known."""
+        """Stop judging, as no values come any more: whether they are beyond a limit is unknown."""
         if self._watch.present is not None:
             self._complaints.drop(self._key)
         self._watch = LimitWatch(self._limits)
@@ -242,13 +242,13 @@ class LimitState:
         self._watch = LimitWatch(self._limits)
 
 
-# Says on /diagnostics which nodes do not answer, for programs that show it.
+# Reports on /diagnostics which nodes do not answer, for programs that display them.
 
 _LOG_PERIOD_S = 20.0
 
 
 class SilentNode(NamedTuple):
-    """The device that a node belongs to ('': the program itself), and what its silence means."""
+    """The device of a silent node ('': the program itself), and the effect of its silence."""
 
     device: str
     meaning: str
@@ -258,31 +258,31 @@ class SilentNodes:
     """Reports which nodes do not answer."""
 
     def __init__(self, node: NodeHandle) -> None:
-        """``node`` is the one that asks."""
+        """``node`` is the node that asks the others."""
         self._complaints = Complaints(node, node.name.strip('/'))
-        self._told: Mapping[str, SilentNode] = {}
+        self._reported: Mapping[str, SilentNode] = {}
 
     def tell(self, silent: Mapping[str, SilentNode]) -> None:
-        """Say that these nodes are silent now, by their names, and the others no longer."""
-        for name in set(self._told) - set(silent):
+        """Report these nodes, by name, as silent, and all others as no longer silent."""
+        for name in set(self._reported) - set(silent):
             self._complaints.end(name)
         for name, it in silent.items():
             values: Dict[str, str] = {SILENT_NODE_KEY: name, CONCERNED_KEY: it.device}
             short = name.rpartition('/')[2]
             self._complaints.state(name, f'{short} is not responding: {it.meaning}', values,
                                    _LOG_PERIOD_S)
-        self._told = dict(silent)
+        self._reported = dict(silent)
 
 
 class Patience:
-    """Decides whether something has been missing for a time, without a break."""
+    """Decides whether something has been missing without a break for a given time."""
 
     def __init__(self, period_s: float) -> None:
-        """Take for how long [s] it may be missing."""
+        """``period_s`` is the longest time [s] for which it may be missing."""
         self._period_s = period_s
         self._since_s = math.inf
 
     def is_over(self, is_missing: bool, now_s: float) -> bool:
-        """Take whether it is missing at a time [s]; return whether that is to be reported."""
+        """Note whether it is missing at a time [s]; return whether to report that."""
         self._since_s = min(self._since_s, now_s) if is_missing else math.inf
         return now_s >= self._since_s + self._period_s

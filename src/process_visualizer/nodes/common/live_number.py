@@ -12,7 +12,7 @@ _LOG_PERIOD_S = 10.0
 
 
 class LiveNumber:
-    """Follows a parameter; reading it costs no call of the master."""
+    """Follows a parameter; reading it costs no call to the master."""
 
     def __init__(self, node: NodeHandle, name: str, default: float) -> None:
         """``default`` is used if the parameter is not set or not a number."""
@@ -32,7 +32,7 @@ class LiveNumber:
         return self._default
 
     def _refuse(self, text: str) -> None:
-        """Log it; the same text only now and then."""
+        """Log a problem; the same text only once per ``_LOG_PERIOD_S``."""
         if text != self._said:
             self._log.hurry()
         self._said = text

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Markers for RViz: arrows and numbers that are locked to the frame they act in.
 
-A marker with frame_locked is drawn in every picture with the newest transform of its frame, the
-same as the robot's, and so never lags behind it (thesis figure 6.11). Its stamp is zero: the
-latest transform.
+RViz draws a frame_locked marker with the newest transform of its frame, like the robot itself. So
+the marker never lags behind the robot (thesis figure 6.11). Its zero stamp stands for the latest
+transform.
 """
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1
 TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 LIFETIME_S = 0.8
-"""RViz removes markers that are not redrawn within this time, so none outlives its process.
-Processes draw at least ten times a second, even if nothing changes or the data is old."""
+"""Time after which RViz removes a marker that is not redrawn [s], so none outlives its process.
+Processes redraw at least ten times a second, even if nothing changes or the data is old."""
 
 
 @dataclass(frozen=True)
@@ -44,47 +44,47 @@ class VectorSample:
 
 
 class RefreshRate:
-    """Limits how often something happens: once in a period."""
+    """Limits how often something happens: once per period."""
 
     def __init__(self, period_s: float) -> None:
-        """The period is in s."""
+        """``period_s`` is the length of the period [s]."""
         self._period_s = period_s
         self._next_s = -math.inf
 
     def hurry(self) -> None:
-        """Let it happen at the next check, however little time has passed."""
+        """Allow the event at the next check, however little time has passed."""
         self._next_s = -math.inf
 
     def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
-        """Return whether it may happen now; if so, it may not happen again for a period.
+        """Return whether the event may happen now; if so, it is not due again for a period.
 
-        It may be early by ``early_s``, so that events with about this period are not skipped.
+        It may come early by ``early_s``, so that events with about this period are not skipped.
         """
         # After a clock was set back, start again.
         if self._next_s - self._period_s <= now_s < self._next_s - early_s:
             return False
         late_s = now_s - self._next_s
-        # A little late is made up for, so that the rate holds whatever the rate of asking.
+        # A small delay is made up for, so that the rate does not depend on how often it is checked.
         self._next_s = now_s + self._period_s - (late_s if 0.0 <= late_s < self._period_s else 0.0)
         return True
 
 
 def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: float) -> str:
-    """Return the value with its unit, or how long there has been none."""
+    """Return the value with its unit; if it is stale, its age instead."""
     if age_s > stale_after_s:
         return format_age(style.label, age_s)
     return format_value(style.label, value, style.unit, style.decimals)
 
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
-    """Return the arrow of a vector, grey if stale; below the threshold its deletion."""
+    """Return the arrow of a vector, gray if stale; its deletion if it is below the threshold."""
     return _arrow(namespace, sample, style.length_m(sample.vector), style.diameter_m,
                   STALE_COLOR if stale else style.color)
 
 
 def _arrow(namespace: str, sample: VectorSample, length_m: float, diameter_m: float,
            color: Color) -> Marker:
-    """Return an arrow along a vector; without a length its deletion."""
+    """Return an arrow along a vector, or its deletion if the length is 0."""
     marker = _mortal_marker(namespace, ARROW_ID, sample.frame)
     if length_m > 0.0:
         shape_as_arrow(marker, sample.foot, sample.vector, length_m, diameter_m)
@@ -116,7 +116,7 @@ def text_marker(namespace: str, frame: str, position: Vector, text: str, height_
 
 
 def frame_marker(namespace: str, number: int, frame: str, color: Color) -> Marker:
-    """Return a marker without a shape in a frame, which disappears if it is not redrawn."""
+    """Return a shapeless marker in a frame; it disappears unless it is redrawn."""
     marker = _mortal_marker(namespace, number, frame)
     marker.color = ColorRGBA(*color)
     return marker
@@ -130,7 +130,7 @@ def deletion(namespace: str, number: int, frame: str) -> Marker:
 
 
 def invisible_marker(namespace: str, frame: str) -> Marker:
-    """Return an invisible marker: a display without any would warn that nothing has come."""
+    """Return an invisible marker: RViz warns about a display that has received no marker."""
     marker = _mortal_marker(namespace, 0, frame)
     marker.type = Marker.SPHERE
     marker.scale.x = marker.scale.y = marker.scale.z = 1e-4
@@ -174,10 +174,10 @@ def _marker(namespace: str, number: int, frame: str) -> Marker:
 # Arrows with their values: shared by the displays of variables.
 
 class ValuePlace(NamedTuple):
-    """The place of a text: one line of a block, which several values share."""
+    """The place of a text: one line of a block that several values share."""
 
     frame: str
-    position: Vector  # (3,) [m] of the block's middle in the frame
+    position: Vector  # (3,) [m] in the frame: the middle of the block
     line: int = 0
     line_count: int = 1
 
@@ -190,7 +190,7 @@ class ShownValue(NamedTuple):
 
     namespace: str
     sample: VectorSample
-    length_m: float  # of the arrow; 0: none
+    length_m: float  # of the arrow; 0: no arrow
     diameter_m: float
     color: Color
     text: str
@@ -202,16 +202,16 @@ class ValueBoard:
     """Makes the markers of values: arrows each time, texts only as often as they can be read."""
 
     def __init__(self, text_height_m: float) -> None:
-        """The height of texts is in m."""
+        """``text_height_m`` is the height of the texts [m]."""
         self._text_height_m = text_height_m
         self._texts = RefreshRate(TEXT_PERIOD_S)
 
     def markers(self, values: Sequence[ShownValue], wall_s: float) -> List[Marker]:
-        """Return the arrows, and the texts too when it is time for them.
+        """Return the arrows, and the texts if they are due.
 
         Args:
             values: the values to show.
-            wall_s: the present time of a clock that is never paused.
+            wall_s: the present time [s] of a clock that is never paused.
         """
         markers = [_arrow(it.namespace, it.sample, it.length_m, it.diameter_m,
                           STALE_COLOR if it.is_stale else it.color) for it in values]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The newest message of a topic of any type, decoded only when it is needed; how long it holds."""
+"""The newest message of a topic of any type, decoded on demand, and how long it stays valid."""
 from __future__ import annotations
 
 from typing import Any, Dict, NamedTuple, Optional
@@ -24,13 +24,13 @@ class RawMessage(NamedTuple):
 class NewestMessage:
     """Subscribes to a topic of any type and keeps its newest message.
 
-    It stays in bytes until it is needed, so that even a fast topic costs little.
+    The message stays serialized until it is needed, so that even a fast topic costs little.
     """
 
     def __init__(self, node: NodeHandle, topic: str, playback: PlaybackFollower) -> None:
-        """Subscribe; the clock of playback gives the messages their times.
+        """Subscribe; messages get their times from the clock of ``playback``.
 
-        The habit of a topic that is played is that of its recording, whatever the rate.
+        A played topic has the sending habit of its recording, whatever the playback rate.
         """
         self._node, self._playback = node, playback
         self._raw: Optional[RawMessage] = None
@@ -50,19 +50,19 @@ class NewestMessage:
         self._raw = RawMessage(header['type'], header['md5sum'], message._buff, time_s)
 
     def holds_for_s(self, quick_s: float) -> float:
-        """Return how long [s] the last value holds, see `SendingHabit`.
+        """Return how long the last value stays valid [s]; see `SendingHabit`.
 
-        Nothing holds for longer than ``quick_s`` when nobody publishes the topic any more.
+        Once nobody publishes the topic any more, that is ``quick_s``.
         """
         is_published = self._subscriber.get_num_connections() > 0
         return self._habit.holds_for_s(quick_s) if is_published else quick_s
 
     def newest(self) -> Optional[RawMessage]:
-        """Return the newest message in bytes; none before the first one."""
+        """Return the newest message, still serialized; None before the first one."""
         return self._raw
 
     def decode(self, raw: RawMessage) -> Any:
-        """Return a message of this topic; the one that was decoded last is not decoded again.
+        """Return a message of this topic, decoded; the one decoded last is not decoded again.
 
         Raises:
             ValueError: the type is unknown, or the bytes are not of this type.
@@ -73,7 +73,7 @@ class NewestMessage:
         return self._message
 
     def _class(self, message_type: str) -> Optional[type]:
-        if message_type not in self._classes:  # searching for a missing one takes long
+        if message_type not in self._classes:  # the search for a missing type is slow
             self._classes[message_type] = roslib.message.get_message_class(message_type)
         return self._classes[message_type]
 

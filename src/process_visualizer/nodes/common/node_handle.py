@@ -31,11 +31,11 @@ list a node would otherwise stay, and less than the 15 s after which roslaunch k
 
 
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:
-    """Make this process a node that SIGINT and SIGTERM shut down; end it if one comes already.
+    """Make this process a node that SIGINT and SIGTERM shut down, even while it initializes.
 
-    To be called by the main thread, instead of ``rospy.init_node``. rospy's handlers shut down in
-    the thread that the signal interrupts. If that thread is just asking the master, it holds the
-    lock that unregistering needs, and waits for itself for ever.
+    Call it in the main thread instead of ``rospy.init_node``. rospy's own handlers shut down in the
+    thread that the signal interrupts. If that thread is calling the master, it holds the lock that
+    unregistering needs, and waits for itself forever.
     """
     serve_patiently()
     received = threading.Event()
@@ -56,9 +56,9 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
-    """Call a function once when the node shuts down, also if it is already doing so.
+    """Call a function once when the node shuts down, even if the shutdown has begun.
 
-    rospy alone forgets a function that is given to it while it calls those given before.
+    rospy alone ignores a function that is registered while it calls the earlier ones.
     """
     uncalled = threading.Lock()
 
@@ -74,8 +74,8 @@ def at_shutdown(hook: Callable[[], None]) -> None:
 def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """Wait until ROS shuts the node down, then end its process with code 0.
 
-    The cleanups are called at the shutdown. They and rospy have 5 s in all; then the process
-    ends even if something hangs, for which roslaunch would wait 15 s.
+    The cleanups are called at the shutdown. They and rospy share a limit of 5 s; then the process
+    ends even if something hangs. roslaunch would wait 15 s.
     """
     begin = _limit(0)
     for hook in (begin, *cleanups):  # rospy calls them one after the other
@@ -85,11 +85,11 @@ def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
 
 
 def end_process(code: int) -> NoReturn:
-    """Shut the node down, if there is one, and end the process, after 5 s at most.
+    """Shut the node down, if there is one, and end the process within 5 s.
 
     rospy writes to each subscriber in a thread that is not a daemon. If the subscriber leaves
-    while the node shuts down, that thread may never end, and the interpreter would wait for it for
-    ever, ignoring SIGINT and SIGTERM.
+    while the node shuts down, that thread may never end, and the interpreter would wait for it
+    forever, ignoring SIGINT and SIGTERM.
     """
     _limit(code)()
     rospy.signal_shutdown('the program ends')
@@ -100,10 +100,10 @@ def end_process(code: int) -> NoReturn:
 
 
 def _limit(code: int) -> Callable[[], None]:
-    """Return an event that starts the time after which the process ends with a code.
+    """Return a function that starts the countdown to the end of the process.
 
-    The thread exists before the time starts, and only ends the process: the locks of logging
-    and of a full pipe may be held by a thread that hangs.
+    The countdown's thread is started in advance, and only ends the process: a thread that hangs
+    may hold the locks of logging and of a full pipe.
     """
     begun = threading.Event()
 
@@ -120,16 +120,16 @@ class Worker:
     """A thread that calls a function whenever it is woken, never twice at a time."""
 
     def __init__(self, step: Callable[[], Optional[float]], name: str) -> None:
-        """Start it; ``step`` returns the time [s] after which it is called again unless woken.
+        """Start the thread; ``step`` returns the time until its next call [s], or None.
 
-        None: only when woken. ROS time does not matter.
+        `wake` calls it earlier; after None, only `wake` does. The time is real time, not ROS time.
         """
         self._step = step
         self._woken = threading.Event()
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def wake(self) -> None:
-        """Let the function be called soon, once however often it is woken until then."""
+        """Let the function be called soon; several wake-ups before that lead to one call."""
         self._woken.set()
 
     def _run(self) -> None:
@@ -143,8 +143,8 @@ class Worker:
 class NodeHandle:
     """Everything that a node asks of rospy and of the clocks.
 
-    Our nodes take a handle instead of calling rospy. A test hands in one whose clock it moves
-    itself, so that a second of a node passes in no time and always in the same way.
+    Our nodes take a handle instead of calling rospy. A test passes one whose clock it advances
+    itself, so that a second of a node passes at once and always in the same way.
     """
 
     @property
@@ -169,11 +169,11 @@ class NodeHandle:
         return bool(rospy.rostime.is_wallclock())
 
     def wall_s(self) -> float:
-        """Return the time of day [s since 1970], which may be set."""
+        """Return the time of day [s since 1970]; it jumps when the clock is set."""
         return time.time()
 
     def monotonic_s(self) -> float:
-        """Return a time [s] that only grows, evenly."""
+        """Return the time [s] of a steady clock that never goes back."""
         return time.monotonic()
 
     def is_shutdown(self) -> bool:
@@ -203,9 +203,9 @@ class NodeHandle:
     def follow_param(self, name: str) -> Callable[[], Any]:
         """Return a function that returns a parameter's present value; None if it is not set.
 
-        It costs no call of the master, which reports each change. rospy.get_param_cached alone
-        calls it again at every access to one that is not set. So it is called once, and its cache
-        is read.
+        Reading costs no call to the master, which reports each change. rospy.get_param_cached alone
+        asks the master at every access to an unset parameter. So it is called once here, and then
+        its cache is read.
         """
         full_name = self.resolve(name)
         rospy.get_param_cached(full_name, None)
@@ -220,16 +220,16 @@ class NodeHandle:
 
     def publisher(self, topic: str, message_class: type, queue_size: int = 10,
                   latch: bool = False, tcp_nodelay: bool = False) -> Any:
-        """Advertise a topic; returns rospy's publisher."""
+        """Advertise a topic; return rospy's publisher."""
         return rospy.Publisher(topic, message_class, queue_size=queue_size, latch=latch,
                                tcp_nodelay=tcp_nodelay)
 
     def subscribe(self, topic: str, message_class: type, callback: Callable[[Any], None],
                   queue_size: Optional[int] = None, buff_size: int = 1 << 16) -> Any:
-        """Subscribe without Nagle's delay; returns rospy's subscriber.
+        """Subscribe without Nagle's delay; return rospy's subscriber.
 
-        ``callback`` is called in a thread of the connection. With rospy.AnyMsg as the class it
-        gets the bytes, and the publisher's header in ``_connection_header``. They are read from
+        ``callback`` runs in a thread of the connection. With rospy.AnyMsg as the class it gets the
+        serialized message, with the publisher's header in ``_connection_header``. Data is read from
         the socket in pieces of at most ``buff_size`` bytes.
 
         Raises:
@@ -239,7 +239,7 @@ class NodeHandle:
                                 queue_size=queue_size, buff_size=buff_size, tcp_nodelay=True)
 
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]) -> Any:
-        """Offer a service; returns rospy's service. See `checking_names`."""
+        """Offer a service; return rospy's service. See `checking_names`."""
         return rospy.Service(name, service_class, checking_names(service_class, handler))
 
     def connect(self, name: str, service_class: Any, timeout_s: float) -> ServiceConnection:
@@ -252,7 +252,7 @@ class NodeHandle:
                            reset=True)
 
     def every_real(self, period_s: float, callback: Callable[[], None]) -> None:
-        """Call a function each period of real time, also while ROS time stands still."""
+        """Call a function each period of real time, even while ROS time stands still."""
         pause = threading.Event()  # never set
 
         def run() -> None:
@@ -267,7 +267,7 @@ class NodeHandle:
         return Worker(step, name)
 
     def thread(self, work: Callable[[], None], name: str) -> threading.Thread:
-        """Start a thread that does some work and waits by `playback.clock`; returns it."""
+        """Start a thread for work that waits with `playback.clock`; return it."""
         thread = threading.Thread(target=work, name=name, daemon=True)
         thread.start()
         return thread
@@ -282,13 +282,13 @@ class NodeHandle:
 
 
 def required_name(name: str) -> str:
-    """Return the name of a topic or parameter that came from outside.
+    """Return the name of a topic or parameter from outside, if the master can take it.
 
-    rospy repeats for ever what XML cannot hold, and keeps the lock that each of its subscribers
-    and publishers needs.
+    rospy retries forever to send a name that XML cannot hold, and keeps the lock that all its
+    subscribers and publishers need.
 
     Raises:
-        ValueError: it is empty, or cannot be told to the master.
+        ValueError: the name is empty, too long or not printable.
     """
     if not name or not name.isprintable():
         raise ValueError(f'{name[:_SHOWN_CHARACTERS]!a} is no name of a topic or parameter')
@@ -300,8 +300,8 @@ def required_name(name: str) -> str:
 def checking_names(service_class: Any, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Return a handler of a service's requests that refuses texts which cannot be names.
 
-    All texts in requests to our nodes are names. What the handler does with them, also to tell
-    them to other programs or in its answer, must not take megabytes.
+    All texts in requests to our nodes are names. Whatever the handler does with them, such as
+    passing them to other programs or repeating them in its answer, must not take megabytes.
     """
     def answer(request: Any) -> Any:
         for field, text in _texts(request):
@@ -320,7 +320,7 @@ def _too_long(what: str, name: str) -> str:
 
 
 def _texts(message: Any) -> Iterator[Tuple[str, str]]:
-    """The texts in a message, each with the name of its field."""
+    """Yield the texts in a message, each with the name of its field."""
     for field, kind in zip(message.__slots__, message._slot_types):
         value = getattr(message, field)
         values = value if kind.endswith(']') else (value,)
@@ -333,7 +333,7 @@ def _texts(message: Any) -> Iterator[Tuple[str, str]]:
 
 
 class PlaybackFollower:
-    """Keeps a clock of playback up to date; costs nothing in real-time mode."""
+    """Keeps a playback clock up to date; costs nothing in real-time mode."""
 
     def __init__(self, node: NodeHandle) -> None:
         """Subscribe to the player's state."""
@@ -347,14 +347,15 @@ class PlaybackFollower:
         return self.clock.data_time_s(self._node.ros_s())
 
     def age_s(self, arrival_s: float) -> float:
-        """Return the present age [s] of what came at a time of that clock."""
+        """Return the present age [s] of data that arrived at a time of that clock."""
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
     def _receive(self, state: PlayerState) -> None:
-        told = ClockState(state.stamp.to_sec(), state.position, state.rate,
-                          state.paused, state.segment, state.since.to_sec())
-        if not told.is_usable() and not self._has_complained:
+        reported = ClockState(state.stamp.to_sec(), state.position, state.rate,
+                              state.paused, state.segment, state.since.to_sec())
+        if not reported.is_usable() and not self._has_complained:
             self._has_complained = True
             self._node.warn(f'a state on {PLAYER_STATE_TOPIC} is left out: position '
-                            f'{told.position_s} s, rate {told.rate}. Who publishes it is no player')
-        self.clock.add(told)
+                            f'{reported.position_s} s, rate {reported.rate}. Its publisher is not '
+                            'a player')
+        self.clock.add(reported)

@@ -31,10 +31,10 @@ from process_visualizer.srv import (
 )
 
 RATE_HZ = 30.0
-_CALM_S = 0.25  # while nothing moves: before RViz takes the markers for dead
+_CALM_S = 0.25  # redraw period while nothing moves, before RViz removes the markers
 _BEHIND_S = 0.5
-"""A robot's picture that is further behind has no joints to follow: it moves no longer. Of the
-recording while that is played fast."""
+"""Maximum lag of a robot's picture [s]; a picture further behind has stopped, as no joints come.
+The limit grows with the rate of fast playback."""
 
 
 class GhostDisplay:
@@ -47,7 +47,7 @@ class GhostDisplay:
         self._robots: Tuple[GhostRobot, ...] = ()
         self._arrows: Tuple[GhostArrow, ...] = ()
         self._joints: Tuple[LiveJoints, ...] = ()  # of the robots beside a recording's ghost
-        self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, when
+        self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, and when [s]
         self._is_drawn = False
         self._publisher = node.publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
         self._publisher.publish(nothing())
@@ -97,7 +97,7 @@ class GhostDisplay:
             it.close()
 
     def _robot(self, message: GhostRobotMessage, here: Optional[Joints]) -> GhostRobot:
-        """Return a robot out of a message, with the model that is on the parameter server.
+        """Return the robot of a message, with its model from the parameter server.
 
         Raises:
             ValueError: there is no model, or the numbers do not fit; the text names the device.
@@ -119,9 +119,9 @@ class GhostDisplay:
                 self._draw_at(time_s if self._is_visible else None, now_s)
 
     def _position_s(self, now_s: float) -> Optional[float]:
-        """The position in the recording at which the robots are drawn; None without a player.
+        """Return the recording's position at which RViz draws the robots; None without a player.
 
-        On a busy computer that is some time ago: their picture waits for several programs.
+        On a busy computer it lags behind the player: the picture waits for several programs.
         """
         clock = self._playback.clock
         present = clock.present(now_s) if clock.follows_player(now_s) else None
@@ -156,7 +156,7 @@ class GhostDisplay:
 
 
 def nothing() -> MarkerArray:
-    """Return what removes all that is drawn."""
+    """Return the message that removes all markers."""
     return MarkerArray([Marker(action=Marker.DELETEALL)])
 
 
@@ -179,7 +179,7 @@ def _named(device: str, make: Callable[[], Any]) -> Any:
 
 
 def ghost_arrow(message: GhostArrowMessage) -> GhostArrow:
-    """Return an arrow out of a message.
+    """Return the arrow of a message.
 
     Raises:
         ValueError: the numbers do not fit; the text names the arrow.

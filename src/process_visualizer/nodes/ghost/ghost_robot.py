@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot as it was in another run, and the deviation of its tool from this one."""
+"""A robot as it was in another run, and the deviation of this run's tool from it."""
 from __future__ import annotations
 
 import math
@@ -30,14 +30,14 @@ _TEXT_M, _ABOVE_M = 0.06, 0.12
 
 
 class Deviation(NamedTuple):
-    """The tool's position in the other run, and its distance from there in this one [m]."""
+    """The tool's place in the other run, and the vector from it to the tool in this run [m]."""
 
     foot: Placement
     vector: Triple
 
     @property
     def length_m(self) -> float:
-        """Return how far."""
+        """Return the distance [m]."""
         return math.hypot(*self.vector)
 
 
@@ -45,7 +45,7 @@ class Joints(Protocol):
     """Joints over time."""
 
     def at(self, time_s: float) -> Optional[Dict[str, float]]:
-        """Return the positions [rad or m] by joint; None where they are not known."""
+        """Return the positions [rad or m] by joint; None if unknown."""
 
 
 class GhostRobot:
@@ -53,7 +53,7 @@ class GhostRobot:
 
     def __init__(self, device: str, urdf: str, tool: str, there: JointTrack,
                  here: Optional[Joints]) -> None:
-        """Take the model, and the joints of the other run and of this one.
+        """``there`` are the joints of the other run, ``here`` those of this run.
 
         Raises:
             ValueError: the model cannot be read.
@@ -67,7 +67,7 @@ class GhostRobot:
     def markers(self, time_s: float) -> List[Marker]:
         """Return the robot and its deviation; nothing where the other run has no joints.
 
-        The number is there as long as the deviation is known, the arrow if it can be seen.
+        The deviation is shown as a number whenever it is known, as an arrow if it is large enough.
         """
         positions = self._there.at(time_s)
         if positions is None:
@@ -77,7 +77,7 @@ class GhostRobot:
         return found + self._deviation_markers(time_s)
 
     def deviation(self, time_s: float) -> Optional[Deviation]:
-        """Return how far the tool is from where it was in the other run; None if not known."""
+        """Return the deviation of the tool from the other run; None if unknown."""
         there = self.tool(time_s)
         here = None if self._here is None else self.tool_at(self._here.at(time_s))
         if there is None or here is None:
@@ -86,7 +86,7 @@ class GhostRobot:
         return Deviation(there, (x, y, z))
 
     def tool(self, time_s: float) -> Optional[Placement]:
-        """Return where the tool is in the other run, in the root link; None if not known."""
+        """Return the tool's place in the other run, in the root link; None if unknown."""
         return self.tool_at(self._there.at(time_s))
 
     @property
@@ -95,17 +95,17 @@ class GhostRobot:
         return float(self._there.times_s[-1]) if len(self._there.times_s) else 0.0
 
     def has_link(self, name: str) -> bool:
-        """Return whether a frame is one of its links."""
+        """Return whether a frame is one of the robot's links."""
         return name in self._kinematics.links
 
     def link(self, name: str, time_s: float) -> Optional[Placement]:
-        """Return where a link is in the other run, in the root link; None if not known."""
+        """Return a link's place in the other run, in the root link; None if unknown."""
         positions = self._there.at(time_s)
         return None if positions is None else self._kinematics.placement(
             name, self.root, positions)
 
     def tool_at(self, positions: Optional[Mapping[str, float]]) -> Optional[Placement]:
-        """Return where the tool is in the root link with the joints [rad or m] at positions."""
+        """Return the tool's place in the root link for positions of the joints [rad or m]."""
         if positions is None or not self._tool:
             return None
         return self._kinematics.placement(self._tool, self.root, positions)
@@ -141,12 +141,12 @@ class GhostArrow:
 
     def __init__(self, name: str, frame: str, foot_frame: str, foot: Triple,
                  vectors: JointTrack) -> None:
-        """Take what a GhostArrow message has; ``vectors`` has x, y and z [m] over time."""
+        """Take the contents of a GhostArrow message; ``vectors`` has x, y and z [m] over time."""
         self._name, self._vectors = name, vectors
         self._frame, self._foot_frame, self._foot = frame, foot_frame, foot
 
     def marker(self, robots: Sequence[GhostRobot], time_s: float) -> Optional[Marker]:
-        """Return the arrow, beside the ghosts; None where there is none."""
+        """Return the arrow, moved with the ghost that has its frame; None if there is no arrow."""
         vector = self._vectors.at(time_s)
         if vector is None:
             return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows the live robots: finds the moment of the reference that belongs to the present."""
+"""Follows the live robots: finds the moment of the reference run that matches the present."""
 from __future__ import annotations
 
 import math
@@ -26,15 +26,15 @@ from process_visualizer.runs.event import Passages
 
 
 class LiveJoints:
-    """Subscribes to what the robot's own picture is moved by, so the ghost is in step with that."""
+    """Subscribes to the joint states that move the robot's picture, to keep the ghost in step."""
 
     def __init__(self, node: NodeHandle, device: str) -> None:
-        """Begin to listen."""
+        """Subscribe."""
         self._node, self._lock = node, threading.Lock()
         self._habit, self._arrived_s = SendingHabit(), -math.inf
         self._positions: Dict[str, float] = {}
         self.stamp_s = 0.0
-        """When they were measured; 0 before there are any, or if they are not stamped."""
+        """Stamp of the last joint states [s]; 0 before the first ones, or without a stamp."""
         self._subscriber = node.subscribe(f'/{device}/joint_states', JointState, self._take,
                                           queue_size=10)
 
@@ -46,35 +46,35 @@ class LiveJoints:
         self._positions = {**self._positions, **dict(zip(message.name, message.position))}
 
     def at(self, _time_s: float) -> Optional[Dict[str, float]]:
-        """Return the positions [rad or m] by joint; None before there are any."""
+        """Return the positions [rad or m] by joint; None before the first ones."""
         return self._positions or None
 
     @property
     def has_ended(self) -> bool:
-        """Return whether they are sent at a rate, and have not come for long."""
+        """Return whether joint states that were sent at a rate have stopped coming."""
         with self._lock:
             age_s = self._node.monotonic_s() - self._arrived_s
             return _ENDED_S < age_s < math.inf and age_s > self._habit.holds_for_s(_ENDED_S)
 
     def close(self) -> None:
-        """Listen no longer."""
+        """Unsubscribe."""
         self._subscriber.unregister()
 
 
 _ENDED_S = 5.0
-"""After this without joints the run may be anywhere, or over."""
+"""Time without joints [s] after which the run may be anywhere, or over."""
 _LOG_PERIOD_S = 10.0
 
 
 class EventWatch:
-    """Looks at each message of the event's topic."""
+    """Checks each message of an event's topic."""
 
     def __init__(self, node: NodeHandle, event: GhostEvent, on_event: Callable[[str], None]
                  ) -> None:
-        """Begin to listen; ``on_event`` is called with the name, in a thread of the topic.
+        """Subscribe; ``on_event`` is called with the event's name, in a thread of the topic.
 
         Raises:
-            ValueError: the field is no path.
+            ValueError: the field is not a valid path.
         """
         self._node, self._event, self._on_event = node, event, on_event
         self._path = FieldPath(event.field)
@@ -97,22 +97,22 @@ class EventWatch:
             self._on_event(self._event.name)
 
     def close(self) -> None:
-        """Listen no longer."""
+        """Unsubscribe."""
         self._subscriber.unregister()
 
 
 _MAX_ROWS = 20_000
 _OLD_S = 0.2
-"""Age of joints from which on they are taken as no longer sent, and the robots as at rest."""
+"""Age of joints [s] from which they count as no longer sent, and the robots as at rest."""
 
 
 class LiveFollower:
-    """Finds the phase of the run that goes on, and publishes it; runs in one thread."""
+    """Finds the phase of the present run, and publishes it; runs in one thread."""
 
     def __init__(self, node: NodeHandle, robots: Sequence[GhostRobot],
                  joints: Mapping[str, LiveJoints], events: Sequence[GhostEvent],
                  span: Optional[FollowedSpan]) -> None:
-        """Take the robots of the reference, and the joints of the live ones by device.
+        """Take the robots of the reference run, and the joints of the live robots by device.
 
         Raises:
             ValueError: no robot has a tool that can be followed, or an event is invalid.
@@ -139,7 +139,7 @@ class LiveFollower:
         self._seen.put((name, self._node.ros_s()))
 
     def time_s(self, now_s: float) -> Optional[float]:
-        """Return the moment of the reference [s] that belongs to now; None: to none."""
+        """Return the moment of the reference run [s] that corresponds to now; None if unknown."""
         while not self._seen.empty():
             self._alignment.take_event(*self._seen.get())
         self._moment_s = self._measured_s(now_s)
@@ -157,13 +157,13 @@ class LiveFollower:
         return phase_s
 
     def _measured_s(self, now_s: float) -> float:
-        """Return the time of the robots' known position; it goes back only with the clock."""
+        """Return the time of the last known positions; it goes back only with the clock."""
         stamp_s = max(it.stamp_s for it in self._joints.values())
         moment_s = stamp_s if now_s - _OLD_S < stamp_s <= now_s else now_s
         return max(moment_s, self._moment_s) if self._moment_s <= now_s else moment_s
 
     def close(self) -> None:
-        """Listen and publish no longer."""
+        """Stop listening and publishing."""
         for watch in self._watches:
             watch.close()
         for joints in self._joints.values():
@@ -172,9 +172,9 @@ class LiveFollower:
 
 
 def reference_places(robots: Sequence[GhostRobot]) -> Tuple[np.ndarray, float]:
-    """Return where the tools are (n, 3 k) [m], each in its robot's root, and the period [s].
+    """Return the tools' positions (n, 3 k) [m], each in its robot's root, and the period [s].
 
-    A long reference has a longer period.
+    A long reference run has a longer period.
     """
     duration_s = max((it.end_s for it in robots), default=0.0)
     period_s = max(PERIOD_S, duration_s / _MAX_ROWS)
@@ -184,5 +184,5 @@ def reference_places(robots: Sequence[GhostRobot]) -> Tuple[np.ndarray, float]:
 
 
 def tool_position(place: Optional[Placement]) -> np.ndarray:
-    """Return a position (3,) [m]; NaN if it is not known."""
+    """Return a position (3,) [m]; NaN if unknown."""
     return np.full(3, np.nan) if place is None else np.array(place.position)

@@ -46,64 +46,64 @@ from process_visualizer.ros_names import (
 )
 
 _BESIDE_S = 1.0
-"""Within which two nodes publish the same quantity."""
+"""Maximum time between messages [s] of two nodes that count as publishing at the same time."""
 _MIN_IN_A_ROW = 5
 _LATE_STEPS = 20.0
-"""Number of its steps by which a node that passes on another's values may be late."""
+"""Maximum lag, in steps between its values, of a node that republishes another's values."""
 
 
 class _Report(NamedTuple):
     values: Sequence[float]
     time_s: float
-    step: float  # since the one before
+    step: float  # distance from the previous values
 
 
 class SourceConflict:
-    """Notices that the values of several nodes contradict each other, as JointBoard does in C++.
+    """Detects contradicting values of several nodes, as JointBoard does in C++.
 
-    A forgotten simulator beside a driver is drawn in turn with it, and each message alone looks
-    right. A node that only passes on what another says, some steps late, is no contradiction.
+    A forgotten simulator is drawn alternately with the driver, and each message alone looks right.
+    A node that only republishes another's values, some steps late, does not contradict it.
     """
 
     def __init__(self, equal: float) -> None:
-        """``equal``: values that are no farther apart, in their unit, are the same."""
+        """``equal`` is the largest distance, in their unit, of values that count as the same."""
         self._equal = equal
-        self._told: Dict[str, _Report] = {}
+        self._reports: Dict[str, _Report] = {}
         self._in_a_row = 0
 
     def add(self, source: str, values: Sequence[float], now_s: float) -> str:
-        """Take the values that a node has published; return the problem, '' without one.
+        """Take the values published by a node; return the problem, '' if there is none.
 
         Args:
             source: the node's name.
             values: (n,), of the same n each time.
-            now_s: of a clock that only advances.
+            now_s: the present time [s] of a monotonic clock.
         """
-        before = self._told.get(source)
+        before = self._reports.get(source)
         step = 0.0 if before is None else math.dist(before.values, values)
-        told = _Report(tuple(values), now_s, step)
-        self._told = {name: it for name, it in self._told.items()
+        report = _Report(tuple(values), now_s, step)
+        self._reports = {name: it for name, it in self._reports.items()
                       if now_s - it.time_s < _BESIDE_S and len(it.values) == len(values)}
-        self._told[source] = told
-        others = {name: math.dist(it.values, values) for name, it in self._told.items()
+        self._reports[source] = report
+        others = {name: math.dist(it.values, values) for name, it in self._reports.items()
                   if name != source}
         apart = max((distance for name, distance in others.items() if distance > self._equal
-                     + _LATE_STEPS * max(step, self._told[name].step)), default=0.0)
+                     + _LATE_STEPS * max(step, self._reports[name].step)), default=0.0)
         if others:
             self._in_a_row = self._in_a_row + 1 if apart else 0
         if not others or self._in_a_row < _MIN_IN_A_ROW:
             return ''
-        return (f'{len(self._told)} nodes publish on this topic, {", ".join(sorted(self._told))}, '
-                f'and their values are {apart:.3g} apart; what is shown jumps between them. Stop '
-                'all but one')
+        return (f'{len(self._reports)} nodes publish on this topic, '
+                f'{", ".join(sorted(self._reports))}, and their values are {apart:.3g} apart; what '
+                'is shown jumps between them. Stop all but one')
 
 
-MAX_STEP_S = 1.0  # of a simulated clock
+MAX_STEP_S = 1.0  # longest step of a simulated clock
 MEMORY_S = 6.0  # longer than warnings are held back
 
 
 class TimeWatch:
-    """Compares ROS time with a clock that always goes on (the class TimeWatch in C++ is alike)."""
+    """Compares ROS time with a clock that never stops, as the class TimeWatch in C++ does."""
 
     def __init__(self) -> None:
         self._last_s: Optional[float] = None
@@ -111,11 +111,11 @@ class TimeWatch:
         self._stepped_back_s = -math.inf
 
     def problem(self, ros_s: float, steady_s: float) -> str:
-        """Return what is wrong with ROS time [s], or was some seconds ago; nothing if it goes on.
+        """Return what is wrong with ROS time, or was some seconds ago; '' if nothing.
 
         Args:
-            ros_s: the present ROS time.
-            steady_s: the present time of a clock that always goes on.
+            ros_s: the present ROS time [s].
+            steady_s: the present time [s] of a clock that never stops.
         """
         if self._last_s is not None and ros_s < self._last_s:
             self._stepped_back_s = steady_s
@@ -136,7 +136,7 @@ Decoder = Callable[[bytes], Quantity]
 
 
 class DoubtfulMessage(Exception):
-    """A message was used, although it has a problem; the text says which."""
+    """A message was used, although it has a problem; the text names the problem."""
 
     def __init__(self, problem: str, values: Optional[Mapping[str, str]] = None) -> None:
         """``values`` are for programs."""
@@ -148,9 +148,9 @@ class TopicReader(Generic[Quantity]):
     """Subscribes to a topic and passes its decoded content to a callback, one message at a time.
 
     The type is taken from the publisher's connection, so that one node reads the thesis' arrays
-    and standard messages alike. A message that cannot be used is left out with a complaint that
-    names the topic; the last good one stays. One that arrives while ROS time does not advance or
-    has gone back is used, also with a complaint.
+    and standard messages alike. An unusable message is skipped with a complaint that names the
+    topic; the last good one stays. A message that arrives while ROS time stands still or has gone
+    back is used, but also with a complaint.
     """
 
     def __init__(self, node: NodeHandle, complaints: Complaints, topic: str, message_type: str,
@@ -161,16 +161,16 @@ class TopicReader(Generic[Quantity]):
         """Subscribe.
 
         Args:
-            node: its connection to ROS.
+            node: the connection to ROS.
             complaints: those of the node.
             topic: the topic's name.
-            message_type: the only type that is accepted ('package/Type'), or '' for each of
+            message_type: the only accepted type ('package/Type'), or '' for each of
             decoders.
             decoders: for each type, a function of the serialized message; it raises ValueError
             (with the problem) for content that cannot be used.
-            callback: called in the thread of the subscription; may raise ValueError likewise, or
-                DoubtfulMessage when it has used the content nevertheless.
-            numbers: the values by which publishers that contradict each other are noticed.
+            callback: called in the thread of the subscription; may raise ValueError too, or
+                DoubtfulMessage if it has used the content nevertheless.
+            numbers: returns the values in which publishers may contradict each other.
             equal: see SourceConflict.
         """
         self._node, self._complaints = node, complaints
@@ -256,7 +256,8 @@ def placement_of(transform: TransformStamped) -> Placement:
 class StaticFrames:
     """The static transforms of the cell: one subscription for all parts of a node that use them.
 
-    It begins when the first part asks, as most robots need none; later ones get what is known.
+    It begins when the first part asks, as most robots need none; later parts get the transforms
+    that are known.
     """
 
     def __init__(self, node: NodeHandle, complaints: Complaints) -> None:
@@ -299,7 +300,7 @@ def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
 # The quantities that a robot's driver sends, and the message types for them.
 
 _MAX_M, _MAX_FORCE_N, _MAX_TORQUE_NM = 1e5, 1e7, 1e7
-"""Far beyond what any robot reaches or bears."""
+"""Limits of plausible values, far beyond what any robot reaches or bears."""
 
 
 @dataclass(frozen=True)
@@ -396,7 +397,7 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
 
 
 def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> Sequence[float]:
-    """Return values that a robot can have; raise ValueError for others, which are not shown."""
+    """Return values that are possible for a robot; raise ValueError for others."""
     if max(map(abs, values), default=0.0) > largest:
         raise ValueError(f'a {what} of {max(values, key=abs):.3g} {unit} is out of any physical '
                          f'range (up to {largest:g} {unit})')
@@ -404,7 +405,7 @@ def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> 
 
 
 def _with_rotation(pose: ToolPose, quaternion: Sequence[float]) -> ToolPose:
-    """Return a pose with its rotation; drivers that know only the position leave that zero."""
+    """Return a pose with its rotation; drivers that know only the position send zeros."""
     if max(map(abs, quaternion)) < 1e-6:
         return replace(pose, has_rotation=False)
     x, y, z, w = quaternion

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The poses of a robot's links at the moments that restored messages of sensors show."""
+"""The poses of a robot's links at the moments when restored sensor messages were measured."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -25,44 +25,44 @@ from process_visualizer.ros_names import PLAYER_STATE_TOPIC, RESTORED_TF_TOPIC
 from process_visualizer.srv import ReadTopic
 
 _BEFORE_S = 0.5  # the player adds the last value of each joint before it
-_AFTER_S = 1.0  # what was measured just after a moment comes late
-_HELD_S = 0.5  # a joint of which nothing is sent for so long has stood, and then moved at once
+_AFTER_S = 1.0  # values measured just after a moment arrive late
+_HELD_S = 0.5  # over a longer gap in its values a joint stood still, and then moved at once
 _TURNING = 'revolute', 'continuous'
 
-Told = Mapping[str, Sequence[Tuple[float, float]]]
-"""By joint: when it was measured [s from the recording's beginning] and its position [rad or m]."""
+Values = Mapping[str, Sequence[Tuple[float, float]]]
+"""By joint: time of measurement [s from the recording's beginning] and position [rad or m]."""
 
 
 class RestoredPoses:
-    """Publishes where a robot's links were when something was measured that the player restores.
+    """Publishes the poses of a robot's links at the measurement of each restored message.
 
-    What is restored after a jump and while paused is stamped with the present, as the robot is,
-    which stands at the position. A cloud of that scene was taken a while before. In the poses that
-    this publishes, with the stamp of the cloud, the robot is where it was then. They do not go to
-    /tf: the robot that RViz shows stays at the position. Only while somebody subscribes.
+    After a jump and while paused, the player restores messages with present stamps, and the robot
+    stands at the position. But a restored cloud was taken a while before. The published poses have
+    the stamp of the cloud, and show the robot where it was then. They do not go to /tf, so that the
+    robot in RViz stays at the position. They are published only while somebody subscribes.
     """
 
     def __init__(self, node: NodeHandle, joints: RecordedJoints, model: Kinematics) -> None:
         """Follow the player.
 
         Args:
-            node: its connection to ROS.
+            node: the connection to ROS.
             joints: reads the recorded joints.
-            model: the robot's.
+            model: the robot's model.
         """
         self._node, self._joints, self._model = node, joints, model
         self._turning = {joint.name for joint in map(model.joint, model.links)
                          if joint is not None and joint.kind in _TURNING}
         self._present: Dict[str, float] = {}
         self._state = PlayerState()
-        self._told: List[rospy.Time] = []
+        self._published: List[rospy.Time] = []
         self._service = node.connect(SERVICE, ReadTopic, ANSWER_S)
         self._publisher = node.publisher(RESTORED_TF_TOPIC, TFMessage)
-        self._worker = node.worker(self._tell, 'restored poses')
+        self._worker = node.worker(self._publish_new, 'restored poses')
         node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._follow)
 
     def take_joints(self, positions: Mapping[str, float]) -> None:
-        """Take present positions [rad or m], for joints of which the recording says nothing."""
+        """Take present positions [rad or m], used for joints that the recording lacks."""
         self._present = {**self._present, **positions}
 
     def _follow(self, state: PlayerState) -> None:
@@ -70,46 +70,48 @@ class RestoredPoses:
         if state.restored and self._publisher.get_num_connections() > 0:
             self._worker.wake()
 
-    def _tell(self) -> None:
-        """Publish the poses of what is new; what has come meanwhile wakes the worker again."""
+    def _publish_new(self) -> None:
+        """Publish the poses for newly restored messages; later ones wake the worker again."""
         state = self._state
         moments = {it.stamp: (it.recorded - state.begin).to_sec() for it in state.restored}
-        new = {stamp: moment_s for stamp, moment_s in moments.items() if stamp not in self._told}
+        new = {stamp: moment_s for stamp, moment_s in moments.items()
+               if stamp not in self._published}
         if not new:
             return
         try:
-            told = self._joints_around(min(new.values()), max(new.values()))
+            values = self._joints_around(min(new.values()), max(new.values()))
         except ServiceUnreachable:
             return  # the player has ended
-        self._told = list(moments)
+        self._published = list(moments)
         self._publisher.publish(TFMessage([transform for stamp, moment_s in new.items()
-                                           for transform in self._poses(stamp, moment_s, told)]))
+                                           for transform in self._poses(stamp, moment_s, values)]))
 
-    def _poses(self, stamp: rospy.Time, moment_s: float, told: Told) -> List[TransformStamped]:
+    def _poses(self, stamp: rospy.Time, moment_s: float, values: Values) -> List[TransformStamped]:
         positions = {**self._present,
-                     **{name: self._position(name, it, moment_s) for name, it in told.items()}}
+                     **{name: self._position(name, it, moment_s) for name, it in values.items()}}
         return [TransformStamped(Header(0, stamp, parent), child,
                                  Transform(Vector3(*place.position), Quaternion(*place.quaternion)))
                 for parent, child, place in self._model.moved(positions)]
 
-    def _position(self, joint: str, told: Sequence[Tuple[float, float]], moment_s: float) -> float:
-        """Return where a joint was at a moment, between its values before and after it."""
-        times_s, positions = np.array(told).T
-        if joint in self._turning:  # some drivers begin anew after a full turn
+    def _position(self, joint: str, values: Sequence[Tuple[float, float]], moment_s: float
+                  ) -> float:
+        """Return a joint's position at a moment, interpolated between the values around it."""
+        times_s, positions = np.array(values).T
+        if joint in self._turning:  # some drivers wrap around after a full turn
             positions = np.unwrap(positions)
         after = int(np.searchsorted(times_s, moment_s))
         if 0 < after < len(times_s) and times_s[after] - times_s[after - 1] > _HELD_S:
             return float(positions[after - (times_s[after] > moment_s)])
         return float(np.interp(moment_s, times_s, positions))
 
-    def _joints_around(self, first_s: float, last_s: float) -> Told:
-        """Return the values of each joint, from before the first of some moments [s] on.
+    def _joints_around(self, first_s: float, last_s: float) -> Values:
+        """Return the values of each joint, from just before the first moment to after the last [s].
 
         Raises:
             ServiceUnreachable: the player does not answer.
         """
         part = PosePart(first_s - _BEFORE_S, last_s + _AFTER_S)
-        told: DefaultDict[str, List[Tuple[float, float]]] = defaultdict(list)
+        values: DefaultDict[str, List[Tuple[float, float]]] = defaultdict(list)
         for topic, messages in self._joints.read(self._node, self._service, part).items():
             for recorded_s, message in messages.messages:
                 try:
@@ -119,5 +121,5 @@ class RestoredPoses:
                     continue  # joint_proc reports it when it is played
                 measured_s = found.stamp.to_sec() - messages.begin_s
                 for name, position in found.positions.items():
-                    told[name].append((measured_s, position))
-        return {name: sorted(it) for name, it in told.items()}
+                    values[name].append((measured_s, position))
+        return {name: sorted(it) for name, it in values.items()}

@@ -57,22 +57,22 @@ class RobotDisplay:
         """``parameters`` has frames, styles and places."""
         self._parameters = parameters
         self._texts = RefreshRate(TEXT_PERIOD_S)
-        self._present: Dict[Tuple[str, int], str] = {}  # what RViz has, with its frame
+        self._present: Dict[Tuple[str, int], str] = {}  # RViz's markers, with their frames
 
     def hurry(self) -> None:
-        """Add numbers to the next markers, however recent the last ones are."""
+        """Include the numbers in the next markers, however recent the last ones are."""
         self._texts.hurry()
 
     def markers(self, motion: Optional[ShownMotion], force: Optional[VectorSample], data_s: float,
                 wall_s: Optional[float] = None, joints_age_s: Optional[float] = None
                 ) -> List[Marker]:
-        """Return the arrows, and the numbers too when it is time for them.
+        """Return the arrows, and the numbers if they are due.
 
         Args:
             motion, force: the last ones; None if unknown.
-            data_s: the present time of the clock that times the data; it may be paused.
-            wall_s: the present time of a clock that is never paused, if that is another one.
-            joints_age_s: how long no joint states have come; None if there are none.
+            data_s: the present time [s] of the clock that times the data; it may be paused.
+            wall_s: the present time [s] of a clock that is never paused, if it is another clock.
+            joints_age_s: the time since the last joint states [s]; None if there are none.
         """
         shown = self._shown(motion, force)
         markers = [vector_arrow(entry.namespace, entry.style, entry.sample,
@@ -106,7 +106,7 @@ class RobotDisplay:
 
     def _text_lines(self, shown: List[_Shown], data_s: float, joints_age_s: Optional[float]
                     ) -> List[Tuple[str, str, Optional[Color]]]:
-        """Return namespace, text and arrow's color (None: grey) of each line; '' is a gap."""
+        """Return namespace, text and arrow's color (None: gray) of each line; '' is a gap."""
         lines: Dict[str, Tuple[str, Optional[Color]]] = {}
         for entry in shown:
             age_s = entry.sample.age_s(data_s)
@@ -141,17 +141,17 @@ class RobotDisplay:
         return age_s > self._parameters.stale_after_s
 
 
-PATIENCE_S = 5.0  # from the first data to the first look: the other nodes start too
+PATIENCE_S = 5.0  # from the first data to the first check: the other nodes are still starting
 LISTENING_S = 1.0
 PERIOD_S = 5.0
 
 
 class FrameWatch:
-    """Checks that frames are connected with a robot's base frame; otherwise RViz draws nothing.
+    """Checks that frames are connected to a robot's base frame; otherwise RViz draws nothing.
 
-    Links of the robot's model, and frames fixed to them, are connected. For others it listens to
-    /tf for a moment, as with many robots listening is expensive. A frame that was found once is
-    not checked again.
+    Links of the robot's model, and frames fixed to them, are connected. For other frames it
+    listens to /tf only for a moment, as listening is expensive with many robots. A frame that was
+    found once is not checked again.
     """
 
     def __init__(self, node: NodeHandle, complaints: Complaints, static: StaticFrames,
@@ -160,7 +160,7 @@ class FrameWatch:
         self._node, self._complaints = node, complaints
         self._base_frame = base_frame
         self._found: Set[str] = {base_frame, *links}
-        self._wanted: Dict[str, str] = {}  # the topic by the frame
+        self._wanted: Dict[str, str] = {}  # the topic, by frame
         self._fixed_to: Dict[str, str] = {}
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
         self._static, self._is_following = static, False
@@ -168,7 +168,7 @@ class FrameWatch:
         self._next_s = 0.0
 
     def want(self, frame: str, topic: str) -> None:
-        """Look for a frame in which the data of a topic is shown."""
+        """Check a frame in which the data of a topic is shown."""
         if frame in self._found or frame in self._wanted:
             return
         self._wanted[frame] = self._node.resolve(topic)
@@ -178,13 +178,13 @@ class FrameWatch:
             self._static.follow(self._on_static)
 
     def look(self) -> None:
-        """Look now, and warn of frames that are not found after some time."""
+        """Check the frames, and warn of those that are not found after some time."""
         if not self._wanted or self._node.monotonic_s() < self._next_s:
             return
         for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
             self._take(frame)
         if self._wanted and self._moving is None:
-            # AnyMsg, as of TopicReader: a topic has one class in a process
+            # AnyMsg, as in TopicReader: rospy allows one class per topic in a process
             self._moving = self._node.subscribe(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
             self._next_s += LISTENING_S
         elif self._wanted:

@@ -36,32 +36,32 @@ class FramesNotConnected(ValueError):
 
 
 class PoseDecoder(ABC):
-    """Receives messages in their order; each may give a pose in the base frame."""
+    """Receives messages in their order; each may yield a pose in the base frame."""
 
     @abstractmethod
     def pose(self, message: bytes) -> Optional[ToolPose]:
         """Return the pose in a message of the tool's topic, if there is one.
 
         Raises:
-            FramesNotConnected: the joints, or other frames, are missing so far.
+            FramesNotConnected: the joints, or other frames, are still missing.
             ValueError: the message cannot be used.
         """
 
     @abstractmethod
     def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
                     ) -> Optional[ToolPose]:
-        """Note the positions [rad or m] of joints by name; return the pose if it is a new one.
+        """Note the positions [rad or m] of joints by name; return the pose if it is new.
 
         Raises:
             FramesNotConnected: as above.
         """
 
 
-PATIENCE_S = 5.0  # from the first transforms: other nodes start too, and send only then
+PATIENCE_S = 5.0  # from the first transforms: other nodes are still starting
 
 
 class FramePoses:
-    """The poses of a frame in another one, from transforms, through any number of frames."""
+    """The poses of a frame in another one, found from transforms through any number of frames."""
 
     def __init__(self, base_frame: str, frame: str, links: Collection[str] = (),
                  meant: Callable[[str], str] = str) -> None:
@@ -69,7 +69,7 @@ class FramePoses:
 
         Args:
             base_frame, frame: the pose is that of frame in base_frame.
-            links: of the robot's model.
+            links: the links of the robot's model.
             meant: returns the link that a driver means if it does not know the model's prefix.
         """
         self._base_frame, self._frame = base_frame, frame
@@ -84,10 +84,10 @@ class FramePoses:
             self._buffer.set_transform_static(self._as_in_model(transform), 'static')
 
     def add(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
-        """Add transforms of one message; return the pose if it is a new one.
+        """Add the transforms of one message; return the pose if it is new.
 
         Raises:
-            FramesNotConnected: the two frames are not (yet).
+            FramesNotConnected: the two frames are not connected (yet).
         """
         for transform in transforms:
             self._buffer.set_transform(self._as_in_model(transform), 'dynamic')
@@ -102,11 +102,11 @@ class FramePoses:
         return _pose(found, self._frame)
 
     def forget(self) -> None:
-        """Forget transforms that are not static: older ones would not be accepted."""
+        """Forget transforms that are not static, so that older ones are accepted again."""
         self._buffer.clear()
 
     def _as_in_model(self, transform: TransformStamped) -> TransformStamped:
-        """Return a transform of a frame after the model's links with the link's own name."""
+        """Return a transform, with a parent that is a link named as in the model."""
         child, parent = (name.lstrip('/') for name in (transform.child_frame_id,
                                                        transform.header.frame_id))
         link = self._meant(parent)
@@ -130,7 +130,7 @@ class FramePoses:
 
 
 class FrameDecoder(PoseDecoder):
-    """Finds the poses in a recording of transforms, and in that of the joints that move links.
+    """Finds the poses in recorded transforms, and in the recorded joints that move links.
 
     The transforms of the cell's own robot_state_publisher were not recorded; the model replaces
     them.
@@ -149,7 +149,7 @@ class FrameDecoder(PoseDecoder):
 
     def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
                     ) -> Optional[ToolPose]:
-        """See PoseDecoder; links that the recording places itself stay."""
+        """See PoseDecoder; links whose transforms were recorded are not moved by joints."""
         return self._poses.add([
             _transform(parent, child, place, stamp)
             for parent, child, place in self._model.moved(positions)
@@ -172,7 +172,7 @@ class FrameReader:
             callback: called with each new pose; may raise ValueError with a problem.
             static: the static transforms.
             on_static: called when the static transforms have changed.
-            model: of the robot.
+            model: the robot's model.
             meant: see FramePoses.
         """
         self._node, self._model = node, model
@@ -205,10 +205,10 @@ class FrameReader:
             self._callback(pose)
 
     def _pose(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
-        """Return the pose if it is a new one; a missing frame is reported after a time.
+        """Return the pose if it is new; a missing frame is reported after ``PATIENCE_S``.
 
         Raises:
-            FramesNotConnected: it has been missing for that long.
+            FramesNotConnected: a frame has been missing for that long.
         """
         try:
             pose = self._poses.add(transforms)
@@ -236,8 +236,8 @@ def _pose(transform: TransformStamped, frame: str) -> ToolPose:
 class BaseFrames:
     """Converts poses and forces of messages into a robot's base frame.
 
-    A maker's driver reports the tool in the maker's own frame, such as ``base`` beside
-    ``base_link``. Any frame that the model or a static transform connects with the base is
+    A manufacturer's driver may report the tool in a frame of its own, such as ``base`` beside
+    ``base_link``. Any frame that the model or a static transform connects to the base is
     accepted; if a joint is in between, its position at the time of the message is used.
     """
 
@@ -247,9 +247,9 @@ class BaseFrames:
 
         Args:
             parameters: those of the robot processor.
-            model: of the robot; static transforms are added to it when they are needed.
+            model: the robot's model; static transforms are added to it when they are needed.
             static: the static transforms.
-            on_change: called when earlier poses now have another meaning.
+            on_change: called when the meaning of earlier poses has changed.
         """
         self._parameters, self._model = parameters, model
         self._on_change = on_change
@@ -264,7 +264,7 @@ class BaseFrames:
                            self._parameters.link_prefix)
 
     def take_joints(self, stamp_s: float, positions: Mapping[str, float]) -> None:
-        """Note positions [rad or m] of joints, if one matters."""
+        """Note positions [rad or m] of joints, if any frame depends on them."""
         if self.follows_joints:
             with self._lock:
                 self._joints.add(stamp_s, positions)
@@ -274,11 +274,11 @@ class BaseFrames:
 
         Args:
             pose: in any frame.
-            joints: those that belong to it; default: those received.
+            joints: the joints at the time of the pose; default: those received.
 
         Raises:
             FramesNotConnected: the joints between its frame and the base frame are not known yet.
-            ValueError: nothing connects its frame with the base frame.
+            ValueError: nothing connects its frame to the base frame.
         """
         given = pose.frame or self._parameters.tool_center_frame.parent_frame
         frame = self.name(given)
@@ -291,7 +291,7 @@ class BaseFrames:
     def drawn_force(self, frame: str, force: Vector) -> Tuple[str, Vector]:
         """Return the frame in which a force (3,) [N] is drawn, and the force in it.
 
-        A force in a link that is fixed to the base is turned into the base frame: such a robot
+        A force in a link that is fixed to the base is rotated into the base frame: such a robot
         reports the force at its tool along the axes of its base.
         """
         base = self._parameters.base_frame
@@ -329,13 +329,13 @@ def _triple(vector: Vector) -> Triple:
     return x, y, z
 
 
-_EQUAL_M = 0.02  # so near, two publishers say the same
+_EQUAL_M = 0.02  # positions this close count as the same
 
 
 class ToolInput:
-    """The tool's poses, from messages of a pose or of transforms; each in the base frame.
+    """The tool's poses in the base frame, from messages with poses or transforms.
 
-    Most drivers send joints only. Then the model has the tool, and recorded joints are decoded.
+    Most drivers send joints only. Then the model places the tool, and recorded joints are decoded.
     """
 
     def __init__(self, node: NodeHandle, parameters: RobotParameters, complaints: Complaints,
@@ -347,7 +347,7 @@ class ToolInput:
         Args:
             node, parameters, complaints, static, base_frames, model: those of the robot
                 processor.
-            callback: called with each pose; may raise like that of TopicReader.
+            callback: called with each pose; may raise like the callback of TopicReader.
             on_static: called when static transforms on which the poses depend have changed.
         """
         self._topic, self._callback = parameters.tool_center_frame, callback
@@ -363,9 +363,9 @@ class ToolInput:
                         POSE_DECODERS, self._take, lambda pose: pose.position, _EQUAL_M)
 
     def decoder(self, message_type: str) -> Optional[PoseDecoder]:
-        """Return a decoder of messages of a type, in their order; None if it is not supported.
+        """Return a decoder for messages of a type, in their order; None for an unsupported type.
 
-        Without a type ('') joints may be enough, which move the frame of a tool in tf.
+        Without a type (''), joints that move a tool's frame in tf may be enough.
         """
         if self._frames is not None:
             return self._frames.decoder() if message_type in ('', TF_MESSAGE) else None
@@ -387,10 +387,10 @@ def pose_by_model(model: Kinematics, tool: str, base: str, new: Mapping[str, flo
     Joints that do not move the tool are those of a gripper, for example.
 
     Args:
-        model: of the robot.
-        tool, base: the frame of the tool, and that in which its pose is.
-        new: positions [rad or m] that have just come.
-        positions: these and those of the other joints.
+        model: the robot's model.
+        tool, base: the frame of the tool, and the frame of its pose.
+        new: positions [rad or m] that have just arrived.
+        positions: the new positions and those of the other joints.
         stamp_s: when the new ones were measured.
 
     Raises:
@@ -405,7 +405,7 @@ def pose_by_model(model: Kinematics, tool: str, base: str, new: Mapping[str, flo
 
 
 class _ModelDecoder(PoseDecoder):
-    """Finds the tool by the model, from joints alone."""
+    """Finds the tool with the model, from joints alone."""
 
     def __init__(self, parameters: RobotParameters, model: Kinematics) -> None:
         self._tool, self._base = parameters.tool_frame, parameters.base_frame
@@ -425,7 +425,7 @@ class _ModelDecoder(PoseDecoder):
 
 
 class _MessageDecoder(PoseDecoder):
-    """Decodes messages with a pose in any frame; joints may be between it and the base."""
+    """Decodes messages with a pose in any frame; joints may lie between it and the base."""
 
     def __init__(self, decode: Decoder[ToolPose], base_frames: BaseFrames) -> None:
         self._decode, self._base_frames = decode, base_frames

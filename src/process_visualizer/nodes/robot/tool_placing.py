@@ -27,9 +27,9 @@ from process_visualizer.robot.rotations import (
 )
 from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
 
-PERIOD_S = 0.2  # between two looks, between which nothing may move
+PERIOD_S = 0.2  # between two looks; nothing may move in between
 _MAX_S = 1.0
-_STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; else a pose is not that of the joint states
+_STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; beyond it, pose and joint states do not match
 
 
 class _Look(NamedTuple):
@@ -51,7 +51,7 @@ class ToolStudy:
 
     def look(self, now_s: float, joints: Mapping[str, float], position: Vector,
              quaternion: Optional[Quaternion]) -> None:
-        """Look at the last data; it is a sample if nothing has moved since the previous look."""
+        """Examine the last data; they are a sample if nothing has moved since the previous look."""
         last = self._last
         if last is not None and 0.0 <= now_s - last.time_s < PERIOD_S:
             return
@@ -67,7 +67,7 @@ class ToolStudy:
 
 
 def describe(robot: str, topic: str, chosen: str, finding: Finding) -> str:
-    """Return what was learned, in two sentences."""
+    """Return a finding in words."""
     if finding.is_frame:
         return (f'the poses of {robot} on {topic} are those of the frame {finding.frame}, '
                 f'{finding.distance_m:.3f} m from the frame {chosen} that is shown')
@@ -78,7 +78,7 @@ def describe(robot: str, topic: str, chosen: str, finding: Finding) -> str:
 
 
 def values(finding: Finding) -> Dict[str, str]:
-    """Return it as texts, for the configuration."""
+    """Return a finding as texts, for the configuration."""
     return {'tool_frame': finding.frame, 'tool_xyz': _words(finding.xyz),
             'tool_ypr': _words(finding.ypr)}
 
@@ -95,7 +95,7 @@ def _is_still(one: _Look, other: _Look) -> bool:
 
 
 def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
-    """Return the bodies to which links are fixed; links only for collisions are not tools."""
+    """Return the body to which each link is fixed; collision-only links are not tools."""
     bodies = {}
     for link in kinematics.links:
         body = kinematics.fixed_to(link, base)
@@ -106,7 +106,7 @@ def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
 
 
 MOTION_S = 0.1
-"""Greatest delay between poses and joint states of one moment, in which a tool may move."""
+"""Maximum delay between a pose and joint states of the same moment [s]; the tool may move in it."""
 _SAMPLES = 15
 _NOTHING: Triple = (0.0, 0.0, 0.0)
 
@@ -120,12 +120,12 @@ class ToolPlace(NamedTuple):
     position: Vector  # (3,) [m] in the base frame
 
     def in_frame(self, vector: Vector) -> Triple:
-        """Return a vector (3,) of the base frame in this one."""
+        """Return a vector (3,) of the base frame, expressed in this frame."""
         return rotated(conjugate(self.quaternion), vector)
 
 
 class Difference(NamedTuple):
-    """The difference between the reported pose of a tool and the model's: in the tool frame."""
+    """The reported pose of a tool relative to the model's, in the tool frame."""
 
     offset: Triple  # (3,) [m]
     angle: float  # rad; NaN without a reported orientation
@@ -136,19 +136,19 @@ class Difference(NamedTuple):
 
 
 class ToolDifference:
-    """The reported poses of a tool beside those of its model: what differs, and for how long.
+    """Compares the reported poses of a tool with those of its model.
 
-    A pose and the joint states of the same moment come one after the other, and a jump (of
-    playback) brings one before the other; so the median of some samples counts.
+    A pose and the joint states of the same moment arrive one after the other, and after a jump of
+    playback one is of the time before it; so the median of some samples counts.
     """
 
     def __init__(self) -> None:
         """Begin without samples."""
         self._samples: Deque[Sequence[float]] = deque(maxlen=_SAMPLES)
-        self.is_new = False  # there are samples since that was set to False
+        self.is_new = False  # samples have come since this was set to False
 
     def add(self, model: Placement, position: Vector, quaternion: Optional[Quaternion]) -> None:
-        """Compare one reported position (3,) [m], and orientation if there is one."""
+        """Compare a reported position (3,) [m], and the orientation if known, with the model."""
         offset = rotated(conjugate(model.quaternion),
                          [a - b for a, b in zip(position, model.position)])
         angle = math.nan if quaternion is None else math.hypot(
@@ -157,11 +157,11 @@ class ToolDifference:
         self.is_new = True
 
     def is_settled(self) -> bool:
-        """Return whether there are enough samples to speak of it."""
+        """Return whether there are enough samples for a judgment."""
         return len(self._samples) == _SAMPLES
 
     def median(self) -> Difference:
-        """Return the difference in the middle of the last samples."""
+        """Return the median difference of the last samples."""
         if not self._samples:
             return Difference(_NOTHING, math.nan)
         x, y, z, angle = np.median(np.array(self._samples), axis=0).tolist()
@@ -169,14 +169,15 @@ class ToolDifference:
 
 
 def base_place(base_frame: str, position: Vector) -> ToolPlace:
-    """Return the place at a reported position, where no frame is known that moves with the tool."""
+    """Return a place in the base frame at a reported position, as no frame moves with the tool."""
     return ToolPlace(base_frame, NO_ROTATION, position, position)
 
 
-PATIENCE_S = 5.0  # before missing data is reported: the other nodes start too
+PATIENCE_S = 5.0  # before missing data is reported: the other nodes are still starting
 LOOK_PERIOD_S = 1.0
 LASTING_LOOKS = 10
-"""On a busy computer poses and joints come apart by more, but not in so many looks in a row."""
+"""Looks in a row that must find a difference before it is reported. On a busy computer, poses and
+joints come further apart, but not in so many looks in a row."""
 LOG_PERIOD_S = 30.0
 ABOUT = 'tool frame'
 
@@ -211,10 +212,10 @@ class ToolPlacer:
         self._positions.update(positions)
 
     def pose_of_joints(self, positions: Mapping[str, float], stamp_s: float) -> Optional[ToolPose]:
-        """Return where the model has the tool; None if these joints do not move it.
+        """Return the tool's pose in the model; None if these joints do not move it.
 
         Args:
-            positions: those that have just come; the others are where they were.
+            positions: those that have just arrived; other joints are where they were.
             stamp_s: when they were measured.
         """
         with suppress(FramesNotConnected):
@@ -227,12 +228,12 @@ class ToolPlacer:
 
         Args:
             pose: the last reported one.
-            is_fresh: pose and joint states are recent, so that they can be compared.
+            is_fresh: whether pose and joint states are recent enough to be compared.
         """
         frame, model = self._parameters.tool_frame, self._model_placement()
         self._is_placed = model is not None
         if model is None:
-            if pose.child_frame == frame:  # tf itself says how that frame is turned
+            if pose.child_frame == frame:  # tf itself has the orientation of that frame
                 return ToolPlace(frame, pose.quaternion, (0.0, 0.0, 0.0), pose.position)
             return base_place(self._parameters.base_frame, pose.position)
         if is_fresh:
@@ -248,7 +249,7 @@ class ToolPlacer:
         self._speed_m_per_s, self._turning_rad_per_s = speed_m_per_s, turning_rad_per_s
 
     def look(self) -> None:
-        """Complain of a tool frame that cannot be used, or is not where the tool is reported."""
+        """Complain about a tool frame that is unusable, or not where the tool is reported."""
         now_s = self._node.monotonic_s()
         if now_s < self._next_look_s:
             return

@@ -59,7 +59,7 @@ _POSITION = struct.Struct('<d')
 class RecordedJoints(NamedTuple):
     """The topics on which drivers send the joints, and the meaning of their messages.
 
-    They were measured a latency [s] before their stamp, or before they came.
+    Joints were measured a latency [s] before their stamp, or without a stamp before their arrival.
     """
 
     latencies_s: Dict[str, float]  # by topic
@@ -67,7 +67,7 @@ class RecordedJoints(NamedTuple):
 
     def read(self, node: NodeHandle, service: ServiceConnection, part: PosePart
              ) -> Dict[str, TopicPart]:
-        """Return the recorded messages, by those topics that are played.
+        """Return the recorded messages of the topics that are played, by topic.
 
         Raises:
             ServiceUnreachable: the player does not answer.
@@ -80,7 +80,7 @@ class RecordedJoints(NamedTuple):
         """Return the robot's joints in a message that was recorded at a time [s].
 
         Raises:
-            ValueError: it cannot be used.
+            ValueError: the message cannot be used.
         """
         latency = rospy.Duration.from_sec(self.latencies_s[topic])
         if kind == FLOAT_ARRAY:
@@ -93,7 +93,7 @@ class RecordedJoints(NamedTuple):
         except MessageDamaged as error:
             raise ValueError(f'its bytes are not those of {kind}: {error}') from error
         stamp = rospy.Time(*_STAMP.unpack_from(message, _STAMP_OFFSET))
-        if abs(stamp.to_sec() - recorded_s) > USABLE_WITHIN_S:  # none, or another computer's
+        if abs(stamp.to_sec() - recorded_s) > USABLE_WITHIN_S:  # none, or of another computer
             stamp = rospy.Time.from_sec(recorded_s)
         positions = [_POSITION.unpack_from(message, offset)[0] for offset in offsets]
         return JointsAt(self.matching.match(names, positions), stamp - latency)
@@ -103,9 +103,9 @@ class RecordedJoints(NamedTuple):
 
 SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
-"""At most this rate of joint states is used beside poses, as by robot_state_publisher.
+"""Maximum rate at which joint states are used beside poses, as in robot_state_publisher.
 
-Of a tool that is found by joints alone each state counts, as for its curve.
+For a tool that is found from joints alone every state counts, as for its curve.
 """
 ANSWER_S = 5.0
 _NS = 1e-9
@@ -131,7 +131,7 @@ class TopicPart(NamedTuple):
 
 
 def read_messages(service: ServiceConnection, topic: str, part: PosePart) -> Optional[TopicPart]:
-    """Return the recorded messages of a topic, by the player's service; None if it is not played.
+    """Return a topic's messages from the player's service; None if the topic is not played.
 
     Raises:
         ServiceUnreachable: the player does not answer.
@@ -152,7 +152,7 @@ def read_messages(service: ServiceConnection, topic: str, part: PosePart) -> Opt
 
 
 class _Event(NamedTuple):
-    """A message: when it was recorded [s], what finds its pose, and the period of its topic [s]."""
+    """A message: its recording time [s], what finds its pose, and its topic's period [s]."""
 
     recorded_s: float
     pose: Callable[[], Optional[ToolPose]]
@@ -167,11 +167,11 @@ class RecordedReader:
         """Read the poses of one topic.
 
         Args:
-            node: its connection to ROS.
+            node: the connection to ROS.
             topic: the topic of the poses; '' if joints and model give them.
-            decoders: returns a new decoder of messages of a type, None for an unsupported one.
+            decoders: returns a new decoder for a message type; None for an unsupported one.
             joints: those of the robot, if they have a topic.
-            preroll_s: how much a decoder receives before the wanted poses [s].
+            preroll_s: the time before the wanted poses from which a decoder also gets messages [s].
         """
         self._node, self._has_poses = node, bool(topic)
         self.topic = node.resolve(topic or (next(iter(joints.latencies_s)) if joints else topic))
@@ -191,7 +191,7 @@ class RecordedReader:
             else self._decoded(part, tool, {})
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
-        # Those of before the part count beside others that come: one may be sent when it moves.
+        # Joints from before the part count if others come in it: some are sent only when they move.
         joints = self._joints.read(self._node, self._service, reach)
         self._needs_joints = bool(joints)
         if not joints and reading is not None:
@@ -240,7 +240,7 @@ class RecordedReader:
 
 
 class _Collected(NamedTuple):
-    """Poses, why one was not there, and the period of the messages that have the first [s]."""
+    """Poses, why one was missing, and the period of the messages that have the first pose [s]."""
 
     poses: List[RecordedPose]
     problem: str
@@ -248,10 +248,10 @@ class _Collected(NamedTuple):
 
 
 def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _Collected:
-    """Return the poses in some events, in their order.
+    """Return the poses of events, in order of time.
 
-    Of joints that come in parts, the last pose with one stamp counts: it has all of them.
-    Messages that cannot be used are left out: they are reported when they are played.
+    Of joints that come in parts, the last pose with the same stamp counts, as it has all of them.
+    Unusable messages are skipped: they are reported when they are played.
     """
     poses: List[RecordedPose] = []
     problem, period_s = '', 0.0
@@ -272,7 +272,7 @@ def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _
     return _Collected(poses, problem, period_s)
 
 
-MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
+MOMENT_S = 0.05  # an operator does not notice a number that changes this much later
 _RETRY_S, _WARNING_S = 1.0, 10.0
 
 
@@ -315,13 +315,13 @@ class RecordedMotion:
         """Prepare; `start` begins to follow the player.
 
         Args:
-            node: its connection to ROS.
+            node: the connection to ROS.
             reader: reads the poses.
             clock: the clock of the player's states.
             window_s: the window of the slopes [s].
-            on_change: called, in various threads, with each state of the player, and when more is
+            on_change: called, in various threads, after each state of the player, and when more is
                 known.
-            latency_s: by which the poses were measured before their stamps, or their arrival.
+            latency_s: the time from the measurement of a pose to its stamp, or its arrival [s].
         """
         self._node, self._reader = node, reader
         self._clock = clock
@@ -371,7 +371,7 @@ class RecordedMotion:
         return RecordedMoment(position_s, wall_s, known.velocity)
 
     def forget(self) -> None:
-        """Read everything again, as messages have another meaning now."""
+        """Read everything again, as the meaning of messages has changed."""
         with self._lock:
             self._recording = ()
 
@@ -386,11 +386,11 @@ class RecordedMotion:
         self._on_change()
 
     def _within(self, position_s: float) -> float:
-        """Return the position at which that is stamped, or has come, which was measured then."""
+        """Return the position at which data measured at a position is stamped, or arrives."""
         return min(max(position_s + self._latency_s, 0.0), self._duration_s)
 
     def _read(self) -> Optional[float]:
-        """Read the part that is needed next, and go on (0 s) until none is."""
+        """Read the part needed next; return 0 s to go on at once, None if nothing is needed."""
         with self._lock:
             recording, part = self._recording, self._next_part()
         if part is None:
@@ -411,7 +411,7 @@ class RecordedMotion:
             reading = self._reader.read(PosePart(round(part.begin_s, 9), round(part.end_s, 9)))
         except ServiceUnreachable as error:
             now_s = self._node.monotonic_s()
-            # not for the first time: the player may just have ended
+            # not at the first failure: the player may just have ended
             if self._retry_s and self._warnings.is_due(now_s):
                 self._node.warn(f'{self._reader.topic}: its recorded velocities are not known: '
                                 f'{error}')
@@ -453,7 +453,7 @@ class Twist(NamedTuple):
 
 
 class ShownVelocity(NamedTuple):
-    """The velocity (3,) [m/s] to show, None for none, and the age of its last pose [s]."""
+    """The velocity (3,) [m/s] to show (None: none), and the age of its last pose [s]."""
 
     velocity: Optional[Triple]
     age_s: float = 0.0
@@ -464,14 +464,14 @@ class TwistSource:
 
     In playback only the position counts, not the received poses. If the recording has no velocity
     at the position, as poses are missing there, none is shown; after ``stale_after_s`` the display
-    says for how long.
+    shows for how long.
     """
 
     def __init__(self, node: NodeHandle, recorded: Optional[RecordedMotion], window_s: float,
                  stale_after_s: float, latency_s: float = 0.0) -> None:
         """``recorded`` reads the recording, if there is a topic.
 
-        Received poses were measured ``latency_s`` before their stamps, or before they came.
+        Received poses were measured ``latency_s`` before their stamps, or before their arrival.
         """
         self._node, self._recorded = node, recorded
         self._live = ToolVelocity(window_s)
@@ -492,7 +492,7 @@ class TwistSource:
 
     @property
     def doubts_stamps(self) -> bool:
-        """Return whether the last pose's stamp was not later than the previous one, and matters."""
+        """Return whether the last pose's stamp did not advance, although it is used."""
         return self._times.standing and not self.is_recorded
 
     def add(self, pose: ToolPose, now_s: float) -> None:
@@ -504,11 +504,11 @@ class TwistSource:
                            pose.quaternion, self._rate.value())
 
     def settle(self, now_s: float) -> None:
-        """Use the poses that have waited for long enough."""
+        """Use the poses that have waited long enough."""
         self._live.settle(now_s - self._latency_s)
 
     def is_awaited(self) -> bool:
-        """Return whether it will be known in a moment, so that nothing should be drawn now."""
+        """Return whether the velocity will be known in a moment, so that drawing should wait."""
         return self._recorded is not None and self._recorded.is_awaited()
 
     def twist(self) -> Optional[Twist]:
@@ -532,10 +532,10 @@ class TwistSource:
         return ShownVelocity(self._last_recorded, age_s)
 
     def _stamp_s(self, wall_s: float) -> float:
-        """A wall time [s] that has just been read, as ROS time.
+        """Return a wall time [s] that has just been read, as ROS time.
 
-        Without simulated time it is the same. Reading the clock again would add the time that the
-        thread had to wait in between, at 4x four times.
+        Without simulated time both are the same. Reading the clock again would add the time that
+        the thread had to wait in between, at 4x four times.
         """
         return wall_s if self._node.is_wall_clock() else self._node.ros_s()
 
