@@ -15,25 +15,26 @@ from process_visualizer.launching.part_report import NodeState, PartReport, Part
 
 
 class Session(QObject):
-    """One place that says what is in force; models read it, and follow its signals.
+    """The one place that says what is in force; models read it, and follow its signals.
 
-    The models that read a configuration, launch nodes or open a recording put it in force here.
+    Models that read a configuration, launch nodes or open a recording put it in force here.
 
-    ``editor`` writes poses into the files of the cell; None if one of them has just been removed.
-    ``launched`` is the choice that was launched last, until all its nodes have ended. ``reports``
-    are the states of its parts. ``player`` is the last state of the player, None without one.
+    ``editor`` writes poses into the files of the cell; None if one of the files has just been
+    removed. ``launched`` is the choice that was launched last, until all its nodes have ended.
+    ``reports`` are the states of its parts. ``player`` is the last state of the player, None
+    without a player.
     """
 
     opened = pyqtSignal()
     """Another configuration is in force; ``cell_changed`` follows."""
     cell_changed = pyqtSignal()
-    """The configuration has been read, other devices are ticked, or the mode is another one."""
+    """A configuration has been read, other devices are ticked, or the mode has changed."""
     run_changed = pyqtSignal()
-    """The launched choice, or the state of one of its parts."""
+    """The launched choice, or the state of one of its parts, has changed."""
     player_changed = pyqtSignal()
-    """There is another state of the player, or none any more."""
+    """The player has another state, or is gone."""
     recording_changed = pyqtSignal()
-    """The recording that is open, or its marks."""
+    """The open recording, or its marks, have changed."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -47,7 +48,7 @@ class Session(QObject):
         self.player: Optional[PlayerSnapshot] = None
         self.recording: Optional[Catalog] = None
 
-    # The cell and what is chosen of it
+    # The cell and its chosen devices
 
     @property
     def file(self) -> str:
@@ -61,7 +62,7 @@ class Session(QObject):
 
     def set_cell(self, cell: Cell, chosen: Tuple[Device, ...],
                  editor: Optional[PoseEditor] = None) -> None:
-        """Put a configuration that has been read in force, with the devices that are ticked."""
+        """Put a configuration in force, with its ticked devices."""
         before = self.file
         self.cell, self.chosen, self.editor = cell, chosen, editor
         if cell.file != before:
@@ -80,16 +81,16 @@ class Session(QObject):
             self.mode = mode
             self.cell_changed.emit()
 
-    # What runs
+    # The run
 
     @property
     def running_mode(self) -> Optional[Mode]:
-        """The mode of what runs; None while nothing does, or it is still launched or quit."""
+        """The mode of the running nodes; None without any, and while they are launched or quit."""
         return None if self.running is None else self.running.mode
 
     @property
     def mode_in_force(self) -> Mode:
-        """The mode that runs, or would be launched."""
+        """The mode of the running nodes, else the one that would be launched."""
         return self.running_mode or self.mode
 
     @property
@@ -99,7 +100,7 @@ class Session(QObject):
 
     def set_run(self, launched: Optional[Choice], is_running: bool,
                 reports: Mapping[str, PartReport]) -> None:
-        """Take what is launched, whether all of it has started, and the states of its parts."""
+        """Take the launched choice, whether all of it has started, and the states of its parts."""
         self.launched, self.running = launched, launched if is_running else None
         self.reports = reports
         self.run_changed.emit()
@@ -112,14 +113,14 @@ class Session(QObject):
         return report is not None and report.state is PartState.RUNNING
 
     def has_ended(self, part: str) -> bool:
-        """Return whether a part, or a node of it, has ended by itself."""
+        """Return whether a part, or one of its nodes, has ended by itself."""
         report = self.reports.get(part)
         return report is not None and (
             report.state in (PartState.FAILED, PartState.STOPPED)
             or any(node.state in (NodeState.EXITED, NodeState.FAILED) for node in report.nodes))
 
     def take_player(self, player: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the player; None when there is none any more."""
+        """Take the newest state of the player; None when the player is gone."""
         if player is not None or self.player is not None:
             self.player = player
             self.player_changed.emit()
@@ -128,10 +129,10 @@ class Session(QObject):
 
     @property
     def paths(self) -> Tuple[str, ...]:
-        """The files of the recording that is open."""
+        """The files of the open recording."""
         return () if self.recording is None else self.recording.paths
 
     def set_recording(self, recording: Catalog) -> None:
-        """Put a recording that has been opened in force, or the same one with other marks."""
+        """Put an opened recording in force, or the same one with other marks."""
         self.recording = recording
         self.recording_changed.emit()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The end of all nodes, and what comes then: a recording is played, or the window closes."""
+"""Quits all nodes, and then plays a recording or closes the window."""
 from __future__ import annotations
 
 import time
@@ -14,14 +14,14 @@ from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0
-"""Time in which the command to quit can be taken back."""
+"""Time during which the command to quit can be taken back [s]."""
 
 
 class AfterQuit(QObject):
     """Quits all nodes, and then does what was wanted.
 
-    It asks first if something would be lost. Otherwise it waits a moment, in which a second click
-    takes the command back.
+    It asks first if something would be lost. Otherwise it waits a moment, during which a second
+    click takes the command back.
     """
 
     close_wanted = pyqtSignal()
@@ -38,7 +38,7 @@ class AfterQuit(QObject):
         launcher.launch.stopped.connect(self._go_on)
 
     def play(self, paths: Tuple[str, ...]) -> None:
-        """Switch from real-time mode to playback of a recording, if that is still there."""
+        """Switch from real-time mode to playback of a recording, if its files still exist."""
         self._launcher.if_there(paths, lambda: self._play(paths))
 
     def _play(self, paths: Tuple[str, ...]) -> None:
@@ -49,7 +49,7 @@ class AfterQuit(QObject):
             self._launcher.launch.quit()
 
     def quit(self) -> None:
-        """Quit all nodes, or do not after all if they are about to be; the window stays."""
+        """Quit all nodes, or take that back if they are about to quit; the window stays."""
         if self.grace.is_waiting:
             self.grace.take_back()
         elif self._at_stake():
@@ -58,7 +58,7 @@ class AfterQuit(QObject):
             self.grace.begin()
 
     def ask_to_leave(self) -> None:
-        """Leave, after a question if something would be lost."""
+        """Close the window, after a question if something would be lost."""
         is_writing = self._launcher.compare.is_writing
         stakes = ['A run that is shared is still being written.'] * is_writing + self._at_stake()
         if stakes and not self._is_leaving:
@@ -70,9 +70,9 @@ class AfterQuit(QObject):
             self.leave()
 
     def leave(self) -> None:
-        """Quit all nodes (the recorder finishes its bag), then close; without asking.
+        """Quit all nodes (the recorder finishes its bag), then close, without a question.
 
-        What is not saved is offered when the program starts again.
+        Unsaved edits are offered when the program starts again.
         """
         if self._is_leaving:
             return
@@ -85,12 +85,12 @@ class AfterQuit(QObject):
             self._launcher.launch.quit()
 
     def _leave_without_saving(self) -> None:
-        """The operator has said so."""
+        """Discard the unsaved edits, as the operator has chosen, and close."""
         self._launcher.unsaved.discard()
         self.leave()
 
     def _quit_unless_lost(self) -> None:
-        """The grace is over; something may have begun meanwhile."""
+        """Quit at the end of the grace time; ask first if something would be lost by now."""
         if self._launcher.launch.is_idle:
             return
         if self._at_stake():
@@ -103,7 +103,7 @@ class AfterQuit(QObject):
                   self._launcher.launch.quit)
 
     def _at_stake(self, unsaved: str = 'not saved') -> List[str]:
-        """Return what would be lost or cut short, a sentence each; a recording is the last."""
+        """Return a sentence for each thing that would be lost or cut short, a recording last."""
         launcher, found = self._launcher, []
         if launcher.unsaved.unsaved:
             found.append(sentence(f'{unsaved}: {listing(launcher.unsaved.unsaved)}.'))

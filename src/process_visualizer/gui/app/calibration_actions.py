@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Connections of the calibration tab: the session, and frames and markers of the window's node."""
+"""Connects the calibration tab to the session, and to the window's node for frames and markers."""
 from __future__ import annotations
 
 from typing import Optional
@@ -60,18 +60,18 @@ class CalibrationActions(QObject):
         self._follow_recording()
 
     def _follow_run(self) -> None:
-        frames = self._session.reports.get(FRAMES_PART)  # it may have been restarted
+        frames = self._session.reports.get(FRAMES_PART)  # the part may have been restarted
         self._follow_recording()
         self.model.set_running(self._session.running is not None and (
             frames is None or frames.state is PartState.RUNNING))
 
     def _follow_recording(self) -> None:
-        """Only in playback, what was saved for the recording counts."""
+        """Apply the poses that were saved for the recording, in playback only."""
         is_played = self._session.mode_in_force is Mode.PLAYBACK
         self.model.set_recording(self.recording.value if is_played else None)
 
     def _move(self, frame: str, xyz: Vector3, ypr: Vector3) -> None:
-        """Move a frame; what is seen by it is published again where playback stands still.
+        """Move a frame; paused playback publishes the data seen in it again.
 
         Raises:
             RosLinkError: a node refuses, or does not answer.
@@ -86,10 +86,10 @@ class CalibrationActions(QObject):
             raise RosLinkError(f'its picture stays as it was: {error}') from error
 
     def _find(self, name: str) -> SensorFit:
-        """Find where a depth sensor is.
+        """Find the pose of a depth sensor.
 
         Raises:
-            FitError: it cannot be found.
+            FitError: the pose cannot be found.
         """
         cell, chosen = self._session.cell, self._session.chosen
         if cell is None:
@@ -100,11 +100,11 @@ class CalibrationActions(QObject):
         cell, base, pose = self._session.cell, self.model.base, self.model.pose
         if is_shown and cell is not None and base is not None:
             self._tasks.run(_MARKER, lambda: self._link.show_marker(cell.frame, base.frame, pose),
-                            None, self._tell_marker)
+                            None, self._report_marker_error)
         else:
             self._tasks.run(_MARKER, self._link.hide_marker)
 
-    def _tell_marker(self, error: Exception) -> None:
+    def _report_marker_error(self, error: Exception) -> None:
         if not isinstance(error, RosLinkError):
             raise error
         self.failed.emit(str(error))
@@ -141,11 +141,11 @@ class RegionActions(QObject):
         if is_shown and region is not None:
             chosen = region
             self._tasks.run(_MARKER, lambda: self._link.show_marker(device, chosen), None,
-                            self._tell_marker)
+                            self._report_marker_error)
         else:
             self._tasks.run(_MARKER, self._link.hide_marker)
 
-    def _tell_marker(self, error: Exception) -> None:
+    def _report_marker_error(self, error: Exception) -> None:
         if not isinstance(error, RosLinkError):
             raise error
         self.model.failed.emit(str(error))

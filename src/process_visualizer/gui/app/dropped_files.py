@@ -26,7 +26,7 @@ class Dropped(NamedTuple):
 
 
 def sort_out(paths: Sequence[str]) -> Dropped:
-    """Return what paths are; '' stands for what is no file of this computer."""
+    """Sort dropped paths by kind; '' stands for anything that is not a local file."""
     names = [path.lower() for path in paths]
     if paths and all(name.endswith(_BAGS) for name in names):
         return Dropped(bags=tuple(paths))
@@ -38,10 +38,10 @@ def sort_out(paths: Sequence[str]) -> Dropped:
 
 
 class DropTarget(QObject):
-    """Makes a window take files, wherever they are dropped on it; not during a recording."""
+    """Lets a window accept files dropped anywhere on it, except during a recording."""
 
     play_wanted = pyqtSignal(object)
-    """The operator wants to quit what runs, and to play a recording (its paths)."""
+    """The operator wants to quit the running nodes, and to play a recording (its paths)."""
     configuration_wanted = pyqtSignal(str)
     refused = pyqtSignal(str)
 
@@ -71,7 +71,7 @@ class DropTarget(QObject):
             self._open(dropped.bags)
 
     def _open(self, bags: Tuple[str, ...]) -> None:
-        """Open a recording in playback mode; a running cell leaves its own if that is wanted."""
+        """Open a recording in playback mode, after a question if nodes run in real-time mode."""
         session = self._launcher.session
         if self._launcher.launch.is_idle or session.mode is Mode.PLAYBACK:
             self._launcher.bag.open(bags)

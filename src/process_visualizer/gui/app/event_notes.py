@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sources of alarms and events: objects near robots, and what operator and program do."""
+"""Sources of alarms and events: objects near robots, and actions of operator and program."""
 from __future__ import annotations
 
 import os
@@ -26,15 +26,15 @@ from process_visualizer.whole_file import write_text
 
 
 def events_path(bag: str) -> str:
-    """Return the file beside a bag that says what happened while it was recorded."""
+    """Return the path of the file beside a bag with the events of its recording."""
     return f'{bag}.events.txt'
 
 
 def write_events(bag: str, text: str) -> None:
-    """Write the file beside a bag, all at once.
+    """Write the file beside a bag, atomically.
 
     Raises:
-        BagError: it cannot be written.
+        BagError: the file cannot be written.
     """
     path = events_path(bag)
     try:
@@ -76,7 +76,7 @@ class EventNotes(QObject):
         self._follow_parts()
 
     def _follow_parts(self) -> None:
-        """Single parts that are stopped and started while everything else runs."""
+        """Note single parts that stop and start while everything else runs."""
         before = self._parts
         self._parts = {part: report.state for part, report in self._launch.reports.items()}
         if self._phase is LaunchPhase.RUNNING:
@@ -91,7 +91,7 @@ class EventNotes(QObject):
         if state.path and state.path != self._path:
             self._begun_s, self._marks = self._wall_s(), 0
             self._alarms.note(f'recording {os.path.basename(state.path)}')
-            for alarm in self._alarms.alarms:  # it belongs to what happens meanwhile, too
+            for alarm in self._alarms.alarms:  # a lasting alarm is an event of the recording, too
                 if alarm.ended_s is None:
                     self._alarms.note(f'{alarm.condition.said} (since before recording began)')
         self._path = state.path
@@ -100,7 +100,7 @@ class EventNotes(QObject):
         self._marks = len(state.marks)
 
     def _finish(self, path: str) -> None:
-        """Save the events of a bag; of one that was saved afterwards, those of its time."""
+        """Save the events of a bag's recording; of a bag saved afterwards, those of its time."""
         begun_s = self._wall_s() - RECENT_S if self._begun_s is None else self._begun_s
         self._begun_s = None
         self._alarms.note(f'recorded {os.path.basename(path)}')
@@ -117,7 +117,7 @@ _OBJECTS_LINE = 'objects'
 
 
 class ObjectAlarms(QObject):
-    """Tells the alarms of objects near robots that the sensors of the running cell see."""
+    """Passes on the alarms of objects that the sensors of the running cell see near robots."""
 
     def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel,
                  alarms: AlarmsModel) -> None:
@@ -127,7 +127,7 @@ class ObjectAlarms(QObject):
         self.model = ObjectsModel(self)
         self.model.sensors_wanted.connect(lambda names: tasks.run(
             _OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse))
-        self.model.changed.connect(self._tell)
+        self.model.changed.connect(self._pass_on)
         self._link.seen.connect(self.model.take)
         launch.changed.connect(self._follow_launch)
         session.player_changed.connect(lambda: self.model.take_player(session.player))
@@ -141,7 +141,7 @@ class ObjectAlarms(QObject):
             raise error
         self._alarms.note(str(error))
 
-    def _tell(self) -> None:
+    def _pass_on(self) -> None:
         self._alarms.set_objects(self.model.conditions, [
             (it.device, it.text, it.begin_s, it.end_s) for it in self.model.played],
             self.model.silent)

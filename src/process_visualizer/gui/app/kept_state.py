@@ -18,7 +18,7 @@ Values = Dict[str, Any]
 
 
 class KeptState(QObject):
-    """Writes the file whenever something has changed, so that nothing is lost by a crash either.
+    """Writes the file after each change, so that not even a crash loses anything.
 
     A file that cannot be read is reported and put aside; the session begins without it.
     """
@@ -27,7 +27,7 @@ class KeptState(QObject):
 
     def __init__(self, path: str, tasks: Tasks, restore: Callable[[Mapping[str, Any]], None],
                  values: Callable[[], Values], parent: QObject) -> None:
-        """``restore`` takes what ``values`` returned before: numbers, texts, lists, tables."""
+        """``restore`` takes what ``values`` returned: numbers, texts, lists, dictionaries."""
         super().__init__(parent)
         self._path, self._tasks = path, tasks
         self._restore, self._values = restore, values
@@ -35,7 +35,7 @@ class KeptState(QObject):
         self._waiting: Deque[Values] = deque(maxlen=1)
 
     def restore(self) -> None:
-        """Take what is in the file, if there is one; blocks."""
+        """Restore the state in the file, if there is one; blocks."""
         try:
             self._restore(json.loads(small_file(self._path)))
             self._written = self._values()
@@ -48,15 +48,15 @@ class KeptState(QObject):
             self._put_aside()
 
     def write(self) -> None:
-        """Write what has changed, in the background: the newest only, as a pose can be dragged."""
+        """Write changes in the background: only the newest, as a dragged pose changes often."""
         values = self._values()
         if values != self._written:
             self._written = values
             self._waiting.append(values)
-            self._tasks.run('session', self._write_waiting, None, self._tell)
+            self._tasks.run('session', self._write_waiting, None, self._report_failure)
 
     def _write_waiting(self) -> None:
-        """Run in the line of tasks."""
+        """Write the newest state; runs as a task."""
         try:
             values = self._waiting.pop()
         except IndexError:
@@ -73,7 +73,7 @@ class KeptState(QObject):
         self.failed.emit('What was ticked and compared in the last session is not shown: '
                          f'{self._path} is damaged. {where} All devices are ticked')
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, OSError):
             raise error
         self.failed.emit('What is ticked and compared cannot be kept for the next session: '
@@ -81,13 +81,13 @@ class KeptState(QObject):
 
 
 def _write(path: str, values: Values) -> None:
-    """Write the file at once or not at all."""
+    """Write the file atomically."""
     os.makedirs(os.path.dirname(path), exist_ok=True)
     write_small_file(path, json.dumps(values, indent=1).encode())
 
 
 class Settings:
-    """A file of the user (``~/.config/process_visualizer/launcher.conf``)."""
+    """The user's file of settings (``~/.config/process_visualizer/launcher.conf``)."""
 
     def __init__(self, settings: Optional[QSettings] = None) -> None:
         self._settings = settings or QSettings('process_visualizer', 'launcher')
@@ -112,5 +112,5 @@ class Settings:
         self._settings.setValue(name, json.dumps(value))
 
     def sync(self) -> None:
-        """Write everything into the file now; otherwise Qt does, when the program is idle."""
+        """Write everything into the file now; Qt alone waits until the program is idle."""
         self._settings.sync()

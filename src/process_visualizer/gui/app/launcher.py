@@ -62,10 +62,10 @@ _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
 
 def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble: Line,
                 compared: str = '') -> str:
-    """Return the activity of the system, in lines of which the last one may be long.
+    """Return the activity of the system in lines, of which the last one may be long.
 
-    ``mode`` is that of the nodes, ``trouble`` the worst of them, ``compared`` how the cell
-    compares with a good run.
+    ``mode`` is the mode of the nodes, ``trouble`` their worst state, ``compared`` the result of the
+    comparison with a good run.
     """
     if phase is LaunchPhase.IDLE or mode is None:
         return 'Idle'
@@ -97,7 +97,7 @@ _REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError,
                   OSError)
 
 _SWITCH_INTERVAL_S = 0.0005
-"""Longest wait of the window for another computing thread; Python's own 5 ms add up."""
+"""Maximum wait of the window for another computing thread [s]; Python's own 5 ms add up."""
 
 
 class Launcher(QObject):
@@ -142,7 +142,7 @@ class Launcher(QObject):
         self.watch = WatchModel(self.launch)
         self.objects = ObjectAlarms(tasks, session, self.launch, self.alarms)
         self._notes = EventNotes(tasks, self.alarms, self.launch, self.recording)
-        self.cell = CellModel(tasks, session, self)  # last: the others follow first
+        self.cell = CellModel(tasks, session, self)  # last, so that the other models follow first
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
         self._saved_devices: Set[str] = set()
@@ -164,13 +164,13 @@ class Launcher(QObject):
         self.tasks.close()
 
     def settings(self) -> Dict[str, Any]:
-        """Return what is ticked, called good, compared and edited, for ``restore``."""
+        """Return the ticks, good runs, comparisons and edits, for ``restore``."""
         return {'unticked': self.cell.unticked, 'compare': self.compare.settings(),
                 'finished': self.live_comparison.settings(),
                 'unsaved': self.unsaved.settings()}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was ticked, compared and edited in an earlier session.
+        """Take the ticks, comparisons and edits of an earlier session.
 
         Raises:
             AttributeError, KeyError, TypeError, ValueError: these are not settings.
@@ -181,7 +181,7 @@ class Launcher(QObject):
         self.cell.set_unticked(settings['unticked'])
 
     def choice(self) -> Choice:
-        """The choice that would be launched now."""
+        """Return the choice that would be launched now."""
         session, folder = self.session, self.recording.choices.folder
         assert session.cell is not None
         choice = Choice(session.cell, session.mode, session.chosen, RvizStart.OPTIONAL,
@@ -192,7 +192,7 @@ class Launcher(QObject):
         return choice if is_known else replace(choice, bag_folder=folder)
 
     def _playing(self, choice: Choice) -> Choice:
-        """Return a choice with the recording that is open, and what of it is played."""
+        """Return a choice with the open recording, and the topics that are left out of it."""
         bag, *others = self.session.paths or (None,)
         return replace(choice, bag=bag, further_bags=tuple(others),
                        left_out=self.bag.played.left_out)
@@ -226,7 +226,7 @@ class Launcher(QObject):
         return self.bag.foreign_text if self.session.mode is Mode.PLAYBACK else ''
 
     def lost_master(self) -> str:
-        """Return that the master is lost, and what helps; empty while it is not."""
+        """Return the problem with a lost master, and its remedy; '' while it is not lost."""
         master = self.master
         if not master.is_lost:
             return ''
@@ -243,14 +243,14 @@ class Launcher(QObject):
         return _difference(running, self.choice())
 
     def choose_mode(self, mode: Mode) -> None:
-        """Take another mode, also for what runs: what is the same in both keeps running."""
+        """Change the mode, also of running nodes; parts that are the same in both keep running."""
         if mode is not self.session.mode:
             self.session.set_mode(mode)
             if self.launch.is_running:
                 self.launch.apply(self.choice())
 
     def if_there(self, paths: Sequence[str], act: Callable[[], None]) -> None:
-        """Do something with a recording whose files still exist; otherwise say that they do not."""
+        """Act on a recording if all its files still exist; otherwise report the missing one."""
         self.tasks.run('files', lambda: missing_of(paths),
                        lambda gone: self._forget_recording(gone) if gone else act())
 
@@ -260,7 +260,7 @@ class Launcher(QObject):
                          'Nothing was changed.')
 
     def play(self, paths: Sequence[str]) -> None:
-        """Open a recording and play it, once it is read; nodes that run change the mode."""
+        """Open a recording, and play it once it is read; running nodes change their mode."""
         self.bag.open(paths)
         self.session.set_mode(Mode.PLAYBACK)
         self.when_ready(None, True)
@@ -275,14 +275,14 @@ class Launcher(QObject):
             self.launch.apply(self.choice())
 
     def show_replay(self, time_s: float) -> None:
-        """Show a moment [s, on the recorder's clock] of the cell that runs."""
+        """Show a moment [s, on the recorder's clock] of the running cell."""
         running = self.session.running
         if running is not None and running.mode is Mode.REALTIME:
             self.replay.show(time_s, replace(running, window=self.view.window,
                                              view=self.view.content))
 
     def status(self) -> str:
-        """The status line."""
+        """Return the status line."""
         if self.guard.is_looking:
             return status_text(LaunchPhase.LAUNCHING, self.session.mode, '', Line(Level.OFF, ''))
         if self.launch.is_idle and self._waits_for():
@@ -299,7 +299,7 @@ class Launcher(QObject):
         return '\n'.join(filter(None, (self.lost_master(), text)))
 
     def _waits_for(self) -> str:
-        """Return what must be done before anything can be launched; empty if nothing."""
+        """Return the activity that a launch has to wait for; '' if there is none."""
         if self.master.is_connecting:
             return 'Starting the ROS master…'
         if self.new.is_making:
@@ -331,12 +331,12 @@ class Launcher(QObject):
             ready.connect(self._try_to_begin)
 
     def _take_saved(self, name: str) -> None:
-        """Read the file again, and then take what was saved as what the nodes do already."""
+        """Read the file again, and note that the nodes already have what was saved."""
         self._saved_devices.add(name)
         self.cell.reload()
 
     def _adopt_saved(self) -> None:
-        """Nodes that run have a pose or a box since it was edited: saving it restarts nothing."""
+        """Adopt saved poses and boxes without a restart: running nodes got them when edited."""
         names, self._saved_devices = self._saved_devices, set()
         running = self.launch.running
         if running is None or running.cell.file != self.session.file:
@@ -397,7 +397,7 @@ class Launcher(QObject):
 
 
 def _with_saved(running: Device, saved: Device) -> Device:
-    """Return a device that runs with the pose and the box that were saved."""
+    """Return a running device with the saved pose and box."""
     if running.base is not None and saved.base is not None:
         running = replace(running, base=replace(running.base, pose=saved.base.pose))
     if running.roi is not None and saved.roi is not None:

@@ -92,13 +92,13 @@ class WindowQuestions(QObject):
         bar.showMessage(sentence(message), _BRIEF_MS)
 
     def show_whole(self, message: str) -> None:
-        """Show a message that is cut in the status bar."""
+        """Show the whole text of a message that is cut in the status bar."""
         message_box(self._window, message, QMessageBox.Information).open()
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns.
 
-        It replaces the one that was asked before, of which another thing may be true by now.
+        The question replaces an earlier one, whose text may be outdated.
         """
         if self._lost is not None:
             self._lost.close()
@@ -150,7 +150,7 @@ _SETTING = 'theme'
 
 
 class Wanted(Enum):
-    """A theme, or the one that the desktop has."""
+    """A theme, or that of the desktop."""
 
     DESKTOP = 'Follow desktop'
     LIGHT = 'Light'
@@ -166,7 +166,7 @@ def theme_choice(settings: Settings, parent: QObject) -> ThemeChoice:
 
 
 class ThemeChoice(QObject):
-    """Gives the application the theme that is chosen, and remembers the choice."""
+    """Gives the application the chosen theme, and remembers the choice."""
 
     def __init__(self, app: QApplication, desktop: DesktopTheme, settings: Settings,
                  parent: Optional[QObject] = None) -> None:
@@ -178,7 +178,7 @@ class ThemeChoice(QObject):
         self._apply()
 
     def choose(self, wanted: Wanted) -> None:
-        """Take another choice."""
+        """Choose another theme."""
         self.wanted = wanted
         self._settings.store(_SETTING, wanted.name)
         self._apply()
@@ -207,14 +207,14 @@ class ThemeChoice(QObject):
 
 _MARGIN = 10
 _MIN_DEVICES_PX, _DEVICES_SHARE_OF_SCREEN = 160, 0.17
-"""The devices keep their height whatever the window's is, which is lower while the timeline is
-below it: the buttons below them do not move with the mode, or with the timeline's edge."""
+"""The height of the devices does not depend on the window's, which is lower while the timeline is
+below it: the buttons below the devices do not move with the mode, or with the timeline's edge."""
 
 
 class LauncherApp(QMainWindow):
     """Devices, mode, status, launch button, and below them the panel of the mode.
 
-    Closing it quits all nodes first. ``restarts`` says that the program must start again then.
+    Closing the window quits all nodes first. ``restarts`` says that the program then starts again.
     """
 
     def __init__(self, launcher: Launcher, settings: Settings,
@@ -242,7 +242,7 @@ class LauncherApp(QMainWindow):
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
-        self.calibration = ColumnScroll(_below_each_other(
+        self.calibration = ColumnScroll(_stacked(
             CalibrationPanel(launcher.calibration, launcher.calibrating.fit),
             RegionPanel(launcher.region)))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
@@ -261,9 +261,9 @@ class LauncherApp(QMainWindow):
         self._show_views()
 
     def focusNextPrevChild(self, is_next: bool) -> bool:
-        """See Qt; nothing gets the keyboard of a button that can no longer be used.
+        """See Qt; when a button is disabled, its keyboard focus goes nowhere.
 
-        Otherwise Qt would give it to the next one, such as one that acknowledges an alarm.
+        Otherwise Qt would give it to the next button, such as one that acknowledges an alarm.
         """
         focused = self.focusWidget()
         return (focused is None or focused.isEnabled()) and super().focusNextPrevChild(is_next)
@@ -322,7 +322,7 @@ class LauncherApp(QMainWindow):
         row.insertWidget(row.count() - 1, self._theme.button())
         layout.addLayout(row)
         layout.addWidget(self._devices_panel, 1)
-        layout.addWidget(NoticePlace(  # below: the rows of devices stay where they are
+        layout.addWidget(NoticePlace(  # below, so that the rows of devices stay where they are
             self.new, self.made, UnsavedNotice(self._launcher.unsaved),
             ChangedNotice(self._launcher.cell)))
         return group
@@ -400,7 +400,7 @@ class LauncherApp(QMainWindow):
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)
 
-    # What is shown
+    # Display
 
     def _show_devices(self, _valid: bool) -> None:
         self.devices.set_devices(self._launcher.session.devices, self._launcher.cell.is_ticked)
@@ -429,7 +429,7 @@ class LauncherApp(QMainWindow):
     def _show_launch(self) -> None:
         launcher = self._launcher
         reason = launcher.blocked_reason()
-        can_launch = reason == '' or launcher.master.is_lost  # then it offers what helps
+        can_launch = reason == '' or launcher.master.is_lost  # then the button offers a remedy
         self.launch.show_phase(launcher.launch.phase, can_launch, reason)
         self.launch.show_grace(self._after_quit.grace.left_s)
         self._show_mode_choice()
@@ -464,10 +464,10 @@ class LauncherApp(QMainWindow):
         if report is not None:
             LogView.show_node(self, report, node)
 
-    # What is done
+    # Actions
 
     def _start(self) -> None:
-        """Launch, or offer what must be done before."""
+        """Launch, or offer what must be done first."""
         self._ask_about_lost_master()
         self._launcher.start()
 
@@ -514,18 +514,18 @@ class LauncherApp(QMainWindow):
         """Show a message in the status bar for a while."""
         self._questions.show_briefly(message)
 
-    # The end
+    # Closing
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Quit everything first, without freezing; the window closes when that is done."""
         if not self._is_closed:
-            self._after_quit.ask_to_leave()  # if nothing runs, it is done at once
+            self._after_quit.ask_to_leave()  # if nothing runs, the window is closed at once
         if self._is_closed:
             self._serve.end()
         event.setAccepted(self._is_closed)
 
     def leave(self) -> None:
-        """Quit all nodes (the recorder finishes its bag), then close; without asking."""
+        """Quit all nodes (the recorder finishes its bag), then close, without a question."""
         self._after_quit.leave()
 
     def _restart_program(self) -> None:
@@ -537,7 +537,7 @@ class LauncherApp(QMainWindow):
         self.close()
 
 
-def _below_each_other(*widgets: QWidget) -> Column:
+def _stacked(*widgets: QWidget) -> Column:
     column = Column()
     layout = QVBoxLayout(column)
     layout.setContentsMargins(0, 0, 0, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Cells that are not ours: one that another launcher has, one on another computer."""
+"""Watches other cells: one of another launcher, or one on another computer."""
 from __future__ import annotations
 
 import os
@@ -35,7 +35,7 @@ _OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to anoth
 
 
 class SecondLauncher(QObject):
-    """Asks; ``ended`` when the user has answered, and looks on no more."""
+    """Offers to look on; emits ``ended`` when the user declines, or stops looking on."""
 
     ended = pyqtSignal()
 
@@ -58,7 +58,7 @@ class SecondLauncher(QObject):
         print(owner.text, file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Leave the question, and look on no more."""
+        """Close the question, or stop looking on."""
         if self._is_asking:
             self.box.reject()
         elif self._rviz.state() != QProcess.NotRunning:
@@ -96,17 +96,17 @@ class SecondLauncher(QObject):
             with open(path, 'w', encoding='utf-8') as file:
                 file.write(content)
         except (OSError, ValueError) as error:
-            self._tell(str(error))
+            self._report(str(error))
             return
         self._rviz.start('rosrun', [PACKAGE, RVIZ, '-d', path,
                                     f'__name:=rviz_looking_on_{os.getpid()}'])
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
-        """One that has run and is ended, by whomever, is no problem."""
+        """Report a failed start; it is no problem if somebody ends a running RViz."""
         if error == QProcess.FailedToStart:
-            self._tell(self._rviz.errorString())
+            self._report(self._rviz.errorString())
 
-    def _tell(self, reason: str) -> None:
+    def _report(self, reason: str) -> None:
         print(f'RViz cannot be started to look on: {reason}', file=sys.stderr, flush=True)
         self.close()
 
@@ -119,10 +119,10 @@ _MAX_LINES = 500
 
 
 class WatchDialog(QDialog):
-    """Asks for the computer, and shows what ``cell view`` says; closing it ends RViz."""
+    """Asks for the computer, and shows the output of ``cell view``; closing it ends RViz."""
 
     def __init__(self, parent: QWidget, program: str = 'rosrun') -> None:
-        """``program`` runs the nodes of packages."""
+        """``program`` is the command that runs nodes of packages."""
         super().__init__(parent)
         self.setObjectName('watch')
         self.setWindowTitle('Watch a cell on another computer')
@@ -168,7 +168,7 @@ class WatchDialog(QDialog):
         return bool(self._process.state() != QProcess.NotRunning)
 
     def done(self, result: int) -> None:
-        """End RViz, too."""
+        """Close the dialog, and end RViz."""
         if self.is_watching:
             self._process.finished.connect(lambda *_: super(WatchDialog, self).done(result))
             self._process.terminate()

@@ -33,12 +33,12 @@ from process_visualizer.remote.link_words import not_this_computer
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 
 _NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
-"""Variable of Qt. Otherwise each paint waits until the X server has read the last picture from
-shared memory, which takes long while the server is busy with RViz."""
+"""Environment variable of Qt. Without it, each paint waits until the X server has read the last
+picture from shared memory, which takes long while the server is busy with RViz."""
 
 
 def main() -> int:
-    """Run the launcher; returns its exit code."""
+    """Run the launcher; return its exit code."""
     words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
@@ -68,7 +68,7 @@ def main() -> int:
                     launcher.live_comparison.run_finished):
         changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
-    for changed in (launcher.cell.changed, launcher.bag.chosen):  # also for after a crash
+    for changed in (launcher.cell.changed, launcher.bag.chosen):  # also in case of a crash
         changed.connect(lambda: _store(launcher, settings))
     if not options.config and not _last_configuration(settings):
         window.new.offer()
@@ -84,11 +84,11 @@ def main() -> int:
 
 
 def _look_on(app: QApplication, owner: CellOwner) -> int:
-    """Say that another launcher has the cell; the window would only hide that one's."""
+    """Report that another launcher has the cell; a window here would only hide the other one's."""
     second = SecondLauncher(owner)
     signals = StopSignals(app)
     signals.received.connect(second.close)
-    app.setQuitOnLastWindowClosed(False)  # while RViz is looked at
+    app.setQuitOnLastWindowClosed(False)  # while RViz is shown
     second.ended.connect(app.quit)
     code = app.exec_()
     signals.close()
@@ -98,8 +98,8 @@ def _look_on(app: QApplication, owner: CellOwner) -> int:
 def words_to_go_on(session: Session, words: Sequence[str]) -> List[str]:
     """Return the command line of a program that continues where this one ends.
 
-    The recording, and the values of the configuration's arguments, are in the settings. Those that
-    this program was started with no longer count.
+    The recording, and the values of the configuration's arguments, are in the settings. Values on
+    the present command line no longer count.
     """
     ticked = ','.join(device.name for device in session.chosen)
     return [words[0], '--mode', session.mode.value, '--devices', ticked,
@@ -109,7 +109,7 @@ def words_to_go_on(session: Session, words: Sequence[str]) -> List[str]:
 class StopSignals(QObject):
     """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them.
 
-    SIGHUP only if nohup does not ask to ignore it.
+    SIGHUP is left out if nohup asks to ignore it.
     """
 
     received = pyqtSignal()
@@ -155,15 +155,15 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
 
 
 def make_application() -> QApplication:
-    """Return the application in the look of the launcher."""
+    """Return the application with the style of the launcher."""
     QApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
     is_set = _NO_SHARED_PICTURE in os.environ
     os.environ.setdefault(_NO_SHARED_PICTURE, '1')
     app = QApplication(sys.argv[:1])
     if not is_set:
-        del os.environ[_NO_SHARED_PICTURE]  # RViz has larger pictures
+        del os.environ[_NO_SHARED_PICTURE]  # not for RViz, whose pictures are larger
     app.setApplicationName('process_visualizer')
-    DesktopTheme(app.palette(), parent=app)  # before the palette is ours
+    DesktopTheme(app.palette(), parent=app)  # before our own palette is set
     apply_style(app)
     return app
 
@@ -197,7 +197,7 @@ def _configuration(settings: Settings, given: str,
 
 
 def _last_configuration(settings: Settings) -> Dict[str, Any]:
-    """The last configuration, if its file still exists."""
+    """Return the last configuration; an empty one if its file no longer exists."""
     last: Dict[str, Any] = settings.value('configuration', {})
     return last if os.path.isfile(last.get('path', '')) else {}
 
@@ -213,4 +213,4 @@ def _store(launcher: Launcher, settings: Settings) -> None:
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
     settings.store('curves', launcher.bag.curves.choices.settings())
-    settings.sync()  # another program may replace this one at once
+    settings.sync()  # this process may be replaced at once

@@ -33,18 +33,18 @@ _WATCHES, _LEAVES = ' watches', ' watches no longer'
 
 
 class ServeDialog(QDialog):
-    """Runs ``cell serve``, which goes on while the dialog is closed."""
+    """Runs ``cell serve``, which keeps running while the dialog is closed."""
 
     def __init__(self, parent: QWidget, addresses: Sequence[str],
                  cell: Callable[[], Tuple[str, Mapping[str, str]]], program: str = 'rosrun'
                  ) -> None:
-        """Take what is needed to start it.
+        """Take what ``cell serve`` needs.
 
         Args:
             parent: the window.
-            addresses: of this computer.
+            addresses: the addresses of this computer.
             cell: returns the file of the configuration, and its arguments.
-            program: runs the nodes of packages.
+            program: the command that runs nodes of packages.
         """
         super().__init__(parent)
         self.setObjectName('serve')
@@ -112,7 +112,7 @@ class ServeDialog(QDialog):
         return bool(self._process.state() != QProcess.NotRunning)
 
     def end(self) -> None:
-        """End the page, as the window is about to close; it has a moment for that."""
+        """End the page, as the window is about to close; allow it a moment for that."""
         if self.is_serving:
             self._process.terminate()
             self._process.waitForFinished(_END_MS)
@@ -154,7 +154,7 @@ class ServeDialog(QDialog):
                              f'Looking now: {", ".join(sorted(self._watching))}')
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
-        """One that is ended is no problem."""
+        """Report a failed start; it is no problem if a running command is ended."""
         if error == QProcess.FailedToStart:
             self.lines.appendPlainText(self._process.errorString())
 
@@ -169,7 +169,7 @@ class ServeDialog(QDialog):
 
 def qr_code(text: str) -> QPixmap:
     """Return a text as a QR code, black on white with its margin."""
-    import qrcode  # only now: nobody waits for it when the window opens
+    import qrcode  # only now, so that the window opens sooner
     code = qrcode.QRCode(border=4)
     code.add_data(text)
     rows = code.get_matrix()

@@ -39,9 +39,9 @@ class Shortcut(NamedTuple):
 
 def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
                   zoom_in: Callable[[float], None]) -> List[Shortcut]:
-    """Return the keys that work while something is played, in the order in which they are shown.
+    """Return the keys that work during playback, in the order in which they are shown.
 
-    ``zoom_in`` zooms in by so many steps, or (below 0) out.
+    ``zoom_in`` zooms in by a number of steps; below 0, it zooms out.
     """
     return [
         *_transport_keys(playback),
@@ -110,14 +110,14 @@ def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
 
 
 class EnterPresses(QObject):
-    """The Enter key presses the button that has the focus, as the space bar may be a shortcut."""
+    """Lets the Enter key press the focused button, as the space bar may be a shortcut."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
         window.installEventFilter(self)
 
     def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
-        """Take a key that nothing in the window has used."""
+        """Take a key that no widget has used."""
         button = QApplication.focusWidget()
         if (isinstance(event, QKeyEvent) and event.type() == QEvent.KeyPress
                 and not event.isAutoRepeat() and event.key() in (Qt.Key_Return, Qt.Key_Enter)
@@ -128,14 +128,14 @@ class EnterPresses(QObject):
 
 
 def help_text(groups: Mapping[str, List[Shortcut]]) -> str:
-    """Return the keys in HTML: the longest group at the left, the others beside it."""
+    """Return the keys in HTML: the longest group on the left, the others beside it."""
     first, *others = (f'<p><b>{title}</b></p>{_table(keys)}' for title, keys in groups.items())
     return (f'<table><tr><td>{first}</td><td width="32"></td>'
             f'<td>{"".join(others)}</td></tr></table>')
 
 
 def _table(keys: List[Shortcut]) -> str:
-    """The table of the keys; those with the same action share a row."""
+    """Return the table of the keys; those with the same action share a row."""
     names: Dict[str, List[str]] = {}
     for key in keys:
         names.setdefault(key.text, []).append(key.key)
@@ -158,7 +158,7 @@ class WindowKeys:
     def __init__(self, window: QWidget, launcher: Launcher, launch_or_quit: Callable[[], None],
                  add_mark: Callable[[], None], zoom_in: Callable[[float], None],
                  open_recording: Callable[[], None]) -> None:
-        """``add_mark`` and ``zoom_in`` are of playback (``playback_keys``)."""
+        """``add_mark`` and ``zoom_in`` are those of ``playback_keys``."""
         self._window = window
         self._launcher = launcher
         playback = playback_keys(launcher.playback, add_mark, zoom_in)
@@ -196,7 +196,7 @@ class WindowKeys:
         self._launcher.link.take_keys([it.key().toString() for it in self._enabled()])
 
     def press(self, key: str) -> None:
-        """Do what a key does that was pressed in RViz, unless a dialog waits for an answer."""
+        """Carry out a key that was pressed in RViz, unless a dialog waits for an answer."""
         if any(it.isModal() and it.isVisible() for it in self._window.findChildren(QDialog)):
             return
         for shortcut in self._enabled():
@@ -205,6 +205,6 @@ class WindowKeys:
                 return
 
     def _enabled(self) -> List[QShortcut]:
-        """Those that have a meaning now; what RViz itself does with Ctrl is not passed on."""
+        """Return the keys that work now, except those with Ctrl, which RViz uses itself."""
         keys = (*self._playback, *self._recording, *self._replay, *self._general)
         return [it for it in keys if it.isEnabled() and 'Ctrl' not in it.key().toString()]

@@ -55,7 +55,7 @@ class ErrorDialog(TextDialog):
     def _refresh(self) -> None:
         total = sum(self._errors.values())
         number = 'An error has' if total == 1 else f'{total} errors have'
-        where = f' They are also in <i>{self._log_file}</i>.' if self._log_file else ''
+        where = f' Details are also in <i>{self._log_file}</i>.' if self._log_file else ''
         self.show_text(
             f'<b>{number} occurred in the launcher itself.</b> The program continues; nodes and '
             f'recordings are not affected. Please send this to the maintainer.{where}',
@@ -125,6 +125,6 @@ def install_hooks(window: QWidget) -> UncaughtErrors:
 
 
 def _place(trace: Optional[TracebackType]) -> str:
-    """Return file:line where it was raised."""
+    """Return file:line where an error was raised."""
     frames = traceback.extract_tb(trace, limit=-1)
     return f'{frames[0].filename}:{frames[0].lineno}' if frames else ''

@@ -18,21 +18,21 @@ _RAN_NS, _WAITED_NS = 0, 1  # fields of schedstat
 _STOLEN_TICKS = 8  # the field of /proc/stat, proc(5)
 _TASKS = '/proc/self/task'
 _LOOKS_FOR_THREADS = 50
-"""Each so many readings: threads begin and end seldom."""
+"""Number of readings between two searches for threads, which rarely begin or end."""
 
 
 class ProcessorTimes(NamedTuple):
-    """A thread's use of the processor since it began [s], and the wait of each other thread."""
+    """A thread's use of the processor since it began [s], and the wait of each other thread [s]."""
 
     ran_s: float = 0.0
     waited_s: float = 0.0
     others_waited_s: Dict[int, float] = {}
 
     def kept_waiting_s(self, before: 'ProcessorTimes', elapsed_s: float) -> float:
-        """Return for how long nothing could be done since, because processors were busy elsewhere.
+        """Return for how long busy processors have kept the thread waiting since ``before`` [s].
 
         That is the thread's own wait; and while it slept, the longest wait of another thread of
-        the program, which may have had Python's lock.
+        the program, which may have held Python's lock.
         """
         waited_s = self.waited_s - before.waited_s
         slept_s = elapsed_s - waited_s - (self.ran_s - before.ran_s)
@@ -42,7 +42,7 @@ class ProcessorTimes(NamedTuple):
 
 
 class ProcessorWait:
-    """A meter for the thread that makes it; the files stay open, as they are read often."""
+    """Measures the thread that makes it; the files stay open, as they are read often."""
 
     def __init__(self) -> None:
         self._own = threading.get_native_id()
@@ -54,8 +54,8 @@ class ProcessorWait:
     def times(self) -> ProcessorTimes:
         """Return the times until now; zeros if the kernel does not count them.
 
-        The waits include what the host of a virtual machine took from all processors, which looks
-        the same.
+        The waits include the time that the host of a virtual machine took from all processors,
+        which looks the same.
         """
         if self._readings % _LOOKS_FOR_THREADS == 0:
             self._look_for_threads()
@@ -95,14 +95,14 @@ Entry = Dict[str, Union[str, float, int]]
 
 
 class Watchdog(QObject):
-    """Watches from another thread regular beats of the GUI thread, and logs its blocks.
+    """Watches regular beats of the GUI thread from another thread, and logs blocks.
 
-    The time between two beats is at most 10 ms more than the thread was blocked. The time that it
-    waited for a processor, or for a thread of the program that did, as counted by the kernel, is
-    separate. The file has a line of JSON for each block (``blocked_ms``, ``waited_ms``, ``ran_ms``
-    by the thread, ``computed_ms`` by all threads of the program, ``at`` in s since the epoch,
-    ``stack``) and at the end one with ``longest_ms``, ``longest_own_ms`` (without the wait),
-    ``beats``, ``blocks``.
+    The time between two beats is at most 10 ms longer than the thread was blocked. The kernel
+    counts separately for how long the thread waited for a processor, or for another thread of the
+    program that waited for one. The file has a line of JSON for each block (``blocked_ms``,
+    ``waited_ms``, ``ran_ms`` by the thread, ``computed_ms`` by all threads of the program, ``at``
+    in s since the epoch, ``stack``) and at the end one with ``longest_ms``, ``longest_own_ms``
+    (without the wait), ``beats``, ``blocks``.
     """
 
     def __init__(self, file: str, limit_s: float = LIMIT_S, parent: Optional[QObject] = None,
@@ -172,7 +172,7 @@ class Watchdog(QObject):
             self._write()
 
     def _take_stack(self) -> None:
-        """Let the thread write its stack.
+        """Let the GUI thread write its stack.
 
         It does so itself, interrupted by a signal: this thread would keep Python's lock in the
         meantime, and delay the thread that it watches.
@@ -182,7 +182,7 @@ class Watchdog(QObject):
         signal.pthread_kill(self._gui_thread, _SIGNAL)
 
     def _taken_stack(self) -> str:
-        """The stack of the thread, the newest call first."""
+        """Return the stack of the GUI thread, the newest call first."""
         size = os.fstat(self._stack).st_size
         return os.pread(self._stack, size, 0).decode(errors='replace')
 
@@ -195,7 +195,7 @@ class Watchdog(QObject):
 
 
 class WatchdogReport(NamedTuple):
-    """The log of a watchdog; the longest block [ms] with and without waiting for a CPU."""
+    """The log of a watchdog; the longest block [ms] with and without waiting for a processor."""
 
     blocks: List[Entry]
     longest_ms: float
@@ -203,7 +203,7 @@ class WatchdogReport(NamedTuple):
 
 
 def read_report(file: str) -> WatchdogReport:
-    """Read the log of a watchdog; without its last line the longest block counts."""
+    """Read the log of a watchdog; without its last line, the blocks give the longest times."""
     entries = [json.loads(line) for line in Path(file).read_text('utf-8').splitlines()]
     blocks = [entry for entry in entries if 'blocked_ms' in entry]
     last = entries[-1] if entries and 'longest_ms' in entries[-1] else {

@@ -39,20 +39,20 @@ _GRIP_PX, _MARK_PX = 9, 36
 
 
 class TimelineDock(QWidget):
-    """Belongs to the launcher's window: its keys work here too, and only that window closes it.
+    """Belongs to the launcher's window: it shares the keys, and only that window closes it.
 
-    It has no title bar. Its upper edge is dragged for its height; who owns it places it.
+    It has no title bar. Dragging its upper edge changes its height; its owner places it.
     """
 
     height_wanted = pyqtSignal(int)
     """The operator has dragged the upper edge: the height [px]."""
     close_refused = pyqtSignal()
-    """The operator, or the window manager, wanted to close it."""
+    """The operator, or the window manager, has tried to close the window."""
 
     def __init__(self, content: QWidget, window: QWidget) -> None:
         """``window`` is the launcher's."""
-        # Of its kinds of windows, Qt gives the keys of the parent only to tools. The window
-        # manager is told that it is a dialog: some hide the tools of a program while RViz is used.
+        # Of Qt's kinds of windows, only tools get the keys of their parent. The window manager sees
+        # a dialog: some hide the tools of a program while RViz is used.
         super().__init__(window, Qt.Tool | Qt.FramelessWindowHint)
         self.setAttribute(Qt.WA_X11NetWmWindowTypeDialog)
         self.setAttribute(Qt.WA_ShowWithoutActivating)
@@ -68,7 +68,7 @@ class TimelineDock(QWidget):
         column.setSizeConstraint(QVBoxLayout.SetNoConstraint)  # it may not outgrow the screen
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay: a request to close the timeline is none to end the cell."""
+        """Stay: closing the timeline must not end the cell."""
         event.ignore()
         self.close_refused.emit()
 
@@ -77,7 +77,7 @@ class Grip(QWidget):
     """The upper edge of the dock."""
 
     dragged = pyqtSignal(int)
-    """Wanted place of the edge on the screen: y [px]."""
+    """The wanted place of the edge: y [px] on the screen."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Grip(QWidget):
         self.setToolTip('Drag to resize the timeline')
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the border, and a mark that says that it can be dragged."""
+        """Draw the border, and a mark that invites dragging."""
         painter = QPainter(self)
         painter.fillRect(0, 0, self.width(), 1, self.palette().mid())
         painter.setPen(Qt.NoPen)
@@ -107,13 +107,13 @@ class Grip(QWidget):
 
 
 class RvizPlace(QWidget):
-    """Belongs to the launcher's window; who owns it places it. Hidden while there is no text."""
+    """Belongs to the launcher's window; its owner places it. Hidden while there is no text."""
 
     restart_wanted = pyqtSignal()
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window, Qt.Tool | Qt.FramelessWindowHint)
-        self.setAttribute(Qt.WA_X11NetWmWindowTypeDialog)  # as the timeline
+        self.setAttribute(Qt.WA_X11NetWmWindowTypeDialog)  # like the timeline
         self.setAttribute(Qt.WA_ShowWithoutActivating)
         self.setObjectName('rviz_place')
         self.setWindowTitle('RViz')
@@ -132,12 +132,12 @@ class RvizPlace(QWidget):
         self.hide()
 
     def show_text(self, text: str) -> None:
-        """Say why RViz is not here; with an empty text it is."""
+        """Show why RViz is not here; an empty text hides this, as RViz is here."""
         self._text.setText(text)
         self.setVisible(bool(text) and self.parentWidget().isVisible())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay: it is a part of the launcher."""
+        """Stay, as a part of the launcher."""
         event.ignore()
 
 
@@ -151,8 +151,8 @@ class WindowKeeper(QObject):
     """Places the three windows, at first and whenever the operator changes one of them.
 
     While playback's own tab is shown, the timeline of the recording is below the others. Otherwise
-    the timeline, in real-time mode that of the last seconds, is below RViz only, and the launcher
-    has all of the height.
+    the timeline (in real-time mode, that of the last seconds) is below RViz only, and the launcher
+    has the full height.
     """
 
     def __init__(self, window: LauncherApp, launcher: Launcher, settings: Settings) -> None:
@@ -207,18 +207,18 @@ class WindowKeeper(QObject):
             self._arrange()
 
     def _show_timeline(self) -> None:
-        """Show the one of the mode."""
+        """Show the timeline of the mode."""
         window, is_played = self._window, self._launcher.session.mode is Mode.PLAYBACK
         self._is_wide = is_played and window.panels.currentIndex() == 0
         self._timelines.setCurrentWidget(window.playback.below if is_played else window.live)
 
     def _show_dock(self) -> None:
-        """Show it with the launcher; a window manager hides it while that is minimized."""
+        """Show the timeline with the launcher; window managers hide it if that is minimized."""
         self.dock.setVisible(self._window.isVisible())
         self._show_rviz_place()
 
     def _show_rviz_place(self) -> None:
-        """Fill the hole that an RViz leaves that was closed or killed."""
+        """Fill the place of an RViz that was closed or killed."""
         self.rviz_place.show_text(self._launcher.view.end_text)
 
     def _set_timeline_height(self, height: int) -> None:
@@ -231,7 +231,7 @@ class WindowKeeper(QObject):
     def _follow(self) -> None:
         """Arrange the windows around the launcher, once the operator has let go of it.
 
-        If the window manager puts it elsewhere, it stays there until the operator moves it.
+        If the window manager puts the launcher elsewhere, it stays there until it is moved.
         """
         window = self._window
         if not window.isVisible() or window.windowState() != Qt.WindowNoState:
@@ -254,10 +254,10 @@ class WindowKeeper(QObject):
         self._sizes = sizes_from(self._settings.value(self._name()))
 
     def _arrange(self, is_moved: bool = True) -> None:
-        """Give every window its place; the launcher if it has been moved, or has another one."""
+        """Place every window; the launcher only if it was moved, or has another place now."""
         found = self._places()
         self._place_dock(found)
-        frame = _frame_of(self._window)  # RViz's is the same; where it was has none
+        frame = _frame_of(self._window)  # RViz has the same frame; the widget in its place has none
         self.rviz_place.setGeometry(_rect(found.rviz).adjusted(
             0, 0, frame.left + frame.right, frame.top + frame.bottom))
         asked = _rect(found.launcher)
@@ -284,7 +284,7 @@ class WindowKeeper(QObject):
 
 
 def _frame_of(window: QWidget) -> WindowFrame:
-    """The window's frame; none is known before it is on the screen."""
+    """Return the window's frame; it is unknown before the window is on the screen."""
     handle = window.windowHandle()
     if handle is None:
         return WindowFrame()
