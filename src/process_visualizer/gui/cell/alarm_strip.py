@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The alarms in one place that never moves: chips in amber and red, each with what helps."""
+"""The alarms in a place that never moves: amber and red chips, each with its remedies."""
 from __future__ import annotations
 
 import time
@@ -55,7 +55,7 @@ class EventsView(TextDialog):
         view.activateWindow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Begin at the newest: only now the text has its lines."""
+        """Scroll to the newest event; only now the text has its lines."""
         super().showEvent(event)
         QTimer.singleShot(0, self._go_to_end)
 
@@ -63,7 +63,7 @@ class EventsView(TextDialog):
         self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
 
     def refresh(self) -> None:
-        """Show all events, the last one in sight; a selection stays."""
+        """Show all events, scrolled to the last one; while text is selected, nothing changes."""
         recorded = recorded_text(self._model.recorded)
         text = '\n\n'.join(filter(None, [recorded, events_text(self._model.events)]))
         if text != self.text.toPlainText() and not self.text.textCursor().hasSelection():
@@ -82,15 +82,15 @@ ROWS = 2
 _LINES, _BESIDE_PX, _GAP_PX = 2, 4, 2
 _SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart',
           Action.ACKNOWLEDGE: 'Ack'}
-"""Short labels, which leave room for the text; tooltip and accessible name have the whole."""
+"""Short labels, which leave room for the text; tooltip and accessible name have the whole label."""
 _AIM_MS = 2000
 
 
 class AlarmStrip(QWidget):
-    """Shows the alarms of a model, the worst first; more than fit are scrolled to.
+    """Shows the alarms of a model, the worst first; scrolls if they do not fit.
 
-    While the mouse moves over them they keep their places: nobody shall acknowledge or restart
-    what has just come under the mouse.
+    The alarms keep their places while the mouse moves over them, so that nobody acknowledges or
+    restarts something that has just come under the mouse.
     """
 
     action_wanted = pyqtSignal(object, object)
@@ -173,7 +173,7 @@ class AlarmStrip(QWidget):
 
     def _drop(self, row: int) -> None:
         chip = self._chip(row)
-        chip.setEnabled(False)  # so that the strip does not scroll when the keyboard goes on
+        chip.setEnabled(False)  # so that the strip does not scroll when the keyboard focus moves on
         self._column.removeWidget(chip)
         chip.hide()
         chip.deleteLater()
@@ -185,7 +185,7 @@ class AlarmStrip(QWidget):
 
 
 def _in_place(shown: Sequence[Alarm], alarms: Sequence[Alarm]) -> Tuple[Alarm, ...]:
-    """Return the alarms where they are shown, those that are gone too; new ones last."""
+    """Return the alarms in their shown places, including those that are gone; new ones last."""
     new = {_key(it): it for it in alarms}
     return (*(new.pop(_key(it), it) for it in shown), *new.values())
 
@@ -196,7 +196,7 @@ def _key(alarm: Alarm) -> Tuple[str, str, Optional[float]]:
 
 
 class AlarmChip(QFrame):
-    """One alarm: since when, where and what, and buttons for what helps."""
+    """One alarm: its time, source and text, and buttons with remedies."""
 
     action_wanted = pyqtSignal(object, object)
 
@@ -219,12 +219,12 @@ class AlarmChip(QFrame):
             row.addWidget(button)
 
     def show_alarm(self, alarm: Alarm, is_there: bool, can_replay: bool) -> None:
-        """Show what is known of the alarm now, and enable what can be done about it.
+        """Show the present state of the alarm, and enable the actions that are possible now.
 
         Args:
-            alarm: as it is now, or was.
-            is_there: it is not gone.
-            can_replay: what the cell did can be shown once more.
+            alarm: as it is now, or as it was last.
+            is_there: whether the alarm is still present.
+            can_replay: whether the past of the cell can be replayed.
         """
         self.text.setText(chip_text(alarm))
         can_not = {Action.ACKNOWLEDGE: alarm.is_acknowledged, Action.REPLAY: not can_replay}
@@ -255,7 +255,7 @@ def _make_small(widget: QWidget) -> None:
 
 
 def chip_text(alarm: Alarm) -> str:
-    """Return since when, at the clock or in the recording, how often, and where and what."""
+    """Return the alarm's time (of day, or in the recording), its count, source and text."""
     condition = alarm.condition
     if condition.position_s is not None:
         since = format_time(condition.position_s)
@@ -273,7 +273,7 @@ def _of_day(time_s: float) -> str:
 
 
 def _lasting(alarm: Alarm) -> Alarm:
-    """An alarm without what a chip can change."""
+    """Return an alarm without the values that a chip can update."""
     return alarm._replace(condition=alarm.condition._replace(text=''), ended_s=None,
                           is_acknowledged=False, times=1, first_s=None)
 
@@ -283,10 +283,10 @@ Tell = Callable[[str], None]
 
 
 def alarm_strip(launcher: Launcher, show_log: ShowLog, tell: Tell) -> AlarmStrip:
-    """Return the strip.
+    """Return the strip of the launcher's alarms.
 
     Args:
-        launcher: what the alarms are about.
+        launcher: the launcher that the alarms are about.
         show_log: shows the log of a node (its name) of a part.
         tell: shows a sentence for a while.
     """

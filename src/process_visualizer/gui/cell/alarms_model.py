@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The present alarms, and the list of what happened since the launcher was opened."""
+"""The present alarms, and the events since the launcher was opened."""
 from __future__ import annotations
 
 import getpass
@@ -42,11 +42,11 @@ _UP = LaunchPhase.LAUNCHING, LaunchPhase.RUNNING
 
 
 class AlarmsModel(QObject):
-    """Gathers what is wrong whenever something changes; ``changed`` comes with other alarms."""
+    """Collects the alarms whenever something changes; emits ``changed`` when they differ."""
 
     changed = pyqtSignal()
     happened = pyqtSignal()
-    """There is another event."""
+    """An event has been added."""
 
     def __init__(self, launch: LaunchModel, states: DeviceStatesModel,
                  wall_s: Callable[[], float] = time.time,
@@ -66,7 +66,7 @@ class AlarmsModel(QObject):
         self._played: RecordedAlarms = ()
         self._position_s = 0.0
         states.changed.connect(self.look)
-        self._timer = QTimer(self, interval=_LOOK_MS)  # some alarms begin and end with time alone
+        self._timer = QTimer(self, interval=_LOOK_MS)  # some alarms begin and end by time alone
         self._timer.timeout.connect(self.look)
         self._could_replay = False
         launch.changed.connect(self._follow_mode)
@@ -78,31 +78,31 @@ class AlarmsModel(QObject):
 
     @property
     def events(self) -> Tuple[Event, ...]:
-        """All that happened."""
+        """All events."""
         return self._board.events
 
     @property
     def recorded(self) -> RecordedAlarms:
-        """The alarms of the recording that is open, in the order of time."""
+        """The alarms of the open recording, in the order of time."""
         return sorted((*self._recorded, *self._played), key=lambda it: it[2])
 
     @property
     def can_replay(self) -> bool:
-        """Return whether the cell runs, so that what it did can be shown once more."""
+        """Return whether the live cell runs, so that its past can be replayed."""
         running = self._launch.running
         return (running is not None and running.mode is Mode.REALTIME
                 and self._launch.phase is LaunchPhase.RUNNING)
 
     @property
     def summary(self) -> str:
-        """Return what there is to say where there are no alarms."""
+        """Return the text that is shown when there are no alarms."""
         running, count = self._launch.running, len(self.recorded)
         if running is None or running.mode is not Mode.PLAYBACK or not count:
             return 'No alarms'
         return f'No alarms here; the recording has {count}, in color on the timeline'
 
     def events_since(self, time_s: float) -> Tuple[Event, ...]:
-        """Return what happened from a time [s since the epoch] on."""
+        """Return the events from a time [s since the epoch] on."""
         return self._board.events_since(time_s)
 
     def note(self, text: str) -> None:
@@ -110,7 +110,7 @@ class AlarmsModel(QObject):
         self._take(self._board.noted(text, self._wall_s()))
 
     def acknowledge(self, condition: Condition) -> None:
-        """Let the operator's name stand in the events; what is over is then no alarm any more."""
+        """Note the operator's name in the events; an alarm that has ended then disappears."""
         self._take(self._board.acknowledged(condition, self._who(), self._wall_s()))
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
@@ -121,7 +121,7 @@ class AlarmsModel(QObject):
 
     def set_departed(self, departed: Departed,
                      lost: Collection[Tuple[str, str]] = ()) -> None:
-        """Set what is out of the band of good runs: see departure_conditions.
+        """Set the channels that are out of the band of good runs; see departure_conditions.
 
         ``lost`` are channels (device, label) that cannot be judged now.
         """
@@ -132,9 +132,9 @@ class AlarmsModel(QObject):
 
     def set_objects(self, conditions: Sequence[Condition], played: RecordedAlarms,
                     lost: Collection[str] = ()) -> None:
-        """Set which objects are near robots, and where they were as far as it has been played.
+        """Set the objects near robots now, and those in the recording as far as it has been played.
 
-        ``lost`` are the sensors (their devices) that do not say now what they see.
+        ``lost`` are the sensors (their devices) that report nothing now.
         """
         self._lost_sensors = frozenset((it,) for it in lost)
         is_other = len(played) != len(self._played)
@@ -144,7 +144,7 @@ class AlarmsModel(QObject):
             self.changed.emit()
 
     def set_recorded(self, alarms: RecordedAlarms) -> None:
-        """Set the alarms of the recording that is open."""
+        """Set the alarms of the open recording."""
         self._recorded = tuple(alarms)
         self.look()
         self.changed.emit()
@@ -157,17 +157,17 @@ class AlarmsModel(QObject):
             self.look()
 
     def look(self) -> None:
-        """Look now."""
+        """Update the alarms now."""
         self._take(self._board.seen(self._conditions(), self._wall_s(), self._end_words))
 
     def _end_words(self, condition: Condition) -> str:
-        """Return what is to be said of a condition that has ended."""
+        """Return the words for the end of a condition."""
         running = self._launch.running
         is_up = running is not None and self._launch.phase in _UP
         if not is_up or (condition.part and condition.part not in self._launch.reports):
             return QUIT
         if condition.told_by and running is not None and running.mode is Mode.PLAYBACK:
-            return DATA_ENDED  # it was of the live cell
+            return DATA_ENDED  # the condition was of the live cell
         lost: Set[Tuple[str, ...]] = {*self._states.lapsed_warnings(), *self._lost_channels,
                                       *self._lost_sensors}
         return end_words(condition, lost)
@@ -192,7 +192,7 @@ class AlarmsModel(QObject):
         return self._launch.history.conditions(source, report, restart, self._clock_s())
 
     def _silences(self, device: Device, report: PartReport) -> List[Condition]:
-        """Return which topics of a device send nothing; a restart ends no silence."""
+        """Return the silent topics of a device; a restart alone does not end a silence."""
         silent = topic_conditions(device.name, self._states.silent(device))
         if report.state is not PartState.STOPPED:
             return silent
@@ -227,7 +227,7 @@ class AlarmsModel(QObject):
         sources = {it.source for it in found}
         for device in running.devices:
             warnings = self._states.warnings(device.name)
-            if device.name not in sources:  # else it is said why
+            if device.name not in sources:  # otherwise the reason is shown already
                 found += cloud_conditions(device.name, self._states.watch_warnings())
             found += limit_conditions(device.name, warnings, epoch_s)
             found += conflict_conditions(device.name, warnings)
@@ -236,7 +236,7 @@ class AlarmsModel(QObject):
 
 
 def _user() -> str:
-    """The name of the user, or the number of one without a name."""
+    """Return the user's name, or the number of a user without a name."""
     try:
         return getpass.getuser()
     except (KeyError, OSError):

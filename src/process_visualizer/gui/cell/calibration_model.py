@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: poses, boxes and tools of devices, changed while all runs, saved into the file."""
+"""Calibration: poses, boxes and tools of devices, edited while all runs, saved in the file."""
 from __future__ import annotations
 
 import math
@@ -37,7 +37,7 @@ Move = Callable[[str, Vector3, Vector3], Any]
 class CalibrationModel(EditedValues[Pose]):
     """The poses of the base frames; numbers are x y z [m] yaw pitch roll [rad].
 
-    While a recording is played, poses that were saved for it count before those of the file.
+    While a recording is played, poses that were saved for it take precedence over the file's.
     """
 
     kept = pyqtSignal()
@@ -53,7 +53,7 @@ class CalibrationModel(EditedValues[Pose]):
         self._parent = ''
         self._recording: Optional[RecordingCalibration] = None
 
-    # What is shown
+    # State
 
     @property
     def chosen(self) -> Optional[Device]:
@@ -72,9 +72,9 @@ class CalibrationModel(EditedValues[Pose]):
 
     @property
     def saved_pose(self) -> Optional[Pose]:
-        """Return where the chosen frame is without unsaved changes.
+        """Return the chosen frame's pose without unsaved changes.
 
-        That is where it was saved for the recording that is played, else where the file says.
+        That is the pose saved for the recording that is played, else the one in the file.
         """
         return self._saved(self.device) if self.device else None
 
@@ -90,7 +90,7 @@ class CalibrationModel(EditedValues[Pose]):
 
     @property
     def recorded_pose(self) -> Optional[Pose]:
-        """Return the chosen frame's place at the time of the recording; None if unknown."""
+        """Return the chosen frame's pose at the time of the recording; None if unknown."""
         if self._recording is None or self.base is None:
             return None
         return self._recording.recorded(self.base.frame, self._parent)
@@ -107,7 +107,7 @@ class CalibrationModel(EditedValues[Pose]):
             return 'No device has a base frame.'
         return '' if self._is_running else 'Launch the nodes to move frames.'
 
-    # What the program says
+    # Input from the program
 
     def set_devices(self, devices: Sequence[Device], parent: str = 'world') -> None:
         """Set the devices of the configuration and its global frame; unsaved edits are kept."""
@@ -116,9 +116,9 @@ class CalibrationModel(EditedValues[Pose]):
         self._set_in_file({it.name: it.base.pose for it in devices if it.base is not None})
 
     def set_recording(self, recording: Optional[RecordingCalibration]) -> None:
-        """Set the recording that is played (None: none), whose saved poses count before the file's.
+        """Set the played recording, or None; its saved poses take precedence over the file's.
 
-        Unsaved edits stay: they are tried on another recording.
+        Unsaved edits stay, and are tried on another recording.
         """
         if recording is self._recording:
             return
@@ -139,7 +139,7 @@ class CalibrationModel(EditedValues[Pose]):
         self.set_to(name, pose)
 
     def take_pose(self, xyz: Vector3, ypr: Vector3) -> None:
-        """Accept the pose of the interactive marker, which is not moved again."""
+        """Accept the pose of the interactive marker, without moving the marker again."""
         self._take_dragged(Pose(xyz, ypr))
 
     def take_recorded(self) -> None:
@@ -148,17 +148,17 @@ class CalibrationModel(EditedValues[Pose]):
             self.set_to(self.device, self.recorded_pose)
 
     def take_file(self) -> None:
-        """Move the frame to where the file says."""
+        """Move the frame to its pose in the file."""
         if self.device:
             self.set_to(self.device, self._in_file[self.device])
 
     def save_for_recording(self) -> None:
-        """Save the chosen device's pose beside the recording; that of the file needs no saving."""
+        """Save the chosen device's pose beside the recording; remove it if it equals the file's."""
         if self.can_save_for_recording:
             is_other = self._differs_from_file(self.device)
             self._keep(self.device, self.pose if is_other else None)
 
-    # How it is done
+    # Implementation
 
     def _numbers(self, value: Pose) -> Tuple[float, ...]:
         return (*value.xyz, *value.ypr)
@@ -204,11 +204,11 @@ class CalibrationModel(EditedValues[Pose]):
     def _was_saved(self, name: str, value: Pose) -> None:
         super()._was_saved(name, value)
         if name in self._devices and self._has_kept(name):
-            self._keep(name, None)  # else what was saved for the recording would count
+            self._keep(name, None)  # else the pose saved for the recording would take precedence
 
 
 Find = Callable[[str], SensorFit]
-"""Finds where a depth sensor (its name) is; blocks for some seconds; may raise FitError."""
+"""Finds the pose of a depth sensor (its name); blocks for some seconds; may raise FitError."""
 _LINE = 'fit'
 
 
@@ -246,7 +246,7 @@ class FitModel(QObject):
 
     @property
     def text(self) -> str:
-        """Return the chosen device's result, or why there is none; '' before and after."""
+        """Return the chosen device's result, or why there is none; '' without a fit to report."""
         name = self._calibration.device
         return self._results.get(name) or self._refused.get(name, '')
 
@@ -288,7 +288,7 @@ class FitModel(QObject):
         self.changed.emit()
 
     def _follow(self) -> None:
-        """A result holds until the pose is saved or reverted; a fit, until it is changed."""
+        """Drop results of poses that were saved or reverted, and a fit whose pose has changed."""
         if self._fitting and self._calibration.value_of(self._fitting) != self._begun_at:
             self._begun_at = None
         for name in [it for it in self._results if it not in self._calibration.unsaved]:
@@ -328,7 +328,7 @@ class RegionModel(EditedValues[RegionOfInterest]):
                            if it.roi is not None and it.has_cloud})
 
     def take_dragged(self, device: str, region: RegionOfInterest) -> None:
-        """Accept the box as it was dragged in RViz, where it is not moved again."""
+        """Accept the box that was dragged in RViz, without moving it there again."""
         if device == self.device:
             self._take_dragged(region)
 
@@ -356,7 +356,7 @@ class RecordingCalibrationModel(QObject):
 
     @property
     def value(self) -> Optional[RecordingCalibration]:
-        """Return what was read at last."""
+        """Return what was read last."""
         return self._value
 
     def _follow(self, paths: Tuple[str, ...]) -> None:
@@ -366,7 +366,7 @@ class RecordingCalibrationModel(QObject):
             self.read_again()
 
     def read_again(self) -> None:
-        """Read what has been saved meanwhile."""
+        """Read the poses again, as some may have been saved."""
         wanted = self._paths
         if wanted:
             self._tasks.run('files', lambda: read_recording_calibration(wanted),
@@ -403,7 +403,7 @@ class LearnedTool(NamedTuple):
 
 
 class ToolModel(QObject):
-    """Offers one tool after the other; an answered question is not repeated."""
+    """Offers one tool after another; an answered question is not repeated."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: the base frame of a device, moved in RViz at once, saved when it is right."""
+"""Calibration: a device's base frame, moved in RViz at once, and saved when it is right."""
 from __future__ import annotations
 
 import os
@@ -36,7 +36,7 @@ class EditedParts:
 
     def __init__(self, model: EditedValues[Any], name: str, device_hint: str,
                  marker_hint: str) -> None:
-        """``name`` is what the widgets' names begin with."""
+        """``name`` is the first part of the widgets' names."""
         self._model = model
         self.device = QComboBox()
         self.device.setObjectName(f'{name}_device')
@@ -91,7 +91,7 @@ def icon_button(name: str, symbol: str, text: str, hint: str) -> QToolButton:
     return button
 
 
-_SAME_M, _SAME_RAD = 5e-5, 5e-5  # what the text shows
+_SAME_M, _SAME_RAD = 5e-5, 5e-5  # resolution of the text
 _TEXT_LINES = 6  # the unsaved change, what a fit found, and where the frame was when recorded
 
 
@@ -118,7 +118,7 @@ class CalibrationPanel(QWidget):
         self._state = QLabel()
         self._set_up()
         self._lay_out()
-        fit.changed.connect(self.refresh)  # it follows the other model
+        fit.changed.connect(self.refresh)  # the fit follows the other model
         self.refresh()
 
     def refresh(self) -> None:
@@ -152,7 +152,7 @@ class CalibrationPanel(QWidget):
         color(self._found, 'warning' if fit.is_refused else 'quiet')
 
     def _show_recording(self) -> None:
-        """The buttons that a recording needs."""
+        """Show the buttons that a recording needs."""
         model = self._model
         is_played = model.recording != ''
         for button in (self._as_recorded, self._as_file, self._keep):
@@ -162,7 +162,7 @@ class CalibrationPanel(QWidget):
         self._keep.setEnabled(model.can_save_for_recording)
 
     def _recorded_text(self) -> str:
-        """Return where the frame was when the recording was made, as the operator needs it."""
+        """Return the frame's place at the time of the recording, in words for the operator."""
         model, bag = self._model, os.path.basename(self._model.recording)
         if not bag or model.base is None:
             return ''

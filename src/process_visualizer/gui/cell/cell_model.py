@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration: read, watched on the disk, made anew; and its ticked devices."""
+"""The configuration: read, watched on the disk, or newly made; and its ticked devices."""
 from __future__ import annotations
 
 import hashlib
@@ -32,21 +32,21 @@ from process_visualizer.gui.toolkit.tasks import Tasks
 
 # Notices that files have changed on the disk since they were read.
 
-_WATCH_LINE = 'watch'  # of its own: a network folder may hang
-_PERIOD_MS = 2000  # nothing announces changes that another computer makes in a network folder
+_WATCH_LINE = 'watch'  # a line of its own: a network folder may hang
+_PERIOD_MS = 2000  # nothing announces the changes of another computer in a network folder
 
 Contents = Mapping[str, Optional[str]]
-"""A digest of each file by its path; None where it cannot be read."""
+"""A digest of each file by its path; None if it cannot be read."""
 
 
 class FileWatch(QObject):
     """Compares contents, not times: an editor that writes the same text has changed nothing.
 
-    A file that is away is not outdated: an editor may be about to put another in its place.
+    A missing file is not outdated: an editor may be about to put another in its place.
     """
 
     changed = pyqtSignal()
-    """``outdated`` is another one."""
+    """``outdated`` has changed."""
 
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -86,7 +86,7 @@ class FileWatch(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        """Watch the files, those that have been replaced too, and their folders."""
+        """Watch the files, including replaced ones, and their folders."""
         wanted = {*self._read, *map(os.path.dirname, self._read)}
         watched = {*self._watcher.files(), *self._watcher.directories()}
         if watched - wanted:
@@ -97,13 +97,13 @@ class FileWatch(QObject):
 
 
 def contents_of(paths: Iterable[str]) -> Contents:
-    """Return a digest of each file; touches the disk."""
+    """Return a digest of each file; reads the disk."""
     found: Dict[str, Optional[str]] = {}
     for path in paths:
         try:
             with open(path, 'rb') as file:
                 found[path] = hashlib.sha256(file.read()).hexdigest()
-        except OSError:  # away, or not to be read: reading it again says why
+        except OSError:  # missing or unreadable: a reload reports why
             found[path] = None
     return found
 
@@ -120,7 +120,7 @@ class _Loaded(NamedTuple):
 class CellModel(QObject):
     """Loads a configuration off the GUI thread; an invalid one leaves the previous one in force.
 
-    ``problems`` are those of the file that was read last, ``missing`` is what the devices need but
+    ``problems`` are those of the file that was read last, ``missing`` is what the devices need and
     this computer lacks.
     """
 
@@ -155,7 +155,7 @@ class CellModel(QObject):
         self._tasks.run('files', lambda: _load(path, arguments), self._take)
 
     def is_ticked(self, name: str) -> bool:
-        """Return whether a device is chosen; those of a new configuration all are."""
+        """Return whether a device is chosen; all devices of a new configuration are."""
         return name not in self._unticked.get(self._file, ())
 
     def tick(self, name: str, ticked: bool) -> None:
@@ -197,7 +197,7 @@ class CellModel(QObject):
         return {path: sorted(names) for path, names in self._unticked.items() if names}
 
     def set_unticked(self, unticked: Mapping[str, Sequence[str]]) -> None:
-        """Take what ``unticked`` was."""
+        """Restore an earlier value of ``unticked``."""
         self._unticked = {path: set(names) for path, names in unticked.items()}
         self.session.choose(self._ticked(self.session.cell))
         self.changed.emit()
@@ -208,7 +208,7 @@ class CellModel(QObject):
         return self.session.file or self.path
 
     def _ticked(self, cell: Optional[Cell]) -> Tuple[Device, ...]:
-        """The chosen devices in the order of the configuration."""
+        """Return the chosen devices in the order of the configuration."""
         if cell is None:
             return ()
         unticked = self._unticked.get(cell.file, ())
@@ -229,7 +229,7 @@ class CellModel(QObject):
 
 
 def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
-    main = contents_of([path])  # before it is read: what is written meanwhile has changed it
+    main = contents_of([path])  # before reading, so that a change meanwhile is noticed
     try:
         cell = XmlParser(arguments).parse(path)
     except ConfigurationError as error:
@@ -240,7 +240,7 @@ def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
 
 
 def _editor(cell: Cell) -> Optional[PoseEditor]:
-    """The editor of poses in the files; None if one was just removed, which a reload reports."""
+    """Return the editor of poses in the files; None if one was just removed (a reload reports)."""
     try:
         return PoseEditor(cell)
     except PoseEditError:
@@ -251,13 +251,13 @@ _LINE = 'new'
 
 
 class NewConfigurationModel(QObject):
-    """Works off the GUI thread, for some seconds, on one at a time."""
+    """Makes configurations off the GUI thread, one at a time; each takes some seconds."""
 
     changed = pyqtSignal()
     made = pyqtSignal(str)
     """The path of a configuration that has been written."""
     summary_ready = pyqtSignal(str)
-    """Its contents, in words."""
+    """The contents of the new configuration, in words."""
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, look_at_system: Callable[[], NewConfiguration],
@@ -270,7 +270,7 @@ class NewConfigurationModel(QObject):
     def make(self, path: str, bags: Sequence[str] = ()) -> None:
         """Write a configuration for what is running, or for the contents of bags.
 
-        The file of that path may be overwritten, as the operator was asked; others are not.
+        The file at that path may be overwritten, as the operator was asked; others may not.
         """
         if self.is_making:
             return

@@ -34,7 +34,7 @@ from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 PERIOD_MS = 500
 _UNSURE_STATES = 2
-"""Of a recorder that hung: until it has taken what came meanwhile, it sees silences of its own."""
+"""States to ignore of a recorder that hung: until it has caught up, it reports false silences."""
 
 
 class WarningsModel(QObject):
@@ -62,20 +62,20 @@ class WarningsModel(QObject):
             self.look()
 
     def look(self) -> None:
-        """Look now."""
+        """Update the warnings now."""
         present = self._warnings.present(self._clock_s())
         if present != self.present:
             self.present = present
             self.changed.emit()
 
     def lapse(self, nodes: Collection[str]) -> None:
-        """Take that these nodes have ended, though others of their names may start."""
+        """Note that these nodes have ended, even if others of the same names start."""
         self._warnings.lapse(nodes)
         self.look()
 
     @property
     def lapsed(self) -> FrozenSet[Tuple[str, str]]:
-        """Return node and text of what nobody repeats, or has said to be over."""
+        """Return node and text of warnings that are neither repeated nor reported as over."""
         return self._warnings.lapsed()
 
 
@@ -89,9 +89,9 @@ class DeviceStatesModel(QObject):
         self._launch, self._warnings, self._session = launch, warnings, session
         self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
-        self._unsure = 0  # so many states of the recorder still
+        self._unsure = 0  # remaining states of the recorder to ignore
         self.cell_look = CellLook()
-        """What the watch has found that asks all nodes and the master."""
+        """The findings of the watch, which asks all nodes and the master."""
         session.player_changed.connect(self._follow_player)
         self._nodes: FrozenSet[str] = frozenset()  # that have been launched
         launch.changed.connect(self._follow_nodes)
@@ -110,7 +110,7 @@ class DeviceStatesModel(QObject):
         self.changed.emit()
 
     def _follow_nodes(self) -> None:
-        """What a node said that has ended tells nothing of the one that starts in its place."""
+        """Let the warnings of ended nodes lapse: they say nothing about the nodes' successors."""
         nodes = frozenset(node.name for report in self._launch.reports.values()
                           for node in report.nodes)
         ended, self._nodes = self._nodes - nodes, nodes
@@ -124,19 +124,19 @@ class DeviceStatesModel(QObject):
                 if line is not None and line.level is Level.WARNING}
 
     def take_look(self, look: CellLook) -> None:
-        """Update from the watch that asks all nodes and the master."""
+        """Update from the watch, which asks all nodes and the master."""
         self.cell_look = look
         self.changed.emit()
 
     def forget_topics(self) -> None:
-        """Nobody counts any more what arrives: rates are not known; nobody saw silences end."""
+        """Forget the rates, as nobody counts messages now; keep silences: nobody saw them end."""
         self._unsure = _UNSURE_STATES
         self._lines = {topic: line for topic, line in self._lines.items()
                        if line.level is Level.WARNING}
         self.changed.emit()
 
     def _follow_player(self) -> None:
-        """A topic has the state of the recording, whatever the rate."""
+        """Show the topics' states in the recording, whatever the playback rate."""
         recorded, player = self._session.recording, self._session.player
         if recorded is None or player is None or recorded.paths != player.files:
             return  # one of them is about to change
@@ -163,25 +163,25 @@ class DeviceStatesModel(QObject):
         return by_node(self._warnings.present, nodes)
 
     def lapsed_warnings(self) -> FrozenSet[Tuple[str, str]]:
-        """Return node and text of the warnings of which nobody says whether they are over."""
+        """Return node and text of the warnings that may or may not be over."""
         return self._warnings.lapsed
 
     def watch_warnings(self) -> Tuple[NodeWarning, ...]:
-        """Return what the nodes say that ask all others whether they answer."""
+        """Return the warnings of the nodes that ask all others whether they answer."""
         return by_node(self._warnings.present, {f'/{SCENE_WATCH}', f'/{CELL_FRAMES}'})
 
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
         lines = [(device.name, self.state(device).summary) for device in devices]
-        told = [Line(line.level, said_of(name, line.text)) for name, line in lines]
+        found = [Line(line.level, said_of(name, line.text)) for name, line in lines]
         running, reports = self._launch.running, self._launch.reports
         if running is not None:
-            told += [Line(it.level, it.said)
-                     for it in own_part_conditions(running.mode, reports)]
-            told += [Line(line.level, said_of(title, line.text))
-                     for part, title in part_titles(running.mode).items() if part in reports
-                     for line in [part_line(reports[part])] if line.level < Level.WARNING]
-        return worst(tuple(told))
+            found += [Line(it.level, it.said)
+                      for it in own_part_conditions(running.mode, reports)]
+            found += [Line(line.level, said_of(title, line.text))
+                      for part, title in part_titles(running.mode).items() if part in reports
+                      for line in [part_line(reports[part])] if line.level < Level.WARNING]
+        return worst(tuple(found))
 
     def _forget(self) -> None:
         self._lines, self._watch, self._unsure = {}, TopicWatch(), 0

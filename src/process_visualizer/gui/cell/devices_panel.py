@@ -54,9 +54,9 @@ class DevicesView(QTreeWidget):
     ticked = pyqtSignal(str, bool)
     restart_wanted = pyqtSignal(str)
     log_wanted = pyqtSignal(str, str)
-    """Of a node (its name) of a device."""
+    """A device, and one of its nodes, whose log is wanted (their names)."""
     warnings_wanted = pyqtSignal(str)
-    """Of a device (its name)."""
+    """The device whose warnings are wanted (its name)."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -150,12 +150,12 @@ class DevicesView(QTreeWidget):
                      + 2 * self.frameWidth() + 2)
 
     def selected_device(self) -> str:
-        """The device whose row, or a row below it, is selected; empty without one."""
+        """Return the device whose row, or a row below it, is selected; '' without a selection."""
         items = self.selectedItems()
         return str(items[0].data(_NAME, Qt.UserRole)[1]) if items else ''
 
     def state_text(self, device: str) -> str:
-        """The displayed state of a device."""
+        """Return the displayed state of a device."""
         return self._rows[device].text(_STATE)
 
     def _child(self, device: str, kind: str, name: str) -> QTreeWidgetItem:
@@ -286,7 +286,7 @@ class ProblemsView(QWidget):
         self._icon.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
 
     def _open_all(self) -> None:
-        """The list may have room for no more than a line."""
+        """Show all problems in a window, as the list may have room for one line only."""
         view = TextDialog('all_problems', 'Problems of the configuration', self)
         view.setAttribute(Qt.WA_DeleteOnClose)
         view.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
@@ -332,7 +332,7 @@ class _ProblemDelegate(QStyledItemDelegate):
         return QSize(int(document.idealWidth()), int(document.size().height()))
 
     def _width(self) -> int:
-        """The width beside the scroll bar, whether that is shown or not."""
+        """Return the width beside the scroll bar, whether the bar is shown or not."""
         problems = self.parent()
         return int(problems.width() - 2 * problems.frameWidth()
                    - problems.verticalScrollBar().sizeHint().width())
@@ -361,7 +361,7 @@ def _list() -> QListWidget:
 
 
 _PROBLEMS_AND_DEVICES_PX = 168
-"""The height of the problems above devices: three of two lines and a title."""
+"""Maximum height of the problems above devices [px]: three of two lines, and a title."""
 _NO_LIMIT_PX = 16777215
 
 
@@ -387,7 +387,7 @@ class DevicesPanel(QWidget):
     def show_problems(self, problems: Sequence[Problem], note: str = '') -> None:
         """Show problems; ``note`` says which devices are in use nevertheless.
 
-        Without a note there are none, and only the problems are shown.
+        Without a note no devices are in use, and only the problems are shown.
         """
         self.problems.set_problems(problems)
         self.problems.setMaximumHeight(_PROBLEMS_AND_DEVICES_PX if note else _NO_LIMIT_PX)
@@ -397,7 +397,7 @@ class DevicesPanel(QWidget):
         self.devices.setVisible(bool(not problems or note))
 
 
-# The warnings of the nodes of a device, as long as they last.
+# The warnings of the nodes of a device, while they last.
 
 class WarningsView(TextDialog):
     """A window with the present warnings of a device; deletes itself."""

@@ -32,7 +32,7 @@ class EditedValues(QObject, Generic[Value]):
     """A value of each device: as it is saved, or edited and not yet saved.
 
     One ``device`` is chosen ('': there is none); its value can be dragged in RViz while it
-    ``has_marker``. ``is_saving`` while a file is written. A subclass says what a value is.
+    ``has_marker``. ``is_saving`` while a file is written. A subclass defines what a value is.
     """
 
     changed = pyqtSignal()
@@ -42,7 +42,7 @@ class EditedValues(QObject, Generic[Value]):
     marker_wanted = pyqtSignal(bool)
     """Show the chosen value in RViz for dragging, or hide it."""
     moved = pyqtSignal(str, object)
-    """A value was changed here, not by dragging it: what RViz shows must follow (see _target)."""
+    """A value was changed here, not by dragging: RViz must follow (see _target)."""
 
     _what, _moves_what = 'value', 'value'
     """Words for messages: the thing that is saved, and the one that is moved."""
@@ -62,25 +62,25 @@ class EditedValues(QObject, Generic[Value]):
         self.device = ''
         self._is_running = self.is_saving = self.has_marker = False
 
-    # What a value is
+    # Definition of a value
 
     def _numbers(self, value: Value) -> Tuple[float, ...]:
-        """All numbers of a value [m, rad]."""
+        """Return all numbers of a value [m, rad]."""
         raise NotImplementedError
 
     def _with_numbers(self, value: Value, numbers: Sequence[float]) -> Value:
-        """A value with other numbers."""
+        """Return a value with other numbers."""
         raise NotImplementedError
 
     def _target(self, name: str) -> str:
-        """Return what is moved when a device gets a value, by its name in ROS."""
+        """Return the ROS name of the thing that is moved when a device gets a value."""
         return name
 
     def _saved(self, name: str) -> Value:
-        """The value of a device without unsaved changes."""
+        """Return the value of a device without unsaved changes."""
         return self._in_file[name]
 
-    # What is shown
+    # State
 
     @property
     def devices(self) -> List[str]:
@@ -88,7 +88,7 @@ class EditedValues(QObject, Generic[Value]):
         return list(self._in_file)
 
     def value_of(self, name: str) -> Optional[Value]:
-        """The present value of a device; None if it has none."""
+        """Return the present value of a device; None if it has none."""
         return self._edited.get(name, self._saved(name)) if name in self._in_file else None
 
     @property
@@ -97,12 +97,12 @@ class EditedValues(QObject, Generic[Value]):
         return [name for name in self._in_file if name in self._edited]
 
     def is_taken(self, name: str) -> bool:
-        """Return whether the running nodes, as far as they were asked, have a device's value."""
+        """Return whether the running nodes have accepted all values that a device was given."""
         move = self._moves.get(name)
         return name not in self._refused and (move is None or move.wanted is None)
 
     def edits(self) -> Dict[str, Tuple[float, ...]]:
-        """Return the numbers of what is not saved, by device."""
+        """Return the numbers of unsaved values, by device."""
         return {name: self._numbers(self._edited[name]) for name in self.unsaved}
 
     def differs(self, name: str, numbers: Sequence[float]) -> bool:
@@ -123,10 +123,10 @@ class EditedValues(QObject, Generic[Value]):
 
     @property
     def can_move(self) -> bool:
-        """Return whether nodes run that take the chosen value."""
+        """Return whether running nodes can take the chosen value."""
         return self._is_running and bool(self.device)
 
-    # What the program says
+    # Input from the program
 
     def set_save(self, save: Callable[[str, Value], Any]) -> None:
         """Set the function that writes the value of a device into its file; it blocks."""
@@ -134,13 +134,13 @@ class EditedValues(QObject, Generic[Value]):
         self.changed.emit()
 
     def set_running(self, is_running: bool) -> None:
-        """Set whether the nodes run; starting ones get what differs from the file."""
+        """Set whether the nodes run; nodes that start get the values that differ from the file."""
         if is_running == self._is_running:
             return
         self._is_running = is_running
         if not is_running:
             self.show_marker(False)
-        self._refused.clear()  # other nodes, which begin with what the file says
+        self._refused.clear()  # new nodes begin with the values of the file
         for name in filter(self._differs_from_file, self._in_file if is_running else ()):
             self._send(name)
         self.changed.emit()
@@ -177,12 +177,12 @@ class EditedValues(QObject, Generic[Value]):
             self.set_to(name, self._with_numbers(value, numbers))
 
     def forget(self) -> None:
-        """Drop what is not saved; nodes that run keep it."""
+        """Drop unsaved values; running nodes keep them."""
         self._edited = {}
         self.changed.emit()
 
     def revert(self) -> None:
-        """Go back to the value that is saved."""
+        """Go back to the saved value."""
         if self.device:
             self.set_to(self.device, self._saved(self.device))
 
@@ -204,10 +204,10 @@ class EditedValues(QObject, Generic[Value]):
                         lambda _: self._was_saved(device, chosen),
                         lambda error: self._not_saved(device, error))
 
-    # How it is done
+    # Implementation
 
     def _set_in_file(self, values: Dict[str, Value]) -> None:
-        """Take what the files say; unsaved edits of devices that are still there are kept."""
+        """Take the values of the files; unsaved edits of devices that are still there are kept."""
         self._in_file = values
         self._edited = {name: self._with_numbers(values[name], self._numbers(it))
                         for name, it in self._edited.items() if name in values}
@@ -218,7 +218,7 @@ class EditedValues(QObject, Generic[Value]):
         self.changed.emit()
 
     def _take_dragged(self, value: Value) -> None:
-        """Accept the chosen value as it was dragged in RViz, where it is not moved again."""
+        """Accept the chosen value that was dragged in RViz, without moving it there again."""
         if self.has_marker:
             self._edit(self.device, value)
 
@@ -252,7 +252,7 @@ class EditedValues(QObject, Generic[Value]):
             self.moved.emit(self._target(name), value)
 
     def _forget_equal(self) -> None:
-        """Forget edits that are saved."""
+        """Forget edits that equal the saved values."""
         self._edited = {name: it for name, it in self._edited.items()
                         if not self._is_same(it, self._saved(name))}
 
@@ -285,23 +285,23 @@ class EditedValues(QObject, Generic[Value]):
 
 
 _NUMBERS = 6
-"""Of a pose, and of a box."""
+"""The count of numbers in a pose, and in a box."""
 _Edits = Dict[str, Dict[str, Tuple[float, ...]]]
-"""By what they are of ('the pose'), and by device."""
+"""Numbers by the kind of value ('the pose'), and by device."""
 
 
 class UnsavedModel(QObject):
     """Edits of a configuration; they outlive this program, however it ends.
 
-    What an earlier session left, or what was edited before another configuration was opened, is
-    offered when its configuration is open: nothing moves unless the operator wants it.
+    Edits that were left by an earlier session, or before another configuration was opened, are
+    offered when their configuration is open: nothing moves unless the operator wants it.
     """
 
     changed = pyqtSignal()
 
     def __init__(self, edited: Mapping[str, 'EditedValues[Any]'], session: Session,
                  parent: QObject) -> None:
-        """``edited`` are the models of the values, by what one of them is ('the pose')."""
+        """``edited`` are the models of the values, by the kind of value ('the pose')."""
         super().__init__(parent)
         self._edited = edited
         self._file = ''
@@ -312,7 +312,7 @@ class UnsavedModel(QObject):
 
     @property
     def unsaved(self) -> List[str]:
-        """Return what is edited and in no file."""
+        """Return the edits that are in no file."""
         return [f'{what} of {name}' for what, model in self._edited.items()
                 for name in model.unsaved]
 
@@ -323,7 +323,7 @@ class UnsavedModel(QObject):
                 for name, numbers in edits.items() if self._edited[what].differs(name, numbers)]
 
     def _follow(self, file: str) -> None:
-        """Before the models take the devices of another configuration: edits stay with the last."""
+        """Set aside the edits of the last configuration, before the models take the new devices."""
         present = self._with_edits()
         if present:
             self._left[self._file] = present
@@ -332,19 +332,19 @@ class UnsavedModel(QObject):
             model.forget()
 
     def take(self) -> None:
-        """Edit what is offered as it was left."""
+        """Restore the offered edits."""
         for what, edits in self._left.pop(self._file, {}).items():
             for name, numbers in edits.items():
                 self._edited[what].set_numbers(name, numbers)
         self.changed.emit()
 
     def discard_offer(self) -> None:
-        """Forget what is offered."""
+        """Forget the offered edits."""
         self._left.pop(self._file, None)
         self.changed.emit()
 
     def discard(self) -> None:
-        """Forget what is edited, because the operator said so; nodes that run are not moved."""
+        """Forget all edits, because the operator said so; running nodes are not moved."""
         for model in self._edited.values():
             model.forget()
         self.changed.emit()
@@ -355,7 +355,7 @@ class UnsavedModel(QObject):
         return {**self._left, **({self._file: present} if present else {})}
 
     def restore(self, settings: Mapping[str, Mapping[str, Mapping[str, Sequence[float]]]]) -> None:
-        """Take what an earlier session left.
+        """Take the edits of an earlier session.
 
         Raises:
             AttributeError, KeyError, TypeError, ValueError: these are not settings.
@@ -366,7 +366,7 @@ class UnsavedModel(QObject):
         self.changed.emit()
 
     def _with_edits(self) -> _Edits:
-        """Return what was left in this configuration, and over it what is edited."""
+        """Return the edits that were left in this configuration, overridden by the present ones."""
         left = self._left.get(self._file, {})
         found = {what: {**left.get(what, {}), **model.edits()}
                  for what, model in self._edited.items()}

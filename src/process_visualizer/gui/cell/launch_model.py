@@ -99,9 +99,9 @@ class LaunchModel(QObject):
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
 
     def adopt(self, choice: Choice) -> None:
-        """Take a choice whose difference is in effect already; nothing is restarted.
+        """Take a choice whose changes are already in effect; nothing is restarted.
 
-        A part that is restarted later is started as it says.
+        A part that is restarted later is started from this choice.
         """
         if self.phase is LaunchPhase.RUNNING:
             before, self.running = self.running, choice
@@ -157,13 +157,13 @@ class LaunchModel(QObject):
         self.reports = {part: report for part, report in self.reports.items()
                         if part in plan.parts}
         self._is_starting = False
-        self._look_whether_up()
+        self._check_whether_up()
         self.changed.emit()
 
     def look(self) -> None:
-        """Look whether what is still starting is to be waited for."""
+        """Check whether parts that are starting still have to be waited for."""
         before = self.phase
-        self._look_whether_up()
+        self._check_whether_up()
         if self.phase is not before:
             self.changed.emit()
 
@@ -174,17 +174,17 @@ class LaunchModel(QObject):
         elif not self._timer.isActive():
             self._timer.start()
 
-    def _look_whether_up(self) -> None:
-        """Everything is launched when no part is starting any more, failed or not.
+    def _check_whether_up(self) -> None:
+        """Note that everything is launched, once no part is starting any more, failed or not.
 
-        A node that does not get up keeps nobody waiting.
+        A node that does not come up keeps nobody waiting.
         """
         is_up = all(self.history.is_up(it, self._clock_s()) for it in self.reports.values())
         if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and is_up:
             self.phase = LaunchPhase.RUNNING
 
     def _not_changed(self, error: Exception, phase: LaunchPhase, running: Optional[Choice]) -> None:
-        """The nodes keep running as before, unless everything is being quit."""
+        """Restore phase and choice, as the nodes run as before, unless everything is being quit."""
         if self.phase is LaunchPhase.LAUNCHING:
             self.phase, self.running, self._is_starting = phase, running, False
         if isinstance(error, ConfigurationError):
@@ -216,7 +216,7 @@ class LaunchModel(QObject):
     def _take_report(self, report: PartReport) -> None:
         if self.phase is not LaunchPhase.IDLE:
             self.reports = {**self.reports, report.part: report}
-            self._look_whether_up()
+            self._check_whether_up()
             self.changed.emit()
 
 
@@ -243,7 +243,7 @@ class LaunchGuard(QObject):
     settled = pyqtSignal()
     """The question no longer needs an answer."""
     changed = pyqtSignal()
-    """It has started or stopped looking."""
+    """The guard has started or stopped looking."""
 
     def __init__(self, tasks: Tasks, launch: Callable[[Choice], None],
                  look: Callable[[Choice], Others] = others_before,
@@ -295,7 +295,7 @@ class LaunchGuard(QObject):
 
     def _take(self, choice: Choice, others: Others) -> None:
         if choice is not self._choice:
-            return  # it was cancelled in the meantime
+            return  # the launch was canceled in the meantime
         if not others:
             self.launch_all_the_same()
             return
@@ -308,11 +308,11 @@ class LaunchGuard(QObject):
 
 
 class MixtureModel(QObject):
-    """Looks every second while nodes run; the player reports its own topics."""
+    """Looks for other publishers each second while nodes run; the player reports its own."""
 
     changed = pyqtSignal()
     begun = pyqtSignal()
-    """This model has seen a new publisher."""
+    """A new publisher has been found."""
 
     def __init__(self, tasks: Tasks, session: Session,
                  look: Callable[[Choice, Collection[str]], Others] = others_beside,

@@ -26,7 +26,7 @@ from process_visualizer.gui.toolkit.widgets import ElidedButton, WrappedLabel, t
 
 
 class RvizMenu(QMenu):
-    """An RViz that has died can be restarted, but has no view to be saved."""
+    """The menu of RViz: one that has died can be restarted, but has no view to be saved."""
 
     restart_wanted = pyqtSignal()
     save_wanted = pyqtSignal()
@@ -108,7 +108,7 @@ class LaunchView(QWidget):
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
 
     def show_status(self, text: str) -> None:
-        """Show what the system does."""
+        """Show the activity of the system."""
         self.status.setText(text)
         self.status.setToolTip(text)
 
@@ -117,7 +117,7 @@ class LaunchView(QWidget):
         self._texts.put_first(notice)
 
     def show_phase(self, phase: LaunchPhase, can_launch: bool, reason: str) -> None:
-        """Enable what can be done; ``reason`` says why nothing can be launched."""
+        """Enable the possible actions; ``reason`` says why nothing can be launched."""
         self._phase = phase
         self.launch.setText(_LAUNCH_TEXT[phase])
         self.launch.setEnabled(phase is not LaunchPhase.QUITTING
@@ -127,7 +127,7 @@ class LaunchView(QWidget):
         self.view.setEnabled(phase is LaunchPhase.RUNNING)
 
     def show_grace(self, left_s: int) -> None:
-        """Say that all nodes are about to be quit, and for how many seconds that can be undone."""
+        """Show that all nodes are about to quit, and for how many seconds that can be undone."""
         if left_s:
             self.launch.setText(f'Keep running (quits in {left_s} s)')
             self.launch.setToolTip('Do not quit after all')
@@ -140,7 +140,7 @@ class LaunchView(QWidget):
                               else 'The same devices, view and place, in another mode')
 
     def show_changes(self, text: str, hint: str) -> None:
-        """Offer to apply what is ticked or configured now; without a text there is nothing to."""
+        """Offer to apply the present ticks and configuration; an empty text offers nothing."""
         self.apply.setEnabled(bool(text))
         self.apply.setText(text or 'Apply')
         self.apply.setToolTip(hint or 'Bring the running nodes up to date with what is ticked')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master, found or started, and watched; and the watch over all nodes."""
+"""The ROS master, which is found or started, and watched; and the watch over all nodes."""
 from __future__ import annotations
 
 from typing import Optional, Set
@@ -17,33 +17,33 @@ from process_visualizer.ros_names import RVIZ
 _LINE = 'master'
 _FAREWELL_LINE = 'farewell'
 _FAREWELL_TIMEOUT_S = 5.0
-"""A master that hangs does not answer when the node unregisters."""
+"""Limit of unregistering the node [s]; a master that hangs does not answer."""
 _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MAX_FAILURES = 3
-"""Most failed checks in a row; a busy master may miss one."""
+"""Failed checks in a row until the master counts as lost; a busy master may miss one."""
 _DRAWING_LOOK_MS = 500
 _MAX_MISSED_LOOKS = 6
-"""RViz tells twice a second that it draws; a busy one may be late."""
+"""Missed looks until RViz counts as hanging; it reports drawing twice a second, later if busy."""
 _SILENT = 'The ROS master is not responding'
 _OTHER = 'The ROS master was restarted'
 
 
 class MasterModel(QObject):
-    """Connects the launcher to the master, and reports when it is gone or hangs.
+    """Connects the launcher to the master, and reports when the master is gone or hangs.
 
-    If there is none at the start, it connects as soon as there is.
-    ``problem`` says why it is not connected, while ``is_connected`` is False. ``is_other`` if
-    another master answers in place of the one that is lost: that knows no node that runs, not even
-    the launcher's own, which can only start again.
+    Without a master at the start, it connects as soon as there is one. ``problem`` says why it is
+    not connected, while ``is_connected`` is False. ``is_other`` if another master answers in place
+    of the lost one: that one knows none of the running nodes, not even the launcher's own, and the
+    launcher can only start again.
     """
 
     connected = pyqtSignal()
     failed = pyqtSignal(str)
     lost = pyqtSignal()
-    """It does not answer, or (which may come later) another one does; see ``problem``."""
+    """The master does not answer, or (perhaps later) another one does; see ``problem``."""
     returned = pyqtSignal()
-    """The master that was lost answers again."""
+    """The lost master answers again."""
 
     def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None,
                  master: Optional[RosMaster] = None) -> None:
@@ -118,57 +118,57 @@ class MasterModel(QObject):
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error
         self.problem = str(error)
-        if isinstance(error, RosMasterError):  # it may be started later
+        if isinstance(error, RosMasterError):  # a master may be started later
             self._is_awaited = True
             self._timer.start()
         self.failed.emit(self.problem)
 
 
 class WatchModel(QObject):
-    """Asks in a thread; ``found`` is delivered in the window's.
+    """Asks all nodes in a thread; ``found`` is delivered in the window's thread.
 
-    RViz answers questions in one thread and draws in another. If that hangs, its picture stands
-    still and nothing can be written in it, so what it tells of itself while it draws is missed,
-    too. Its silence is counted in looks, not in seconds: a window that hung itself missed nothing.
+    RViz answers questions in one thread and draws in another. If the drawing thread hangs, the
+    picture stands still and can show no text, so RViz must also report that it draws. A missing
+    report is counted in looks, not in seconds: a window that hung itself has missed nothing.
     """
 
     found = pyqtSignal(object)
-    """A CellLook, other than the last one."""
+    """A CellLook that differs from the last one."""
     _asked = pyqtSignal(object)
 
     def __init__(self, launch: LaunchModel) -> None:
         super().__init__(launch)
         self._launch = launch
         self._watch = CellWatch(self._running, self._asked.emit)
-        self._look = self._told = CellLook()
+        self._look = self._reported = CellLook()
         self._asked.connect(self._take_look)
-        self._draws = False  # RViz has told that it does, since it was started
+        self._draws = False  # RViz has reported that it draws since it was started
         self._missed = 0
         self._timer = QTimer(self, interval=_DRAWING_LOOK_MS)
         self._timer.timeout.connect(self.look_at_drawing)
 
     def take_drawing(self) -> None:
-        """RViz has told that it draws."""
+        """Note that RViz has reported that it draws."""
         self._draws, self._missed = True, 0
 
     def look_at_drawing(self) -> None:
-        """Look whether RViz has told anything since the last look."""
+        """Check whether RViz has reported anything since the last look."""
         if f'/{RVIZ}' in self._running():
             self._missed += 1
         else:
             self._draws = False
-        self._tell()
+        self._report()
 
     def _take_look(self, look: CellLook) -> None:
         self._look = look
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         stands_still = self._draws and self._missed > _MAX_MISSED_LOOKS
         silent = self._look.silent | {f'/{RVIZ}'} if stands_still else self._look.silent
         look = self._look._replace(silent=silent)
-        if look != self._told:
-            self._told = look
+        if look != self._reported:
+            self._reported = look
             self.found.emit(look)
 
     def begin(self) -> None:
@@ -182,7 +182,7 @@ class WatchModel(QObject):
         self._timer.stop()
 
     def _running(self) -> Set[str]:
-        """The nodes that are up; also called in the thread."""
+        """Return the nodes that are up; also called in the thread."""
         return {node.name for report in self._launch.reports.values()
                 if report.state is not PartState.STOPPING
                 for node in report.nodes if node.state is NodeState.RUNNING}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Notices about the cell: what has changed, was made, learned, mixed or left unsaved."""
+"""Notices about changed files, new configurations, learned tools, mixtures and unsaved edits."""
 from __future__ import annotations
 
 import itertools
@@ -32,7 +32,7 @@ from process_visualizer.gui.toolkit.widgets import ElidedLabel, NoticeFrame, too
 
 
 class ChangedNotice(QWidget):
-    """A quiet line; hidden while the configuration is as it was read."""
+    """Names changed files in a quiet line; hidden while the configuration is as it was read."""
 
     def __init__(self, cell: CellModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -60,7 +60,7 @@ class ChangedNotice(QWidget):
 
 
 class MadeNotice(NoticeFrame):
-    """Stays until it is closed or another configuration is open."""
+    """Shows a new configuration, until the notice is closed or another configuration is open."""
 
     open_wanted = pyqtSignal(str, int)
     """A file should be opened in the editor at a line."""
@@ -98,7 +98,7 @@ _MEANING = {
 
 
 class MixtureNotice(NoticeFrame):
-    """Shows a mixture model."""
+    """Shows the sentences of a mixture model; hidden without any."""
 
     def __init__(self, model: MixtureModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('mixture', 'bad', parent)
@@ -118,7 +118,7 @@ class MixtureNotice(NoticeFrame):
 
 
 class ToolNotice(NoticeFrame):
-    """Shows a tool model; hidden while nothing is offered."""
+    """Offers the learned tool frame of a tool model; hidden while nothing is offered."""
 
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('tool', 'warning', parent)
@@ -150,7 +150,7 @@ class ToolNotice(NoticeFrame):
 
 
 class UnsavedNotice(NoticeFrame):
-    """Stays until it is answered."""
+    """Offers unsaved edits; stays until it is answered."""
 
     def __init__(self, model: UnsavedModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('unsaved', 'warning', parent)
@@ -180,7 +180,7 @@ _TEXT = ('These devices are an example. Running drivers, or a recording of them,
 
 
 class NewConfigurationView(QFrame):
-    """The notice; ``button`` is for a row of buttons. Asks for files without blocking."""
+    """Offers to make a configuration; ``button`` is for a row of buttons. Asks without blocking."""
 
     open_wanted = pyqtSignal()
 
@@ -258,13 +258,13 @@ class NewConfigurationView(QFrame):
         return dialog
 
     def _folder(self) -> str:
-        """The folder of the user's own configuration, if one is open and the folder is writable."""
+        """Return the folder of the user's open configuration if writable, or the working folder."""
         folder = os.path.dirname(self._current())
         return folder if self.isHidden() and os.access(folder, os.W_OK) else working_folder()
 
 
 def _free_name(folder: str, bags: Sequence[str]) -> str:
-    """Return a name for a new configuration, after the recording, that no file there has."""
+    """Return an unused name for a new configuration, after the recording if there is one."""
     stem = os.path.splitext(os.path.basename(bags[0]))[0] if bags else _FILE
     names = (f'{stem}{number}.xml' for number in itertools.chain([''], itertools.count(2)))
     return next(it for it in names if not os.path.exists(os.path.join(folder, it)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects that nobody modeled near a robot: which there are now, and when there were some."""
+"""Unmodeled objects near robots: those that are there now, and when there were some."""
 from __future__ import annotations
 
 import math
@@ -25,12 +25,12 @@ from process_visualizer.health.near_objects import (
 )
 from process_visualizer.playback.playback_clock import PlaybackClock
 
-_TEXT_S = 0.2  # a distance can be read if it changes no more often
+_TEXT_S = 0.2  # shortest time between two distances, so that they can be read
 _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 
 
 class ObjectsModel(QObject):
-    """Judges what the sensors of the cell that runs see; ``changed`` comes with anything new."""
+    """Judges what the sensors of the running cell see; ``changed`` comes with anything new."""
 
     changed = pyqtSignal()
     sensors_wanted = pyqtSignal(object)
@@ -48,33 +48,33 @@ class ObjectsModel(QObject):
         self._player = PlaybackClock()
         self._live, self._played = ObjectSpans(), ObjectSpans()
         self._conditions: Tuple[Condition, ...] = ()
-        self._told_s, self._is_new = 0.0, False
+        self._updated_s, self._is_new = 0.0, False
         self._timer = QTimer(self, singleShot=True)
-        self._timer.timeout.connect(self._tell)
+        self._timer.timeout.connect(self._update)
 
     @property
     def conditions(self) -> Tuple[Condition, ...]:
-        """Return what is wrong now."""
+        """Return the present conditions."""
         return self._conditions
 
     @property
     def silent(self) -> Tuple[str, ...]:
-        """Return the sensors (their devices) that have said nothing for too long."""
+        """Return the sensors (their devices) that have reported nothing for too long."""
         now_s = self._wall_s()
         return tuple(name for name in self._watches if now_s >= self._silent_s(name))
 
     @property
     def live(self) -> Tuple[NearSpan, ...]:
-        """Return times [s since the epoch] of the last minutes at which something was near."""
+        """Return the spans [s since the epoch] of the last minutes in which something was near."""
         return self._live.spans
 
     @property
     def played(self) -> Tuple[NearSpan, ...]:
-        """Return where something was near in the recording, as far as it has been played."""
+        """Return the spans of the recording played so far in which something was near."""
         return self._played.spans
 
     def set_running(self, choice: Optional[Choice]) -> None:
-        """Take what runs; None: nothing."""
+        """Take the choice that runs; None if nothing does."""
         if choice is self._choice:
             return
         sought = {} if choice is None else _sought(choice.devices)
@@ -87,7 +87,7 @@ class ObjectsModel(QObject):
         if set(sought) != set(self._sought):
             self.sensors_wanted.emit(tuple(sought))
         self._choice, self._sought = choice, sought
-        self._tell()
+        self._update()
 
     def take_player(self, player: Optional[PlayerSnapshot]) -> None:
         """Take the state of the player, None without one."""
@@ -97,7 +97,7 @@ class ObjectsModel(QObject):
         self._player.add(player.clock_state)
 
     def take(self, snapshot: ObjectsSnapshot) -> None:
-        """Take what a sensor sees."""
+        """Take the objects that a sensor sees."""
         now_s, watch = self._wall_s(), self._watches.get(snapshot.device)
         if watch is None:
             return
@@ -106,31 +106,31 @@ class ObjectsModel(QObject):
         self._place(snapshot, watch.present(now_s), now_s)
         is_calm = not watch.present(now_s) and not self._conditions
         self._is_new = self._is_new or not is_calm
-        is_due = now_s >= self._told_s + _TEXT_S
+        is_due = now_s >= self._updated_s + _TEXT_S
         if (is_due and not is_calm) or _kinds(self._found(now_s)) != _kinds(self._conditions):
-            self._tell()
+            self._update()
         else:
             self._wait(now_s)
 
-    # How it is done
+    # Implementation
 
     @property
     def _mode(self) -> Optional[Mode]:
         return None if self._choice is None else self._choice.mode
 
     def _is_other(self, choice: Choice, sought: Dict[str, SoughtObjects]) -> bool:
-        """Return whether what was seen is of another recording, or was judged in another way."""
+        """Return whether earlier objects are of another recording, or were judged differently."""
         before = self._choice
         return before is None or sought != self._sought or (
             (choice.mode, choice.bag, choice.further_bags)
             != (before.mode, before.bag, before.further_bags))
 
-    def _tell(self) -> None:
+    def _update(self) -> None:
         now_s = self._wall_s()
         for name, watch in self._watches.items():
             if now_s >= self._silent_s(name):
                 watch.take((), now_s)
-        self._conditions, self._told_s, self._is_new = tuple(self._found(now_s)), now_s, False
+        self._conditions, self._updated_s, self._is_new = tuple(self._found(now_s)), now_s, False
         self._live.forget(now_s - _MEMORY_S)
         self._wait(now_s)
         self.changed.emit()
@@ -139,7 +139,7 @@ class ObjectsModel(QObject):
         """Look again when the next alarm may end, or its text can change."""
         due = [ends_s for ends_s in (it.ends_s(now_s) for it in self._watches.values())
                if ends_s is not None]
-        due += [self._told_s + _TEXT_S] if self._is_new else []
+        due += [self._updated_s + _TEXT_S] if self._is_new else []
         due += [self._silent_s(name) for name, it in self._watches.items() if it.present(now_s)]
         due += [self._blind_s(name) for name in self._watches]
         due = [it for it in due if it > now_s]
@@ -148,13 +148,13 @@ class ObjectsModel(QObject):
             self._timer.start(1 + int(1000.0 * (min(due) - now_s)))
 
     def _silent_s(self, device: str) -> float:
-        """Return when a sensor will have said nothing for too long; a recording may stand still."""
+        """Return when a sensor will have been silent for too long; a recording may stand still."""
         if self._mode is Mode.PLAYBACK:
             return math.inf
         return self._heard_s.get(device, 0.0) + SILENT_S
 
     def _blind_s(self, device: str) -> float:
-        """Return when the operator must know that a sensor of the running cell says nothing."""
+        """Return when the operator must know that a sensor of the running cell is silent."""
         if self._mode is Mode.PLAYBACK:
             return math.inf
         return max(self._begun_s + START_S, self._heard_s.get(device, 0.0) + SILENT_S)
@@ -168,7 +168,7 @@ class ObjectsModel(QObject):
 
     def _place(self, snapshot: ObjectsSnapshot, near: Tuple[NearObject, ...],
                now_s: float) -> None:
-        """Note when it is seen, or where in the recording."""
+        """Note the time at which objects are seen, or the position in the recording."""
         spans, moment = self._live, NearMoment(0, now_s)
         if self._mode is Mode.PLAYBACK:
             at = self._player.bag_time(snapshot.stamp_s)
@@ -183,5 +183,5 @@ def _sought(devices: Tuple[Device, ...]) -> Dict[str, SoughtObjects]:
 
 
 def _kinds(conditions: 'List[Condition] | Tuple[Condition, ...]') -> List[Tuple[str, str, Level]]:
-    """Return what of alarms is shown at once; their texts follow."""
+    """Return the parts of alarms whose changes are shown at once; changes of text may wait."""
     return [(it.source, it.about, it.level) for it in conditions]

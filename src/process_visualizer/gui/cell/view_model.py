@@ -57,7 +57,7 @@ class ViewModel(QObject):
 
     @property
     def chosen(self) -> Optional[str]:
-        """The view of the next launch; None is the generated one."""
+        """The view of the next launch; None for the generated one."""
         return self._views.chosen
 
     @property
@@ -73,7 +73,7 @@ class ViewModel(QObject):
 
     @property
     def end_text(self) -> str:
-        """Return how RViz has ended while the nodes run; empty while it runs, or nothing does."""
+        """Return how RViz has ended while the nodes run; '' while RViz runs, or nothing does."""
         return self._end_text
 
     def save(self, name: str) -> None:
@@ -91,7 +91,7 @@ class ViewModel(QObject):
         path = os.path.join(self._launch.folder, RVIZ_FILE)
         is_alive = self.is_rviz_alive
 
-        def restart(_outcome: object) -> None:  # if RViz cannot write its view: the last one
+        def restart(_outcome: object) -> None:  # without a new view, with the last one
             self._launch.restart(RVIZ_PART)
 
         self._tasks.run(_LINE, lambda: self._rviz.save(path) if is_alive else None, restart,
