@@ -24,7 +24,7 @@ import rosgraph
 import rospy
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.launching.cell_watch import ENDED, SILENT
+from process_visualizer.health.node_pulse import ENDED, SILENT
 from process_visualizer.nodes.common.markers import LIFETIME_S
 from process_visualizer.nodes.view_picture import ViewWatcher, wait_for_master
 

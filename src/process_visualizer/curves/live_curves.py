@@ -20,11 +20,11 @@ from process_visualizer.curves.curve_sources import (
     plain_color,
     tool_from_joints,
 )
-from process_visualizer.robot.late_arrivals import LateConnections
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
 from process_visualizer.curves.sending_habit import SendingHabit
 from process_visualizer.curves.source_locators import SourceLocators, source_locators
+from process_visualizer.robot.late_arrivals import LateConnections
 from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 

@@ -12,7 +12,12 @@ from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.curves.source_locators import SourceLocators, certain, measured_s, source_locators
+from process_visualizer.curves.source_locators import (
+    SourceLocators,
+    certain,
+    measured_s,
+    source_locators,
+)
 from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.ros_names import JOINT_STATE
 

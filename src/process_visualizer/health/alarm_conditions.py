@@ -185,7 +185,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         action = own_restart(part) if part in titles else Action.RESTART_DEVICE
         text = _SILENT if is_alone else about_node(source, name, _SILENT)
         found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
-                               is_clause=text is _SILENT))
+                               is_clause=text == _SILENT))
     return found
 
 

@@ -11,13 +11,7 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.launching.cell_watch import (
-    SILENT,
-    Connect,
-    MasterLookup,
-    Pulses,
-    connecting,
-)
+from process_visualizer.health.node_pulse import SILENT, Connect, MasterLookup, Pulses, connecting
 from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node

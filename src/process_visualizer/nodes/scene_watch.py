@@ -16,13 +16,7 @@ import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.launching.cell_watch import (
-    SILENT,
-    Connect,
-    MasterLookup,
-    Pulses,
-    connecting,
-)
+from process_visualizer.health.node_pulse import SILENT, Connect, MasterLookup, Pulses, connecting
 from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import Complaints, SilentNode, SilentNodes
 from process_visualizer.nodes.common.live_number import private_parameters

@@ -40,7 +40,7 @@ class TopicParameters:
 
 @dataclass(frozen=True)
 class TextParameters:
-    """The place of a robot's numbers (see motion.arrows.label_offset), and their size."""
+    """The place of a robot's numbers (see robot.arrows.label_offset), and their size."""
 
     height_m: float = 0.05
     outward_m: float = 0.08

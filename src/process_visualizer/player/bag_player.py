@@ -204,9 +204,8 @@ class BagPlayer:
         self._stays = settings.keep_alive
         self._published_states = PlaybackClock()
         self._control_rate(settings)
-        self._ros_clock = (SimulatedClock(self._timeline, settings.clock_hz,
-                                      self._playback.repeat_scene, self._node)
-                       if settings.clock_hz else None)
+        self._ros_clock = None if not settings.clock_hz else SimulatedClock(
+            self._timeline, settings.clock_hz, self._playback.repeat_scene, self._node)
         self.control = PlayerControl(self._timeline, self._playback)
         self._thread: Optional[threading.Thread] = None
         self._reading = TopicReadingService(recording, self._topics, self._node,

@@ -23,8 +23,8 @@ from process_visualizer.health.alarm_conditions import (
 )
 from process_visualizer.health.device_state import Level, Line, TopicWatch, live_line
 from process_visualizer.health.near_objects import SILENT_S, START_S, ObjectWatch, SeenObject
+from process_visualizer.health.node_pulse import ENDED, SILENT
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
-from process_visualizer.launching.cell_watch import ENDED, SILENT
 
 MAX_SHOWN = 50
 """Maximum number of alarms, events and marks on a page; of events and marks, the newest."""

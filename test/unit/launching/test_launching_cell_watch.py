@@ -9,12 +9,7 @@ from typing import Any, Dict, List, Set, Tuple
 import pytest
 import rosgraph
 
-from process_visualizer.launching.cell_watch import (
-    MASTER_OTHER,
-    MASTER_SILENT,
-    CellLook,
-    CellWatch,
-)
+from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook, CellWatch
 
 NODES = {'/scene_watch', '/cell_frames', '/bag_recorder'}
 STEP_S = 0.1

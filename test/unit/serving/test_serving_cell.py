@@ -17,8 +17,8 @@ from visualization_msgs.msg import MarkerArray
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveCurve, LiveMark, LiveWindow
+from process_visualizer.health.node_pulse import ENDED, SILENT
 from process_visualizer.health.node_warnings import Severity
-from process_visualizer.launching.cell_watch import ENDED, SILENT
 from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.page.live_feed import Slot

@@ -164,8 +164,8 @@ class TopicReader(Generic[Quantity]):
             node: the connection to ROS.
             complaints: those of the node.
             topic: the topic's name.
-            message_type: the only accepted type ('package/Type'), or '' for each of
-            decoders.
+            message_type: the only accepted type ('package/Type'), or '' for all types of
+                ``decoders``.
             decoders: for each type, a function of the serialized message; it raises ValueError
             (with the problem) for content that cannot be used.
             callback: called in the thread of the subscription; may raise ValueError too, or

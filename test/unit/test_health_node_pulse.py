@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Callable, Dict, Iterator, Optional
 from xmlrpc.server import SimpleXMLRPCServer
 
-from process_visualizer.launching.cell_watch import ENDED, SILENT, Pulses
+from process_visualizer.health.node_pulse import ENDED, SILENT, Pulses
 
 
 class Node:
