@@ -118,12 +118,12 @@ def number_text(value: float) -> str:
     return text.rstrip('0').rstrip('.')
 
 
-# Inserts the element <tool> of a robot into the text of a configuration.
+# Writes the elements <tool> of a robot and <expected> of a sensor into the text of a configuration.
 
-_TAG_END = re.compile(r'\s*>')
+_TAG_END = re.compile(r'\s*(/?)>')
 _REST_OF_LINE = re.compile(r'[ \t]*(<!--(?:(?!-->)[^\n])*-->)?[ \t]*(?=\r?\n)')
 _INDENT = re.compile(r'(\r?\n)([ \t]*)$')
-_CHILD = re.compile(r'\n([ \t]*)<')
+_CHILD = re.compile(r'\r?\n([ \t]*)<')
 
 
 def tool_element(frame: str, pose: Pose) -> str:
@@ -136,25 +136,42 @@ def tool_element(frame: str, pose: Pose) -> str:
     return f'<tool {" ".join(parts)} />'
 
 
-def with_tool(data: bytes, device: StartTag, frame: str, pose: Pose) -> bytes:
-    """Return a document with a <tool> inserted as the first element of a device without one.
+def expected_element(box: RegionOfInterest, global_frame: str) -> str:
+    """Return the element as it is written."""
+    parts = [] if box.frame == global_frame else [f'frame={quoteattr(box.frame)}']
+    parts += [f'{name}="{" ".join(map(number_text, vector))}"'
+              for name, vector in (('xyz', box.center), ('size', box.size))]
+    return f'<expected {" ".join(parts)} />'
+
+
+def with_elements(data: bytes, parent: StartTag, elements: Sequence[str]) -> bytes:
+    """Return a document with empty elements inserted as the first ones of another element.
+
+    An empty ``parent`` gets an end tag; all other bytes stay.
 
     Raises:
-        ValueError: the element cannot be inserted; the text says why.
+        ValueError: they cannot be inserted there; the text says why.
     """
-    element, encoding = tool_element(frame, pose), encoding_of(data)
-    written = tag_text(data, device)
+    encoding = encoding_of(data)
+    written = tag_text(data, parent)
     end = _TAG_END.match(written.text, written.end)
     if end is None:
-        raise ValueError('the start tag of the device is not followed by elements; write '
-                         f'{element} by hand')
-    rest = _REST_OF_LINE.match(written.text, end.end())
-    place = end.end() if rest is None else rest.end()
-    before = data[:device.offset].decode(encoding)
-    new = element if rest is None else _own_line(before, written.text[place:], element)
-    text = written.text[:place] + new + written.text[place:]
-    result = data[:device.offset] + text.encode(encoding)
-    _check_added(start_tags(data), start_tags(result), device, frame)
+        raise ValueError(f'the end of its start tag cannot be found; write {" ".join(elements)} '
+                         'by hand')
+    start, after = written.text[:written.end], written.text[end.end():]
+    before = data[:parent.offset].decode(encoding)
+    if end.group(1):
+        indent = _INDENT.search(before)
+        new = ''.join(_own_line(before, '', it) for it in elements)
+        text = f'{start}>{new}{"" if indent is None else indent.group()}</{parent.tag}>{after}'
+    else:
+        rest = _REST_OF_LINE.match(after)
+        place = 0 if rest is None else rest.end()
+        new = ''.join(it if rest is None else _own_line(before, after[place:], it)
+                      for it in elements)
+        text = start + end.group() + after[:place] + new + after[place:]
+    result = data[:parent.offset] + text.encode(encoding)
+    _check_added(start_tags(data), start_tags(result), parent, elements)
     return result
 
 
@@ -164,19 +181,21 @@ def _own_line(before: str, after: str, element: str) -> str:
     if indent is None:
         return element
     line_end, own = indent.group(1), indent.group(2)
-    inner = own + '  ' if child is None or len(child.group(1)) <= len(own) else child.group(1)
+    deeper = own + ('\t' if own.endswith('\t') else '  ')
+    inner = deeper if child is None or len(child.group(1)) <= len(own) else child.group(1)
     return f'{line_end}{inner}{element}'
 
 
-def _check_added(before: List[StartTag], after: List[StartTag], device: StartTag,
-                 frame: str) -> None:
-    """Make sure that nothing but the element was added, whatever the file looks like."""
-    index = [it.offset for it in before].index(device.offset) + 1
-    added, others = after[index], [*after[:index], *after[index + 1:]]
-    if (added.tag, added.attributes.get('frame'), added.parent) != ('tool', frame,
-                                                                     device.attributes) \
-            or [(it.tag, it.attributes) for it in others] != [
-                (it.tag, it.attributes) for it in before]:
+def _check_added(before: List[StartTag], after: List[StartTag], parent: StartTag,
+                 elements: Sequence[str]) -> None:
+    """Make sure that only the elements are new, whatever the file looks like."""
+    begin = [it.offset for it in before].index(parent.offset) + 1
+    end = begin + len(elements)
+    wanted = [(it.tag, it.attributes, parent.attributes) for element in elements
+              for it in start_tags(element.encode())]
+    if [(it.tag, it.attributes, it.parent) for it in after[begin:end]] != wanted \
+            or [(it.tag, it.attributes, it.parent) for it in after[:begin] + after[end:]] != [
+                (it.tag, it.attributes, it.parent) for it in before]:
         raise ValueError('it cannot be changed without other changes; edit it by hand')
 
 
@@ -200,8 +219,8 @@ class SavedPose(NamedTuple):
 class PoseEditor:
     """Edits the files of a configuration that has just been parsed.
 
-    Edits change numbers or add a <tool>; comments, layout, quotes, encoding and line ends stay. A
-    file that has been changed in the meantime is not touched.
+    Only numbers change in a file, and <tool> and <expected> are added: comments, layout, quotes,
+    encoding and line ends stay. A file that has been changed in the meantime is not touched.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -262,9 +281,26 @@ class PoseEditor:
             raise PoseEditError(f'{here}: the device "{device}" has a <tool>, or its start tag is '
                                 'shared by several devices; edit it by hand')
         try:
-            return self._save(here.file, data, with_tool(data, tags[0], frame, pose))
+            changed = with_elements(data, tags[0], [tool_element(frame, pose)])
+            return self._save(here.file, data, changed)
         except ValueError as error:
             raise PoseEditError(f'{here}: <device>: {error}') from error
+
+    def save_expected(self, device: str, boxes: Sequence[RegionOfInterest]) -> Optional[SavedPose]:
+        """Add boxes to what a depth sensor expects; None if there are none.
+
+        Raises:
+            KeyError: there is no such device.
+            PoseEditError: nothing is written.
+        """
+        found = self._cell.device(device)
+        if found.objects is None:
+            raise PoseEditError(f'{found.location}: the device "{device}" no longer has <objects>')
+        if not boxes:
+            return None
+        elements = [expected_element(box, self._cell.frame) for box in boxes]
+        return self._save_element(device, 'objects', found.objects.location,
+                                  lambda data, tag: with_elements(data, tag, elements))
 
     def _save(self, file: str, before: bytes, after: bytes) -> SavedPose:
         saved = _replace(file, before, after)
@@ -278,7 +314,7 @@ class PoseEditor:
             PoseEditError: the file has been changed since, or the backup cannot be read.
         """
         if _digest(_read(saved.file)) != saved.digest:
-            raise PoseEditError(f'{saved.file}: has been changed since the pose was saved; '
+            raise PoseEditError(f'{saved.file}: has been changed since it was saved; '
                                 f'the previous version is in {saved.backup}')
         before = _read(saved.backup)
         _write(saved.file, before)
@@ -300,7 +336,7 @@ class PoseEditor:
         return data
 
     def _tag(self, device: str, name: str, here: Location, data: bytes) -> StartTag:
-        """Return the start tag of a <base> or <roi> that is not shared with another device."""
+        """Return the start tag of an element that is not shared with another device."""
         tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == (name, here.line)]
         if len(tags) > 1:
             tags = [tag for tag in tags if tag.parent.get('name') == device]
@@ -313,7 +349,8 @@ class PoseEditor:
         return tags[0]
 
     def _sharing(self, name: str, location: Location) -> List[str]:
-        elements = [(it.name, it.base if name == 'base' else it.roi) for it in self._cell.devices]
+        """The devices that have the same <base>, <roi> or <objects>."""
+        elements = [(it.name, getattr(it, name)) for it in self._cell.devices]
         return [device for device, element in elements
                 if element is not None and element.location == location]
 

@@ -244,7 +244,7 @@ def test_poses_can_be_saved_again_and_taken_back(tmp_path: Path) -> None:
     saved = [editor.save('a', Pose((float(number), 0, 0))) for number in (1, 2)]
     assert [it and it.backup for it in saved] == [f'{path}.bak1', f'{path}.bak2']
     assert saved[0] is not None and saved[1] is not None
-    with pytest.raises(PoseEditError, match='since the pose was saved'):
+    with pytest.raises(PoseEditError, match='since it was saved'):
         editor.revert(saved[0])
     editor.revert(saved[1])
     editor.revert(saved[0])
@@ -297,6 +297,9 @@ def test_the_configurations_that_come_with_the_package(tmp_path: Path) -> None:
      '\t<base frame="f"/></device>\r\n</v>',
      '<v>\r\n<device type="robot"\r\n name="a"> <!-- the left one -->\r\n  {}\r\n'
      '<!-- its place -->\r\n\t<base frame="f"/></device>\r\n</v>'),
+    ('<v>\r\n<device type="robot" name="a">\r\n    <base frame="f"/></device>\r\n</v>',
+     '<v>\r\n<device type="robot" name="a">\r\n    {}\r\n    <base frame="f"/></device>\r\n</v>'),
+    ('<v><device type="robot" name="a"/></v>', '<v><device type="robot" name="a">{}</device></v>'),
     ('<v><device type="robot" name="a"><base frame="f"/></device></v>',
      '<v><device type="robot" name="a">{}<base frame="f"/></device></v>')])
 def test_a_tool_is_added_and_nothing_else_changes(tmp_path: Path, before: str, after: str
@@ -315,7 +318,6 @@ def test_a_tool_is_added_and_nothing_else_changes(tmp_path: Path, before: str, a
 
 
 @pytest.mark.parametrize('text, problem', [
-    ('<device type="robot" name="a"/>', 'by hand'),
     ('<device type="robot" name="a"><tool frame="t"/></device>', 'has a <tool>'),
     ('<device type="robot" name="a"></device><device type="robot" name="b"></device>',
      'several devices')])
