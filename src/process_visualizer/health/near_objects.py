@@ -24,7 +24,8 @@ _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
 class SeenObject(NamedTuple):
     """An object as seen by a sensor: edge lengths of its box, distance to a robot's link [m].
 
-    ``level`` is WARNING or BAD if the object is nearer than ``warn`` or ``stop``, else GOOD.
+    ``level`` is WARNING or BAD if it is nearer than the distance ``warn`` or ``stop``, else GOOD.
+    The center and the yaw of the box are in the global frame. See DetectedObject.msg.
     """
 
     number: int
@@ -32,20 +33,36 @@ class SeenObject(NamedTuple):
     distance_m: float
     size_m: Tuple[float, float, float]
     level: Level
+    center_m: Tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw_rad: float = 0.0
+    speed_m_s: float = 0.0
+    is_seen: bool = True
+    is_confirmed: bool = True
 
     def place(self) -> str:
-        """Return place and size of the object: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
+        """Return where it is, and its size: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
+        return f'{self.distance_text()}: {self.size_text()}'
+
+    def distance_text(self) -> str:
+        """Return its distance from the nearest link: '0.31 m from arm's hand'."""
         robot, _, link = self.link.rpartition('/')
         whose = f"{robot}'s " if robot else ''
-        size = ' × '.join(f'{100.0 * it:.0f}' for it in self.size_m)
-        return f'{self.distance_m:.2f} m from {whose}{link}: {size} cm'
+        return f'{self.distance_m:.2f} m from {whose}{link}'
+
+    def size_text(self) -> str:
+        """Return the edge lengths of its box: '24 × 18 × 30 cm'."""
+        return f'{" × ".join(f"{100.0 * it:.0f}" for it in self.size_m)} cm'
 
 
 def seen_objects(message: DetectedObjects) -> Tuple[SeenObject, ...]:
     """Return the objects in a sensor's message; an unknown level counts as BAD."""
     return tuple(
         SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
-                   _LEVELS.get(it.level, Level.BAD)) for it in message.objects)
+                   _LEVELS.get(it.level, Level.BAD),
+                   (it.pose.position.x, it.pose.position.y, it.pose.position.z),
+                   2.0 * math.atan2(it.pose.orientation.z, it.pose.orientation.w),
+                   math.hypot(math.hypot(it.velocity.x, it.velocity.y), it.velocity.z),
+                   bool(it.is_seen), bool(it.is_confirmed)) for it in message.objects)
 
 
 class NearObject(NamedTuple):

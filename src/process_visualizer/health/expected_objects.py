@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a sensor sees now becomes boxes whose content is expected from then on."""
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Sequence, Tuple
+
+from process_visualizer.cell.model import RegionOfInterest, SoughtObjects
+from process_visualizer.health.near_objects import SeenObject
+
+LOOK_S = 3.0
+"""So long a sensor is watched: the box holds everything that was seen of an object meanwhile."""
+MARGIN_M = 0.03
+"""So much larger than the object is its box, on each side.
+
+Nine edges of ten are right within 1 cm + 1 % of the distance, 3 cm at 2 m; and what is put back
+does not lie exactly where it was.
+"""
+_STILL_M_S, _STILL_M = 0.05, 0.05  # the noise of velocities and centers of things at rest
+_FARTHEST_M = 1000.0  # what is farther away, or no number, is no place in a cell
+_MILLIMETERS = 1000.0
+_SAME_M = 1e-9
+
+Looks = Sequence[Sequence[SeenObject]]
+"""All objects of a sensor, in one message after the other."""
+
+
+class Expectation(NamedTuple):
+    """Objects that can be expected, each with its box; the others, each with the reason."""
+
+    added: Tuple[Tuple[SeenObject, RegionOfInterest], ...]
+    left_out: Tuple[Tuple[SeenObject, str], ...]
+
+    @property
+    def boxes(self) -> Tuple[RegionOfInterest, ...]:
+        """The boxes alone."""
+        return tuple(box for _seen, box in self.added)
+
+    def added_lines(self) -> List[str]:
+        """Return what would be expected: size and distance of each object."""
+        return [f'object {seen.number}: {seen.size_text()}{_distance(seen)}'
+                for seen, _box in self.added]
+
+    def left_out_lines(self) -> List[str]:
+        """Return what would not be expected, and why."""
+        return [f'object {seen.number} {reason}: {seen.size_text()}{_distance(seen)}'
+                for seen, reason in self.left_out]
+
+
+def expectation(looks: Looks, sought: SoughtObjects, frame: str) -> Expectation:
+    """Return what of the objects in the last look can be expected; ``frame`` is the global frame.
+
+    The boxes are aligned with that frame, and their sides lie at whole millimeters.
+    """
+    *_, latest = looks or [()]
+    added: List[Tuple[SeenObject, RegionOfInterest]] = []
+    left_out: List[Tuple[SeenObject, str]] = []
+    for seen in sorted(latest, key=lambda it: it.number):
+        sights = [it for look in looks for it in look if it.number == seen.number]
+        reason = _hindrance(seen, sights)
+        extent = _Extent.around([it for it in sights if it.is_seen]) if not reason else None
+        if extent is None:
+            left_out.append((seen, reason))
+        elif any(extent.is_in(box) for box in sought.expected if box.frame == frame):
+            left_out.append((seen, 'is expected already'))
+        else:
+            added.append((seen, extent.box(frame, sought)))
+    return Expectation(tuple(added), tuple(left_out))
+
+
+def _hindrance(seen: SeenObject, sights: Sequence[SeenObject]) -> str:
+    """Return why an object cannot be expected; '' if it can."""
+    numbers = (*seen.center_m, *seen.size_m, seen.yaw_rad, seen.speed_m_s)
+    if not all(abs(it) < _FARTHEST_M for it in numbers) or min(seen.size_m) < 0.0:
+        return 'has no valid box'
+    if not seen.is_confirmed:
+        return 'is new and not confirmed'
+    if not seen.is_seen:
+        return 'is hidden'
+    if max(it.speed_m_s for it in sights) > _STILL_M_S or any(
+            math.dist(it.center_m, seen.center_m) > _STILL_M for it in sights):
+        return 'moves'
+    return ''
+
+
+def _distance(seen: SeenObject) -> str:
+    return f', {seen.distance_text()}' if seen.link else ''
+
+
+class _Extent(NamedTuple):
+    """The least and the greatest coordinates of what was seen of an object, m."""
+
+    least: Tuple[float, ...]
+    greatest: Tuple[float, ...]
+
+    @classmethod
+    def around(cls, sights: Sequence[SeenObject]) -> _Extent:
+        corners = [_corners(it) for it in sights]
+        return cls(tuple(map(min, zip(*(it.least for it in corners)))),
+                   tuple(map(max, zip(*(it.greatest for it in corners)))))
+
+    def is_in(self, box: RegionOfInterest) -> bool:
+        return all(
+            center - size / 2 <= least + _SAME_M and greatest - _SAME_M <= center + size / 2
+            for least, greatest, center, size in zip(self.least, self.greatest, box.center,
+                                                     box.size))
+
+    def box(self, frame: str, sought: SoughtObjects) -> RegionOfInterest:
+        x, y, z = [(_down_mm(least - MARGIN_M), -_down_mm(-greatest - MARGIN_M))
+                   for least, greatest in zip(self.least, self.greatest)]
+        return RegionOfInterest(frame, (_middle_m(x), _middle_m(y), _middle_m(z)),
+                                (_length_m(x), _length_m(y), _length_m(z)), sought.location)
+
+
+def _corners(seen: SeenObject) -> _Extent:
+    """The extent of a box that is turned by a yaw."""
+    cos, sin = abs(math.cos(seen.yaw_rad)), abs(math.sin(seen.yaw_rad))
+    length, width, height = seen.size_m
+    spans = cos * length + sin * width, sin * length + cos * width, height
+    return _Extent(tuple(center - span / 2 for center, span in zip(seen.center_m, spans)),
+                   tuple(center + span / 2 for center, span in zip(seen.center_m, spans)))
+
+
+def _down_mm(value_m: float) -> int:
+    return math.floor(round(_MILLIMETERS * value_m, 6))  # 369.9999999 is 370
+
+
+def _middle_m(side_mm: Tuple[int, int]) -> float:
+    return sum(side_mm) / 2 / _MILLIMETERS
+
+
+def _length_m(side_mm: Tuple[int, int]) -> float:
+    return (side_mm[1] - side_mm[0]) / _MILLIMETERS
