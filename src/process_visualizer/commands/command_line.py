@@ -39,6 +39,7 @@ from process_visualizer.commands.configuration_commands import (
     overview,
 )
 from process_visualizer.commands.cut_command import add_cut_options, execute_cut
+from process_visualizer.commands.expect_command import add_expect_options, execute_expect
 from process_visualizer.commands.export_command import add_export_options, execute_export
 from process_visualizer.commands.film_command import (
     add_film_options,
@@ -84,6 +85,8 @@ _COMMANDS = {
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',
     'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
+    'expect': 'print what a depth sensor of the running cell sees now, as <expected> boxes; '
+              '--write adds them to the configuration',
     'trust': 'let nodes of a package run when a recording names them; without one, list those',
     'view': 'show a cell that runs on another computer, and change nothing in it',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
@@ -95,7 +98,7 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'compare': add_compare_options, 'share': add_share_options,
     'export': add_export_options, 'film': add_film_options, 'picture': add_picture_options,
     'calibration': add_calibration_options, 'trust': add_trust_options, 'cut': add_cut_options,
-    'view': add_view_options, 'serve': add_serve_options}
+    'view': add_view_options, 'serve': add_serve_options, 'expect': add_expect_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -185,6 +188,8 @@ def _execute(options: argparse.Namespace) -> int:
         return execute_trust(options)
     if options.command == 'view':
         return execute_view(options)
+    if options.command == 'expect':
+        return execute_expect(options, _named_values(options.args))
     if options.command == 'serve':
         return execute_serve(options, _named_values(options.args))
     if options.command in _RECORDING_COMMANDS:
