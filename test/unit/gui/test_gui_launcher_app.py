@@ -507,7 +507,7 @@ def near(*levels_and_distances: Tuple[int, float]) -> DetectedObjects:
 def test_an_object_near_a_robot_is_told_until_it_is_gone(
         window: LauncherApp, qtbot: Any, config: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     launcher = window._launcher
-    link, followed = launcher.objects._link, []  # type: Any, List[Tuple[str, ...]]
+    link, followed = launcher.objects.link, []  # type: Any, List[Tuple[str, ...]]
     monkeypatch.setattr(link, 'follow', followed.append)
     now_s = [1000.0]
     monkeypatch.setattr(launcher.objects.model, '_wall_s', lambda: now_s[0])
@@ -535,6 +535,31 @@ def test_an_object_near_a_robot_is_told_until_it_is_gone(
         'kinect: object 3 is 0.31', 'kinect: object 3 is 0.12', 'kinect: object 3 is 0.12']
     spans = window.live.timeline.near
     assert len(times(spans, Level.WARNING)) == len(times(spans, Level.BAD)) == 1
+    launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
+    launcher.launch.changed.emit()
+
+
+def test_what_a_sensor_sees_is_written_and_offered_to_be_applied(
+        window: LauncherApp, qtbot: Any, config: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    launcher = window._launcher
+    monkeypatch.setattr(launcher.objects.link, 'follow', lambda _names: None)
+    load(window, qtbot, config, NEAR)
+    launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
+    launcher.launch.changed.emit()
+    message = near((DetectedObject.CLEAR, 0.9))
+    message.objects[0].is_seen = message.objects[0].is_confirmed = True
+    launcher.objects.link._take(message, 'kinect')
+    assert window.devices._seen == {'kinect': 1}
+    window.devices.expect_wanted.emit('kinect')
+    (question,) = [it for it in window.findChildren(QMessageBox) if it.isVisible()]
+    assert "0.90 m from arm's hand" in question.text()
+    with qtbot.waitSignal(launcher.cell.loaded):
+        question.findChild(QPushButton, 'yes').click()
+    assert config.read_text().count('<expected ') == 1
+    assert launcher.pending() == 'restart kinect'
+    with qtbot.waitSignal(launcher.cell.loaded):
+        window.expected.findChild(QPushButton, 'expected_revert').click()
+    assert (config.read_text(), launcher.pending()) == (NEAR, '')
     launcher.launch.running, launcher.launch.phase = None, LaunchPhase.IDLE
     launcher.launch.changed.emit()
 

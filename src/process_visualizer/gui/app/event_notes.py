@@ -123,12 +123,12 @@ class ObjectAlarms(QObject):
                  alarms: AlarmsModel) -> None:
         super().__init__(alarms)
         self._launch, self._alarms = launch, alarms
-        self._link = ObjectLink(self)
+        self.link = ObjectLink(self)
         self.model = ObjectsModel(self)
         self.model.sensors_wanted.connect(lambda names: tasks.run(
-            _OBJECTS_LINE, lambda: self._link.follow(names), None, self._refuse))
-        self.model.changed.connect(self._pass_on)
-        self._link.seen.connect(self.model.take)
+            _OBJECTS_LINE, lambda: self.link.follow(names), None, self._refuse))
+        self.model.changed.connect(self._tell)
+        self.link.seen.connect(self.model.take)
         launch.changed.connect(self._follow_launch)
         session.player_changed.connect(lambda: self.model.take_player(session.player))
 

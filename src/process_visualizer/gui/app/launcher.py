@@ -24,6 +24,7 @@ from process_visualizer.gui.cell.calibration_model import ToolModel
 from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.edited_values import UnsavedModel
+from process_visualizer.gui.cell.expected_model import ExpectModel
 from process_visualizer.gui.cell.launch_model import (
     LaunchGuard,
     LaunchModel,
@@ -141,6 +142,7 @@ class Launcher(QObject):
         self.alarms = AlarmsModel(self.launch, self.states)
         self.watch = WatchModel(self.launch)
         self.objects = ObjectAlarms(tasks, session, self.launch, self.alarms)
+        self.expected = ExpectModel(tasks, session, self)
         self._notes = EventNotes(tasks, self.alarms, self.launch, self.recording)
         self.cell = CellModel(tasks, session, self)  # last, so that the other models follow first
         self._devices_when_ready: Optional[Sequence[str]] = None
@@ -313,14 +315,16 @@ class Launcher(QObject):
         self._connect_playback()
         self._connect_alarms()
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibrating, self.region, self.tool, self.view, self.new, self.compare,
-                      self.ghost, self.replay, self.replay.playback):
+                      self.calibrating, self.region, self.expected, self.tool, self.view, self.new,
+                      self.compare, self.ghost, self.replay, self.replay.playback):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new, self.live_comparison):
             model.changed.connect(self.status_changed)
         self.new.made.connect(self.cell.open)
         self.tool.saved.connect(lambda _device: self.cell.reload())
+        self.expected.saved.connect(self.cell.reload)
+        self.objects.link.seen.connect(self.expected.take)
         self.calibration.saved.connect(self._take_saved)
         self.region.saved.connect(self._take_saved)
         self.cell.loaded.connect(self._adopt_saved)

@@ -36,7 +36,11 @@ from process_visualizer.gui.app.look_on import WatchDialog
 from process_visualizer.gui.app.serve_dialog import ServeDialog
 from process_visualizer.gui.app.shortcuts import WindowKeys
 from process_visualizer.gui.cell.alarm_strip import alarm_strip
-from process_visualizer.gui.cell.calibration_panel import CalibrationPanel, RegionPanel
+from process_visualizer.gui.cell.calibration_panel import (
+    CalibrationPanel,
+    ExpectedPanel,
+    RegionPanel,
+)
 from process_visualizer.gui.cell.devices_panel import DevicesPanel, LogView, WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.cell.launch_view import LaunchView
@@ -242,9 +246,10 @@ class LauncherApp(QMainWindow):
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
-        self.calibration = ColumnScroll(_stacked(
+        self.expected = ExpectedPanel(launcher.expected)
+        self.calibration = ColumnScroll(_below_each_other(
             CalibrationPanel(launcher.calibration, launcher.calibrating.fit),
-            RegionPanel(launcher.region)))
+            RegionPanel(launcher.region), self.expected))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
@@ -366,6 +371,9 @@ class LauncherApp(QMainWindow):
         self.devices.log_wanted.connect(self._show_log)
         self.devices.warnings_wanted.connect(
             lambda device: WarningsView(device, launcher.states, self).show())
+        launcher.expected.changed.connect(lambda: self.devices.set_seen(launcher.expected.seen))
+        launcher.expected.noted.connect(self.tell)
+        self.devices.expect_wanted.connect(self.expected.ask_about)
 
     def _connect_launch(self) -> None:
         launcher = self._launcher

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: a device's base frame, moved in RViz at once, and saved when it is right."""
+"""Calibration: base frames and boxes of devices, moved in RViz at once, saved when right."""
 from __future__ import annotations
 
 import os
@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QMessageBox,
     QPushButton,
     QToolButton,
     QVBoxLayout,
@@ -19,6 +20,8 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.gui.cell.calibration_model import CalibrationModel, FitModel, RegionModel
 from process_visualizer.gui.cell.edited_values import EditedValues
+from process_visualizer.gui.cell.expected_model import ExpectModel, question_text
+from process_visualizer.gui.toolkit.dialogs import ask, message_box
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import color
@@ -290,4 +293,69 @@ class RegionPanel(QWidget):
         layout.setSpacing(8)
         layout.addLayout(top)
         layout.addLayout(numbers)
+        layout.addLayout(buttons)
+
+
+class ExpectedPanel(QWidget):
+    """Sensor, what it sees, and buttons that write and revert; hidden if none seeks objects."""
+
+    def __init__(self, model: ExpectModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._device = QComboBox()
+        self._device.setObjectName('expected_device')
+        self._device.setAccessibleName('Depth sensor')
+        self._device.setToolTip('The depth sensor whose objects are expected')
+        self._device.activated.connect(lambda index: model.choose(self._device.itemText(index)))
+        self._state = QLabel()
+        self._state.setObjectName('expected_state')
+        color(self._state, 'quiet')
+        self._revert = QPushButton(icon('revert'), 'Revert')
+        self._revert.setObjectName('expected_revert')
+        self._revert.setToolTip('Take out of the file what was added last')
+        self._revert.clicked.connect(model.revert)
+        self._expect = QPushButton(icon('save'), 'Expect what is there now…')
+        self._expect.setObjectName('expected_add')
+        self._expect.setToolTip('Shows what would be added to the file, and asks')
+        self._expect.clicked.connect(lambda: self.ask_about(model.device))
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the model."""
+        model, names = self._model, self._model.sensors
+        self.setVisible(bool(names))
+        if names != [self._device.itemText(index) for index in range(self._device.count())]:
+            self._device.clear()
+            self._device.addItems(names)
+        if model.device:
+            self._device.setCurrentIndex(names.index(model.device))
+        self._state.setText(model.text)
+        self._revert.setEnabled(model.can_revert)
+        self._expect.setEnabled(model.can_expect)
+
+    def ask_about(self, device: str) -> None:
+        """Show what a sensor sees and could expect; write it if the operator wants it."""
+        model = self._model
+        model.choose(device)
+        found = model.look()
+        text = question_text(device, found, model.file)
+        if found.added:
+            ask(self.window(), text, f'Write into {model.file}', lambda: model.write(
+                device, found.boxes))
+        else:
+            message_box(self.window(), text, QMessageBox.Information).open()
+
+    def _lay_out(self) -> None:
+        top, buttons = QHBoxLayout(), QHBoxLayout()
+        top.addWidget(QLabel('Objects:'))
+        top.addWidget(self._device)
+        top.addWidget(self._state, 1)
+        buttons.addWidget(self._revert)
+        buttons.addWidget(self._expect, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 6, 0, 4)
+        layout.setSpacing(8)
+        layout.addLayout(top)
         layout.addLayout(buttons)

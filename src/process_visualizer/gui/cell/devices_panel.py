@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import os
 import time
-from typing import Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QPoint, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QPainter, QPalette, QResizeEvent, QTextDocument
@@ -56,7 +56,9 @@ class DevicesView(QTreeWidget):
     log_wanted = pyqtSignal(str, str)
     """A device, and one of its nodes, whose log is wanted (their names)."""
     warnings_wanted = pyqtSignal(str)
-    """The device whose warnings are wanted (its name)."""
+    """Of a device (its name)."""
+    expect_wanted = pyqtSignal(str)
+    """What a depth sensor (its name) sees now is to be expected."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -84,6 +86,7 @@ class DevicesView(QTreeWidget):
         self._rows: Dict[str, QTreeWidgetItem] = {}
         self._children: Dict[Tuple[str, str, str], QTreeWidgetItem] = {}
         self._warned: Dict[str, FrozenSet[str]] = {}  # the nodes that complain, by device
+        self._seen: Mapping[str, Optional[int]] = {}
 
     def set_devices(self, devices: Tuple[Device, ...], is_ticked: Callable[[str], bool]) -> None:
         """Show these devices; open rows stay open."""
@@ -123,6 +126,10 @@ class DevicesView(QTreeWidget):
             for name, line in lines.items():
                 _show(self._child(device, kind, name), line)
         self.blockSignals(False)
+
+    def set_seen(self, seen: Mapping[str, Optional[int]]) -> None:
+        """Take how many objects each sensor reports; None: it reports nothing now."""
+        self._seen = seen
 
     def sizeHint(self) -> QSize:
         """Return a size with room for all open rows, up to a limit."""
@@ -204,6 +211,10 @@ class DevicesView(QTreeWidget):
         menu = QMenu(self)
         for text, signal_arguments in self._actions(item):
             menu.addAction(text, signal_arguments)
+        device = item.data(_NAME, Qt.UserRole)[1]
+        if device in self._seen:
+            menu.addAction('Expect what is there now…', lambda: self.expect_wanted.emit(device)
+                           ).setEnabled(bool(self._seen[device]))
         menu.popup(self.viewport().mapToGlobal(position))
 
     def _actions(self, item: QTreeWidgetItem) -> List[Tuple[str, Callable[[], None]]]:
