@@ -124,6 +124,7 @@ _TAG_END = re.compile(r'\s*(/?)>')
 _REST_OF_LINE = re.compile(r'[ \t]*(<!--(?:(?!-->)[^\n])*-->)?[ \t]*(?=\r?\n)')
 _INDENT = re.compile(r'(\r?\n)([ \t]*)$')
 _CHILD = re.compile(r'\r?\n([ \t]*)<')
+_LINE = re.compile(r'^([ \t]*)<', re.MULTILINE)
 
 
 def tool_element(frame: str, pose: Pose) -> str:
@@ -176,14 +177,16 @@ def with_elements(data: bytes, parent: StartTag, elements: Sequence[str]) -> byt
 
 
 def _own_line(before: str, after: str, element: str) -> str:
-    """Return the element on a separate line, indented like the next one."""
+    """Return the element on a separate line, indented like the next one, or as deep as usual."""
     indent, child = _INDENT.search(before), _CHILD.match(after)
     if indent is None:
         return element
     line_end, own = indent.group(1), indent.group(2)
-    deeper = own + ('\t' if own.endswith('\t') else '  ')
-    inner = deeper if child is None or len(child.group(1)) <= len(own) else child.group(1)
-    return f'{line_end}{inner}{element}'
+    if child is not None and len(child.group(1)) > len(own):
+        return f'{line_end}{child.group(1)}{element}'
+    outer = next((it for it in reversed(_LINE.findall(before)) if len(it) < len(own)), None)
+    step = '  ' if outer is None or not own.startswith(outer) else own[len(outer):]
+    return f'{line_end}{own}{step}{element}'
 
 
 def _check_added(before: List[StartTag], after: List[StartTag], parent: StartTag,

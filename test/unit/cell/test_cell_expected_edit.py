@@ -36,6 +36,7 @@ def written(path: Path, text: str) -> PoseEditor:
 @pytest.mark.parametrize('before, after', [
     ('  <objects warn="1" />\n',
      f'  <objects warn="1">\n    {FIRST}\n    {SECOND}\n  </objects>\n'),
+    ('    <objects/>\n', f'    <objects>\n        {FIRST}\n        {SECOND}\n    </objects>\n'),
     ('\r\n\t<objects/>\r\n',
      f'\r\n\t<objects>\r\n\t\t{FIRST}\r\n\t\t{SECOND}\r\n\t</objects>\r\n'),
     ('<topic name="d"/><objects\n/>', f'<topic name="d"/><objects>{FIRST}{SECOND}</objects>'),
