@@ -89,6 +89,24 @@ def hostile(canaries: Path, port: int) -> List[Hostile]:
         Hostile('environment', '$(env HOME)', '<rviz type="Grid" name="$(env HOME)"/>'),
         Hostile('outer_parameter', 'outside of the namespace',
                 '<param name="/use_sim_time" value="true"/>'),
+        Hostile('argument_of_name', 'outside of the namespace',
+                '<param name="$(arg n)" value="true"/>',
+                '<arg name="n" default="/use_sim_time"/>'),
+        Hostile('given_name', 'outside of the namespace', '<param name="$(arg n)" value="true"/>',
+                '<arg name="n" default="a"/>', arguments={'n': '/use_sim_time'}),
+        Hostile('passed_name', 'outside of the namespace', before='<include file="other.xml">'
+                '<arg name="n" value="/use_sim_time"/></include>', files={'other.xml': (
+                    '<visualizer><arg name="n" default="a"/><device type="other" name="other">'
+                    '<param name="$(arg n)" value="true"/><topic name="b"/></device>'
+                    '</visualizer>')}),
+        Hostile('argument_of_namespace', 'outside of the namespace',
+                '<rosparam ns="$(arg n)">use_sim_time: true</rosparam>',
+                '<arg name="n" default="/"/>'),
+        Hostile('outer_key', 'outside of the namespace',
+                '<rosparam>{a: {"\\x2fuse_sim_time": true}}</rosparam>'),
+        Hostile('argument_of_type', 'plain values',
+                '<param name="a" type="$(arg t)" value="[&amp;a 1, *a]"/>',
+                '<arg name="t" default="yaml"/>'),
         Hostile('include', 'neither one of its files', before=f'<include file="{outside}.xml"/>'),
         Hostile('outer_model', 'is not in the recording',
                 f'<base frame="base"/><model path="{outside}.urdf"/>'),

@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Confinement: removes everything from an untrusted configuration that could start or read things.
 
-This module alone decides what is removed. It works on the elements as written, before any value is
-resolved, so that no later step ever sees the removed parts of a recorded configuration.
+This module alone decides what is removed. It works on the elements before any value is resolved, so
+that no later step ever sees the removed parts of a recorded configuration. Only names and types of
+parameters are judged by what their arguments make of them.
 """
 from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
+import yaml
+
+from process_visualizer.cell.arguments import read_arguments
 from process_visualizer.cell.element_reader import Element
-from process_visualizer.cell.errors import Location, Problem, shortened
+from process_visualizer.cell.errors import Location, Problem, ProblemList, shortened
+from process_visualizer.cell.substitution import Arguments, substitute
 from process_visualizer.cell.trust import Provenance, in_a_package, is_below
+from process_visualizer.cell.values import plain_yaml
 
 _RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
 """Substitutions that are resolved; any other could be code, or reveal a secret of this computer."""
@@ -47,11 +53,16 @@ class Confined(NamedTuple):
     removals: Tuple[Removal, ...] = ()
 
 
-def confined(root: Element, provenance: Provenance) -> Confined:
-    """Return a file's elements without those that are not allowed for this provenance."""
+def confined(root: Element, provenance: Provenance, given: Mapping[str, str]) -> Confined:
+    """Return a file's elements without those that are not allowed for this provenance.
+
+    ``given`` are the values given for the file's arguments.
+    """
     if not provenance.is_data:
         return Confined(root)
-    work = _Work(provenance)
+    declared = [it for it in root.children if it.tag == 'arg' and not _unresolvable(it)]
+    work = _Work(provenance, read_arguments(replace(root, children=declared), given,
+                                            ProblemList()))
     return Confined(work.kept(root), tuple(work.ignored), tuple(work.removals))
 
 
@@ -78,10 +89,11 @@ def refused_include(path: str, location: Location, provenance: Provenance) -> Op
 class _Work:
     """Walks over the elements of one file, and notes the ignored parts."""
 
-    def __init__(self, provenance: Provenance) -> None:
+    def __init__(self, provenance: Provenance, arguments: Arguments) -> None:
         self.ignored: List[Problem] = []
         self.removals: List[Removal] = []
         self._provenance = provenance
+        self._arguments = arguments
 
     def kept(self, element: Element) -> Element:
         """Return the element without the attributes and children that are ignored."""
@@ -117,41 +129,64 @@ class _Work:
             if package not in self._provenance.packages:
                 return (f'is ignored in {of}: its package {shortened(package)} is not trusted; '
                         f'"rosrun process_visualizer cell trust {shortened(package)}" trusts it')
-        found = next(filter(None, (_unresolvable(element, name) for name in element.attributes)),
-                     '')
-        if found:
-            return f'is ignored in {of}: {found}'
-        if element.tag in ('param', 'rosparam'):
-            reason = _parameter_refusal(element)
-            return reason and f'is ignored in {of}: {reason}'
-        return ''
+        reason = _unresolvable(element)
+        if not reason and element.tag in ('param', 'rosparam'):
+            reason = self._parameter_refusal(element)
+        return reason and f'is ignored in {of}: {reason}'
+
+    def _parameter_refusal(self, element: Element) -> str:
+        try:
+            attributes = {name: substitute(text, self._arguments, element.location.file)
+                          for name, text in element.attributes.items()}
+        except ValueError:
+            return 'its arguments have no usable values'
+        return _parameter_refusal(element.tag, attributes, element.text)
 
     def _ignore(self, element: Element, message: str, attribute: str = '') -> None:
         self.removals.append(Removal(element.offset, attribute))
         self.ignored.append(_problem(element.location, element.tag, message))
 
 
-def _unresolvable(element: Element, name: str) -> str:
-    text = _RESOLVED.sub('', element.attributes[name])
-    if (element.tag, name) == ('include', 'file'):
-        text = _FOUND.sub('', text)  # a file of an installed package is also read as data
-    return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in files ' \
-           'of your own' if '$' in text else ''
+def _unresolvable(element: Element) -> str:
+    for name, value in element.attributes.items():
+        text = _RESOLVED.sub('', value)
+        if (element.tag, name) == ('include', 'file'):
+            text = _FOUND.sub('', text)  # a file of an installed package is also read as data
+        if '$' in text:
+            return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in ' \
+                   'files of your own'
+    return ''
 
 
-def _parameter_refusal(element: Element) -> str:
-    attributes = element.attributes
+def _parameter_refusal(tag: str, attributes: Mapping[str, str], text: str) -> str:
     for name in _READS_OR_RUNS:
-        if name in attributes and (element.tag, attributes[name]) != ('rosparam', 'load'):
+        if name in attributes and (tag, attributes[name]) != ('rosparam', 'load'):
             return f'"{name}" would run a program or read a file'
     if 'file' in attributes:
         return '"file" would read or write a file'
-    if attributes.get('type') == 'yaml' or (element.tag == 'rosparam' and (
-            'subst_value' in attributes or _NOT_PLAIN.search(element.text))):
+    if attributes.get('type') == 'yaml' or (tag == 'rosparam' and (
+            'subst_value' in attributes or _NOT_PLAIN.search(text))):
         return 'its YAML is more than plain values, which rosparam may evaluate'
-    if any(attributes.get(name, '')[:1] == '/' for name in ('name', 'param', 'ns')):
+    names = [attributes.get(name, '') for name in ('name', 'param', 'ns')]
+    if tag == 'rosparam':
+        try:
+            names += _keys(plain_yaml(text))
+        except (yaml.YAMLError, ValueError, RecursionError):
+            return 'its YAML cannot be read'
+    # "~" is the namespace of the node for a <param>, but that of roslaunch itself for a <rosparam>
+    if any(name.startswith(('/', '~') if tag == 'rosparam' else '/') for name in names):
         return 'it is outside of the namespace of its device'
     return ''
+
+
+def _keys(value: object) -> Iterator[str]:
+    """Yield the keys that rosparam joins to names of parameters; one with a "/" leaves them."""
+    values = [value]
+    while values:
+        mapping = values.pop()
+        if isinstance(mapping, dict):
+            yield from map(str, mapping)
+            values.extend(mapping.values())
 
 
 def _problem(location: Location, tag: str, message: str) -> Problem:

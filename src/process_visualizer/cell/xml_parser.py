@@ -167,7 +167,7 @@ class _Reading:
              place: Optional[Parsed]) -> None:
         """Read a file; ``chain`` are the paths down to it, ``place`` is its ``<include>``."""
         self._problems.begin_file(root.location.file)
-        remaining = confined(root, self._provenance)
+        remaining = confined(root, self._provenance, given)
         root = remaining.root
         self.ignored.extend(remaining.ignored)
         self.files[os.path.abspath(chain[-1])] = None

@@ -123,17 +123,17 @@ def _configuration(options: argparse.Namespace) -> int:
     words = [f'{name}:={value}' for name, value in configuration.arguments.items()]
     path = write_configuration(configuration, options.output)
     say(' '.join([path, *words]))
-    _warn_of_active_elements(path, options.output)
+    _warn_of_active_elements(path, options.output, configuration.arguments)
     return 0
 
 
-def _warn_of_active_elements(path: str, folder: str) -> None:
+def _warn_of_active_elements(path: str, folder: str, given: Mapping[str, str]) -> None:
     """Report elements that are ignored in the bag but take effect when the file is opened.
 
     A file that cannot be read is not an error here: it is written unchanged.
     """
     try:
-        found = confined(read_xml(path), Provenance(Origin.BAG, folder)).ignored
+        found = confined(read_xml(path), Provenance(Origin.BAG, folder), given).ignored
     except ConfigurationError:
         return
     for it in found:

@@ -134,8 +134,8 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
     with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
         path = write_configuration(stored, folder)
         provenance = Provenance(origin, folder, trusted_packages())
-        left_out = _confine(folder, provenance)
         given = confined_arguments(stored.arguments, path, provenance)[0]
+        left_out = _confine(path, folder, provenance, given)
         Path(path).write_bytes(_with_arguments(Path(path).read_bytes(), given))
         cell = XmlParser(provenance=provenance).parse(path)
         problems = describe_devices(cell.devices, cell.frame)[1]
@@ -229,11 +229,16 @@ def _with_process(data: bytes, process: Optional[Process]) -> bytes:
     return before + ('\n'.join(lines) + '\n').encode(encoding_of(data)) + end + behind
 
 
-def _confine(folder: str, provenance: Provenance) -> List[str]:
-    """Remove untrusted elements from the files of a configuration; return remarks on them."""
+def _confine(main: str, folder: str, provenance: Provenance,
+             given: Mapping[str, str]) -> List[str]:
+    """Remove untrusted elements from the files of a configuration; return remarks on them.
+
+    Arguments that its main file passes to another one are not known here: whatever these make of a
+    name is found when the configuration is parsed.
+    """
     ignored: List[str] = []
     for path in sorted(Path(folder).rglob('*.xml')):
-        found = confined(read_xml(str(path)), provenance)
+        found = confined(read_xml(str(path)), provenance, given if str(path) == main else {})
         path.write_bytes(without(path.read_bytes(), found.removals))
         ignored += [f'{path.name}:{it.location.line}: <{it.element}> {it.message}.'
                     for it in found.ignored]

@@ -81,11 +81,20 @@ def test_a_trusted_package_starts_without_what_changes_it(path: Path) -> None:
     ('<param name="a" textfile="/etc/passwd"/>', '"textfile" would run a program or read a file'),
     ('<param name="a" type="yaml" value="[1]"/>', 'its YAML is more than plain values'),
     ('<rosparam file="/etc/passwd"/>', '"file" would read or write a file'),
-    ('<rosparam subst_value="true">a: 1</rosparam>', 'its YAML is more than plain values')])
+    ('<rosparam subst_value="true">a: 1</rosparam>', 'its YAML is more than plain values'),
+    ('<param name="a" type="$(arg yaml)" value="[1]"/>', 'its YAML is more than plain values'),
+    ('<param name="$(arg slash)a" value="1"/>', 'outside of the namespace of its device'),
+    ('<rosparam ns="$(arg slash)a">b: 1</rosparam>', 'outside of the namespace of its device'),
+    ('<rosparam param="$(arg slash)a">1</rosparam>', 'outside of the namespace of its device'),
+    ('<rosparam param="~a">1</rosparam>', 'outside of the namespace of its device'),
+    ('<rosparam>{a: {b: {/c: 1}}}</rosparam>', 'outside of the namespace of its device'),
+    ('<rosparam>a: [</rosparam>', 'its YAML cannot be read'),
+    ('<param name="$(arg nothing)" value="1"/>', 'its arguments have no usable values')])
 def test_a_parameter_of_data_is_a_plain_value(tmp_path: Path, parameter: str, reason: str
                                               ) -> None:
     path = tmp_path / 'cell.xml'
-    path.write_text('<visualizer><device type="other" name="m"><node pkg="sewing_cell" '
+    path.write_text('<visualizer><arg name="slash" default="/"/><arg name="yaml" value="yaml"/>'
+                    '<device type="other" name="m"><node pkg="sewing_cell" '
                     f'type="sewing_machine.py" name="n">{parameter}<param name="b" value="c"/>'
                     '</node></device></visualizer>', encoding='utf-8')
     cell = parsed(path, 'sewing_cell')
@@ -95,12 +104,12 @@ def test_a_parameter_of_data_is_a_plain_value(tmp_path: Path, parameter: str, re
 
 def test_the_text_without_it_says_what_stood_there(path: Path) -> None:
     provenance = Provenance(Origin.BAG, str(path.parent), frozenset(['sewing_cell']))
-    found = confined(read_xml(str(path)), provenance)
+    found = confined(read_xml(str(path)), provenance, {})
     path.write_bytes(without(path.read_bytes(), found.removals))
     text = path.read_text(encoding='utf-8')
     assert '<node pkg="sewing_cell" type="sewing_machine.py" name="n">' in text
     assert '<!-- left out, as it was in a recording: <node pkg="tf" type="static' in text
-    assert confined(read_xml(str(path)), provenance).ignored == ()
+    assert confined(read_xml(str(path)), provenance, {}).ignored == ()
     XmlParser().parse(str(path))
 
 
