@@ -147,6 +147,31 @@ def read_text(data: Data, position: int) -> Tuple[bytes, int]:
     return bytes(data[begin:end]), end
 
 
+_VALUES_PER_BYTE, _FREE_VALUES = 4, 1000
+
+
+class ValueBudget:
+    """Limits the work on a message of which each value is visited.
+
+    Values in messages without fields, and in arrays of the fixed length 0, take no bytes: in a few
+    nested arrays, there can be more of them than any program can visit.
+    """
+
+    def __init__(self, data: Data) -> None:
+        """Take the bytes of the message."""
+        self._left = _FREE_VALUES + _VALUES_PER_BYTE * len(data)
+
+    def spend(self, count: int) -> None:
+        """Note that so many more values, or messages in it, are visited.
+
+        Raises:
+            MessageDamaged: they are more than the message can have in earnest.
+        """
+        self._left -= count
+        if self._left < 0:
+            raise MessageDamaged('it has far more values than bytes')
+
+
 MAX_STAMPS = 10_000  # limit for a part of fixed size
 
 

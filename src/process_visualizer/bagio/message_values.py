@@ -17,6 +17,7 @@ from process_visualizer.bagio.message_definition import (
 from process_visualizer.bagio.message_layout import (
     Data,
     MessageDamaged,
+    ValueBudget,
     checked_end,
     read_length,
     read_text,
@@ -69,12 +70,14 @@ class _Reader:
     def __init__(self, definitions: Definitions, data: Data) -> None:
         self.position = 0
         self._definitions, self._data = definitions, data
+        self._budget = ValueBudget(data)
 
     def message(self, type_name: str, depth: int) -> Values:
         fields = self._definitions.get(type_name)
         if fields is None or depth > MAX_DEPTH:
             reason = 'is not known' if fields is None else 'contains itself'
             raise DefinitionError(f'the type {type_name} {reason}')
+        self._budget.spend(1 + len(fields))
         return {field.name: self._field(field, depth) for field in fields}
 
     def _field(self, field: Field, depth: int) -> Any:

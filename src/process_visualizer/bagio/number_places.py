@@ -20,6 +20,7 @@ from process_visualizer.bagio.message_definition import (
 from process_visualizer.bagio.message_layout import (
     Data,
     MessageDamaged,
+    ValueBudget,
     checked_end,
     read_length,
     read_text,
@@ -374,6 +375,7 @@ class _Walk:
     def __init__(self, definitions: Definitions, data: Data) -> None:
         self._definitions = definitions
         self._data = data
+        self._budget = ValueBudget(data)
         self.lengths: List[Tuple[int, int]] = []
 
     def place(self, type_name: str, path: FieldPath) -> Place:
@@ -382,6 +384,7 @@ class _Walk:
         Raises:
             MessageDamaged, KeyError: the message has no such number.
         """
+        self._budget = ValueBudget(self._data)
         position = 0
         field = Field('', type_name, False, None)
         for step in path.steps:
@@ -415,6 +418,7 @@ class _Walk:
         return read_length(self._data, position)
 
     def _skip(self, field: Field, position: int) -> int:
+        self._budget.spend(1)
         if field.is_array:
             count, position = self._count(field, position)
             return self._skip_elements(field._replace(is_array=False, length=None), count, position)

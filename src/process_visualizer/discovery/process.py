@@ -7,6 +7,7 @@ from bisect import bisect_left, bisect_right
 from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 from typing import Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -31,7 +32,7 @@ _WHOLE_TYPES = frozenset({'bool', 'byte', 'char', 'int8', 'uint8', 'int16', 'uin
                           'uint32', 'int64', 'uint64'})
 _NO_STATES = ('std_msgs/Header', 'sensor_msgs', 'geometry_msgs', 'nav_msgs', 'visualization_msgs',
               'trajectory_msgs', 'shape_msgs', 'stereo_msgs', 'control_msgs')
-_MAX_FIELDS, _MAX_DEPTH, _MAX_MESSAGES = 64, 3, 100_000
+_MAX_FIELDS, _MAX_VISITED, _MAX_DEPTH, _MAX_MESSAGES = 64, 10_000, 3, 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +75,8 @@ def recorded_states(recording: Recording, topics: Sequence[str]) -> List[StateNu
                 definitions = parse_definitions(kind, connection.message_definition)
             except DefinitionError:
                 continue
-            paths = [path for path, _ in zip(_paths(kind, definitions), range(_MAX_FIELDS))]
-            fields.update({(connection.topic, path): None for path in paths})
+            paths = filter(None, islice(_paths(kind, definitions), _MAX_VISITED))
+            fields.update({(connection.topic, path): None for path in islice(paths, _MAX_FIELDS)})
     sources = [CurveSource('', field, '', (0.0, 0.0, 0.0), Quantity.NUMBER, topic, field=field)
                for topic, field in fields]
     samples = read_samples(recording, found_series(recording, sources, ()), _MAX_MESSAGES)
@@ -91,16 +92,14 @@ def _whole_name(state: StateNumber) -> str:
 
 
 def _paths(kind: str, definitions: Definitions, before: str = '', depth: int = 0) -> Iterator[str]:
+    """Yield the path of each number in a message, and an empty text for every other field."""
     if kind in _NO_STATES or kind.partition('/')[0] in _NO_STATES or depth > _MAX_DEPTH:
         return
     for it in definitions.get(kind, ()):
         path = f'{before}{it.name}'
-        if it.is_array:
-            continue
-        if it.type_name in _WHOLE_TYPES:
-            if is_field(path):
-                yield path
-        else:
+        is_number = not it.is_array and it.type_name in _WHOLE_TYPES and is_field(path)
+        yield path if is_number else ''
+        if not it.is_array and it.type_name not in _WHOLE_TYPES:
             yield from _paths(it.type_name, definitions, f'{path}.', depth + 1)
 
 

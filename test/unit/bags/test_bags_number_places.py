@@ -84,6 +84,12 @@ def test_a_message_that_is_cut_off_has_no_numbers() -> None:
         assert not locator.places(data[:length]).numbers
 
 
+def test_nested_arrays_of_nothing_are_not_walked_over() -> None:
+    line = '\n' + '=' * 80 + '\nMSG: a/'
+    definition = (f'E[300] e\nuint8 behind{line}E\nF[300] f{line}F\nG[300] g{line}G\n')
+    assert FieldLocator('a/T', definition, ['behind']).places(b'\0').numbers == ()
+
+
 def test_a_stamp_in_front_is_found() -> None:
     pose = PoseStamped()
     assert located(pose, 'pose.position.x').stamp == 4

@@ -75,3 +75,28 @@ def test_arrays_of_nothing_end() -> None:
     with pytest.raises(MessageDamaged, match='too long'):
         message_values('a/T', {'a/T': parse_definitions('a/T', 'a/E[] e')['a/T'], 'a/E': []},
                        b'\xff\xff\xff\xff')
+
+
+NESTED_NOTHING = '''a/E[100] e
+uint8 behind
+===
+MSG: a/E
+a/F[100] f
+===
+MSG: a/F
+a/G[100] g
+===
+MSG: a/G
+'''
+
+
+def test_nested_arrays_of_nothing_end_too() -> None:
+    with pytest.raises(MessageDamaged, match='more values than bytes'):
+        message_values('a/T', parse_definitions('a/T', NESTED_NOTHING.replace('===', '=' * 80)),
+                       b'\0')
+
+
+def test_many_small_values_are_read() -> None:
+    definitions = parse_definitions('a/T', 'a/E[] e\n' + '=' * 80 + '\nMSG: a/E\nuint8 x\n')
+    values = message_values('a/T', definitions, b'\x10\x27\0\0' + 10_000 * b'\1')
+    assert len(values['e']) == 10_000

@@ -16,10 +16,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float32, Int32, String, UInt8
 
 from process_visualizer.bagio.recorder_topics import CONFIGURATION
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
-from process_visualizer.discovery.process import StateNumber, proposed_process
+from process_visualizer.discovery.process import StateNumber, proposed_process, recorded_states
 
 STATES = (10, 20, 30, 40, 50)
 PERIOD_S, REST_S = 0.05, 1.0
@@ -98,6 +99,17 @@ def test_fields_of_a_message_are_states_too(tmp_path: Path,
     assert 'field="lamps.ok"' in text
     assert main(['compare', f'{bag}#2', '--reference', bag, '--config',
                  str(tmp_path / 'cell.xml')]) == 0
+
+
+def test_many_fields_without_numbers_are_not_all_visited(tmp_path: Path) -> None:
+    definition = ''.join(
+        '\n'.join(f'{inner} f{number}' for number in range(150)) + f'\n{"=" * 80}\nMSG: a/{inner}\n'
+        for inner in 'BCD') + '\n'.join(f'string f{number}' for number in range(150))
+    nothing = type('A', (), {'_type': 'a/A', '_md5sum': '*', '_full_text': definition})
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        bag.write('/a', ('a/A', b'', '*', nothing), genpy.Time(1), raw=True)
+    with Recording([str(tmp_path / 'a.bag')]) as recording:
+        assert recorded_states(recording, ['/a']) == []
 
 
 def test_waits_are_what_differs_much_more_than_the_rest(
