@@ -50,6 +50,13 @@ def test_one_that_fails_is_followed_by_the_next(tmp_path, environment):
     assert seen.read_text() == 'a.xml\n'
 
 
+def test_a_quote_that_is_not_closed_leaves_the_other_editors(environment):
+    environment.update(VISUAL='gedit "--wait', EDITOR="it's")
+    assert list(commands('a.xml', 7, environment)) == [['xdg-open', 'a.xml']]
+    environment['EDITOR'] = 'kate'
+    assert next(commands('a.xml', 7, environment))[0] == 'kate'
+
+
 def test_no_editor_at_all(environment, monkeypatch):
     environment.update(VISUAL='/nowhere/code', EDITOR='')
     monkeypatch.setenv('PATH', environment['PATH'])  # so that there is no xdg-open

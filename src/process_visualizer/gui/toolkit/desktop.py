@@ -45,7 +45,7 @@ def open_in_editor(file: str, line: int, environment: Optional[Mapping[str, str]
 def commands(file: str, line: int, environment: Mapping[str, str]) -> Iterator[List[str]]:
     """Yield the commands to try: $VISUAL, $EDITOR, well-known editors, then the desktop's own."""
     path = environment.get('PATH', os.defpath)
-    own = [shlex.split(environment.get(name, '')) for name in ('VISUAL', 'EDITOR')]
+    own = [_words(environment.get(name, '')) for name in ('VISUAL', 'EDITOR')]
     known = [[name] for name in _AT_LINE if shutil.which(name, path=path)]
     for words in [*filter(None, own), *known]:
         name = os.path.basename(words[0])
@@ -53,6 +53,14 @@ def commands(file: str, line: int, environment: Mapping[str, str]) -> Iterator[L
             place = _AT_LINE.get(name, '{file}').split()
             yield [*words, *(word.format(file=file, line=line) for word in place)]
     yield ['xdg-open', file]
+
+
+def _words(command: str) -> List[str]:
+    """Return the words of a command; none if a quote is not closed, so that another is tried."""
+    try:
+        return shlex.split(command)
+    except ValueError:
+        return []
 
 
 def _starts(command: List[str]) -> bool:
