@@ -194,6 +194,17 @@ def test_marks_come_with_their_labels_and_time_may_go_back(tmp_path: Path) -> No
     assert live.window(30.0).marks == () and live.window(30.0).curves == ()
 
 
+def test_connections_that_are_known_before_their_messages_have_curves(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    """As after a clock that went back."""
+    path, devices = bag
+    live = LiveCurves(devices)
+    (part,) = parts_of(path, 30.0)
+    live.add(part_of(part.connections, [], part.now_ns))
+    live.add(part)
+    assert set(by_label(live.window(30.0).curves)) == {'v', 'F', 'feed'}
+
+
 def test_a_message_that_cannot_be_read_is_left_out(bag: Tuple[str, Tuple[Device, ...]]) -> None:
     path, devices = bag
     live = LiveCurves(devices)

@@ -371,9 +371,9 @@ class LiveCurves:
     def _locate(self, part: RecentPart) -> None:
         """Look for sources in new connections."""
         new = {it.topic for it in part.connections[self._known:]}
-        self._known = len(part.connections)
-        if not new or not self._begin_ns:
+        if not new or not self._begin_ns:  # without a message there is no time 0 yet
             return
+        self._known = len(part.connections)
         self._seen.look()
         for source in self._sources:
             if new & self._topics_of(source):
