@@ -78,6 +78,9 @@ class Stand:
         for row in rows:
             self.panel.runs.topLevelItem(row).setCheckState(0, Qt.Checked)
 
+    def share(self, row: int, path: str) -> None:
+        self.model.share(self.model.runs[row], self.model.shared_span(row), path)
+
     def compare(self) -> None:
         self.panel.compare.click()
         self.tasks.end_all()
@@ -516,6 +519,55 @@ def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path)
     assert len(stand.model.runs) == 4
 
 
+def test_runs_that_cannot_be_compared_stay_with_their_recordings(stand: Stand, tmp_path: Path
+                                                                ) -> None:
+    stand.find()
+    stand.model.add(write_bag(tmp_path, 'b.bag'))
+    stand.tasks.end_all()
+    paths = stand.model.paths
+    stand.tick(0, 1)
+    stand.panel.compare.click()
+    (_line, _function, _on_result, on_error), = stand.tasks.held
+    stand.tasks.held.clear()
+    assert on_error is not None
+    on_error(ValueError('they are too short'))
+    assert stand.failures == ['The runs cannot be compared: they are too short']
+    assert stand.model.paths == paths and {it.path for it in stand.model.runs} == set(paths)
+
+
+def test_the_recording_that_cannot_be_read_is_the_one_that_is_forgotten(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    gone = write_bag(tmp_path, 'gone.bag')
+    stand.model.add(gone)
+    stand.panel.cancel.click()
+    stand.tasks.end_all()
+    other = write_bag(tmp_path, 'b.bag')
+    stand.model.add(other)
+    stand.tasks.end_all()
+    os.remove(gone)
+    stand.model.add(gone)
+    stand.tasks.end_all()
+    assert len(stand.failures) == 1 and 'gone.bag' in stand.failures[0]
+    assert stand.model.paths == (stand.path, other)
+
+
+def test_a_tick_during_a_comparison_cancels_it(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.panel.compare.click()
+    stand.tick(3)
+    assert stand.model.activity == '' and stand.panel.compare.isEnabled()
+    stand.tasks.end_all()
+    assert stand.model.compared is None and stand.model.good == {0, 1, 3}
+    stand.compare()
+    moment = next(it for it in stand.model.moments if it.run == 3)
+    stand.model.anchor(moment, moment.position_s + 1.0)
+    stand.model.set_good(0, False)
+    stand.tasks.end_all()
+    assert stand.model.compared is None and stand.model.moments == ()
+
+
 def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
     play(stand.session, stand.path)
     stand.panel.find.click()
@@ -554,7 +606,7 @@ def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> Non
     stand.tick(0, 1)
     stand.compare()
     page = tmp_path / 'seam.html'
-    stand.model.share(2, str(page))
+    stand.share(2, str(page))
     assert stand.panel.state.text() == 'Writing seam.html…'
     assert not stand.panel.share.isEnabled()
     stand.tasks.end_all()
@@ -570,7 +622,7 @@ def test_a_run_is_shared_as_it_was_compared(stand: Stand, tmp_path: Path) -> Non
 def test_a_run_is_shared_as_a_table_and_for_foxglove(stand: Stand, tmp_path: Path) -> None:
     stand.find()
     for name, said in (('seam.csv', 'rows, '), ('seam.mcap', ' messages.')):
-        stand.model.share(1, str(tmp_path / name))
+        stand.share(1, str(tmp_path / name))
         stand.tasks.end_all()
         assert said in stand.panel.state.text()
     rows = (tmp_path / 'seam.csv').read_text(encoding='utf-8').splitlines()
@@ -595,7 +647,7 @@ def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path
 
     monkeypatch.setattr(film, 'write_film', write_film)
     stand.find()
-    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    stand.share(0, str(tmp_path / 'seam.mp4'))
     stand.tasks.end_all()
     assert told == [f'Writing seam.mp4… {10 * done} %' for done in range(1, 6)]
     assert stand.panel.share.isEnabled() and stand.failures == []
@@ -611,14 +663,14 @@ def test_a_film_is_written_on_when_another_recording_is_opened(stand: Stand, tmp
 
     monkeypatch.setattr(film, 'write_film', write_film)
     stand.find()
-    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    stand.share(0, str(tmp_path / 'seam.mp4'))
     play(stand.session, write_bag(tmp_path, 'b.bag'))
     assert stand.panel.state.text() == 'Writing seam.mp4…' and stand.panel.cancel.isEnabled()
     stand.tasks.end_all()
     assert stand.panel.state.text().startswith('seam.mp4 was written: a.bag#1 from')
     stand.model.add(stand.path)
     stand.tasks.end_all()
-    stand.model.share(0, str(tmp_path / 'seam.mp4'))
+    stand.share(0, str(tmp_path / 'seam.mp4'))
     stand.panel.find.click()
     assert stand.panel.state.text() == 'Reading the recordings…'
     stand.panel.cancel.click()  # of what is shown
@@ -653,9 +705,23 @@ def test_the_dialog_proposes_a_name_that_gets_the_ending_of_what_is_chosen(
     assert stand.failures == []
 
 
+def test_a_run_that_changes_while_the_dialog_is_open_is_not_taken_for_another(
+        stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.panel.share.click()
+    dialog, = stand.panel.findChildren(QFileDialog)
+    play(stand.session, write_bag(tmp_path, 'b.bag', cycles=1))
+    stand.find_open()
+    dialog.accept()
+    stand.tasks.end_all()
+    assert stand.failures == ['a_1.html was not written: the runs have changed. Choose a.bag#1 in '
+                              'the list and share it again']
+    assert not (tmp_path / 'a_1.html').exists()
+
+
 def test_a_page_that_cannot_be_written_is_told(stand: Stand, tmp_path: Path) -> None:
     stand.find()
-    stand.model.share(0, str(tmp_path / 'no' / 'seam.html'))
+    stand.share(0, str(tmp_path / 'no' / 'seam.html'))
     stand.tasks.end_all()
     text, = stand.failures
     assert text.startswith('seam.html cannot be written: ') and 'no/seam.html' in text

@@ -137,6 +137,7 @@ class CompareModel(QObject):
         self._compared: Optional[Compared] = None
         self._anchors: Anchors = {}  # of all recordings
         self._work: Optional[TaskProgress] = None
+        self._is_reading = False  # the current work reads recordings; otherwise it compares runs
         self._activity = ''
         self._writing: Optional[TaskProgress] = None  # continues when another recording is opened
         self._written = ''
@@ -279,7 +280,7 @@ class CompareModel(QObject):
                 before.good, it.run, pairs.get((reference, it.key), ()), progress) for it in runs)
 
         self._begin(f'Reading {os.path.basename(path)}…', found,
-                    lambda more: self._take_more(before, *more))
+                    lambda more: self._take_more(before, *more), is_reading=True)
 
     def find_runs(self) -> None:
         """Read the recordings, and split them into runs; ticked runs stay ticked."""
@@ -294,12 +295,14 @@ class CompareModel(QObject):
             again, self._again = self._again, None
             self._begin('Reading the recordings…', found,
                         lambda runs: self._take_runs(runs, again or self._present()),
-                        is_asked=again is None)
+                        is_reading=True, is_asked=again is None)
 
     def set_good(self, number: int, is_good: bool) -> None:
-        """Set whether a run is good."""
+        """Set whether a run is good; this cancels a comparison with the previous good runs."""
         good = self._good | {number} if is_good else self._good - {number}
         if good != self._good:
+            if not self._is_reading:
+                self._stop()
             self._good, self._compared = good, None
             self.changed.emit()
 
@@ -334,16 +337,20 @@ class CompareModel(QObject):
         is_played = player is not None and listed.path in self._recording[:1]
         return shared_span(listed.run, player.loop if player is not None and is_played else None)
 
-    def share(self, number: int, path: str) -> None:
-        """Write a run; only A to B while the player's loop is on within the run.
+    def share(self, listed: ListedRun, span: PageSpan, path: str) -> None:
+        """Write a part of a listed run; ``failed`` says so if it is no longer listed.
 
         ``path`` has one of SHARED_ENDINGS, which selects page, film, table or MCAP. Writing
         continues when another recording is opened.
         """
+        number = next((row for row, it in enumerate(self._runs) if it is listed), None)
+        if number is None:
+            self.failed.emit(f'{os.path.basename(path)} was not written: the runs have changed. '
+                             f'Choose {listed.run.name} in the list and share it again')
+            return
         self._stop_writing()
-        cell, listed, compared = self._session.cell, self._runs[number], self._compared
+        cell, compared = self._session.cell, self._compared
         found = None if compared is None else compared.comparisons[number]
-        span = self.shared_span(number)
 
         progress = self._writing = TaskProgress(self)
 
@@ -417,9 +424,10 @@ class CompareModel(QObject):
         self._stop()
 
     def _begin(self, activity: str, work: Callable[[TaskProgress], Any],
-               take: Callable[[Any], None], is_asked: bool = True) -> None:
+               take: Callable[[Any], None], is_reading: bool = False,
+               is_asked: bool = True) -> None:
         self._stop()
-        self._is_asked = is_asked
+        self._is_reading, self._is_asked = is_reading, is_asked
         self._activity, self._work = activity, TaskProgress(self)
         progress = self._work
         progress.changed.connect(lambda part: self._take_progress(progress, activity, part))
@@ -492,13 +500,23 @@ class CompareModel(QObject):
             self._added = ()  # for another configuration; with that one they are read again
             self.changed.emit()
             return
-        self._added = self._added[:-1]  # the last one may be the unreadable one
-        self._kept.pop(self._recording, None)
-        self._last = ()
+        if self._is_reading:
+            self._forget_unread()
         self.changed.emit()
         if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
             raise error
         self.failed.emit(f'The runs cannot be compared: {error}')
+
+    def _forget_unread(self) -> None:
+        """Keep the added recordings whose runs are listed; without runs, all but the last one.
+
+        The last one may be the unreadable one.
+        """
+        listed = {it.path for it in self._runs}
+        self._added = (tuple(it for it in self._added if it in listed) if listed
+                       else self._added[:-1])
+        self._kept.pop(self._recording, None)
+        self._last = ()
 
 
 def _listed(runs: Sequence[Run]) -> Tuple[ListedRun, ...]:

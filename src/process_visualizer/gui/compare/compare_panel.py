@@ -238,7 +238,7 @@ class ComparePanel(QWidget):
 
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
-        listed, span = self._model.runs[row], self._model.shared_span(row)
+        listed, span = self._model.runs[row], self._model.shared_span(row)  # may change meanwhile
         title = f'Share {listed.run.name}, {clock(span.begin_s)} to {clock(span.end_s)}'
         dialog = QFileDialog(self, title, _proposed_path(listed), _KINDS)
         dialog.setObjectName('share_dialog')
@@ -247,7 +247,7 @@ class ComparePanel(QWidget):
         dialog.setDefaultSuffix(ending_of(_KINDS))
         dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(ending_of(kind)))
         dialog.fileSelected.connect(lambda path: self._model.share(
-            row, with_ending(path, dialog.selectedNameFilter())))
+            listed, span, with_ending(path, dialog.selectedNameFilter())))
         dialog.open()
 
     def _ask_for_recording(self) -> None:
