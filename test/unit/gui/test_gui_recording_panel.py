@@ -7,7 +7,7 @@ from typing import Any, Callable, Iterator, Type
 
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
-from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtGui import QMouseEvent, QTextDocument
 from PyQt5.QtWidgets import (
     QApplication,
     QFileDialog,
@@ -124,6 +124,32 @@ def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
     assert running.phase is RecordingPhase.IDLE and client.commands == ['start', 'stop']
     qtbot.mouseClick(button, Qt.LeftButton)
     assert running.phase is RecordingPhase.STARTING
+
+
+def test_the_file_that_is_being_recorded_is_not_said_to_exist_already(
+        find, running, client, tmp_path, qtbot):
+    running.choices.choose_name(NameChoice.NAME)
+    running.choices.set_name('good')
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    (tmp_path / 'good.bag.active').touch()
+    running.choices.look()
+    qtbot.waitUntil(lambda: running.choices.free_name == 'good-2')
+    assert text(find, 'record_problem') == ''
+    click(find, 'record')
+    qtbot.waitUntil(lambda: 'good.bag exists already' in text(find, 'record_problem'))
+
+
+def test_a_problem_with_a_name_is_shown_as_it_is_written(find, model, tmp_path, qtbot):
+    model.choices.choose_name(NameChoice.NAME)
+    model.choices.set_name('<b>&amp;')
+    (tmp_path / '<b>&amp;.bag').touch()
+    model.choices.look()
+    qtbot.waitUntil(lambda: bool(text(find, 'record_problem')))
+    document = QTextDocument()
+    document.setHtml(text(find, 'record_problem'))
+    assert document.toPlainText().endswith('Use <b>&amp;-2')
+    assert document.toPlainText().startswith('<b>&amp;.bag exists already.')
 
 
 def test_the_states_between(find, running, client, qtbot):

@@ -2,6 +2,7 @@
 """The panel of recording in real-time mode."""
 from __future__ import annotations
 
+import html
 import os
 from typing import Dict, NamedTuple, Optional, Sequence
 
@@ -393,6 +394,7 @@ class NameOptions(QWidget):
                                    self._choose_folder)
         self._problem = small(QLabel())
         self._problem.setObjectName('record_problem')
+        self._problem.setTextFormat(Qt.RichText)
         self._lay_out()
         self._connect()
 
@@ -410,10 +412,13 @@ class NameOptions(QWidget):
 
     def _show_problem(self) -> None:
         problem, free_name = self._choices.problem, self._choices.free_name
-        text = problem[:1].upper() + problem[1:] if self.isEnabled() else ''
-        if free_name:
-            text = (f'{self._choices.name}.bag exists already.  '
-                    f'<a href="free">Use {free_name}</a>')
+        if not self.isEnabled():  # the file that is being recorded exists, of course
+            text = ''
+        elif free_name:
+            text = (f'{html.escape(self._choices.name)}.bag exists already.  '
+                    f'<a href="free">Use {html.escape(free_name)}</a>')
+        else:
+            text = html.escape(problem[:1].upper() + problem[1:])
         if text != self._problem.text():
             self._problem.setText(text)
 
