@@ -250,6 +250,27 @@ def test_an_end_leaves_the_last_picture_and_a_launch_begins_anew(stand: Stand) -
     assert stand.timeline.stack.lanes[2].at(0.5) != stand.timeline.stack.lanes[2].at(0.5)  # NaN
 
 
+@pytest.mark.parametrize('before', [(part_of((), [], 10 ** 9), False),
+                                    ServiceUnreachable('it has ended')])
+def test_a_look_at_the_recorder_before_says_nothing_about_the_new_one(qtbot: QtBot,
+                                                                      before: Any) -> None:
+    tasks, memory, session = HeldTasks(), ListedMemory(), Session()
+    model = LiveCurvesModel(tasks, memory, session)  # type: ignore[arg-type]
+    judged: List[Any] = []
+    model.judged.connect(judged.append)
+    model.set_judged(True)
+    memory.parts = [before, (part_of((), [], 2 * 10 ** 9), False)]
+    run(session, Mode.REALTIME)
+    tasks.end_one()
+    run(session, None)
+    run(session, Mode.REALTIME)
+    tasks.end_one()  # the look that was under way
+    assert (judged, model.window, model.problem) == ([], None, '')
+    tasks.end_all()
+    assert len(judged) == 1 and model.window is not None and model.problem == ''
+    assert memory.restarts == 2 and memory.parts == []
+
+
 def test_more_of_the_past_by_wheel_and_list(stand: Stand) -> None:
     stand.come(stand.parts[0])
     turn = QWheelEvent(QPointF(200, 20), QPointF(200, 20), QPoint(), QPoint(0, -120),

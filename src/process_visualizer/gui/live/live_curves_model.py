@@ -82,6 +82,7 @@ class LiveCurvesModel(QObject):
         self._is_running = self._is_shown = self._is_held = self._is_reading = False
         self._is_judged = False
         self._duration_s = DURATIONS_S[0]
+        self._begun = 0  # how often reading began anew
         self._window: Optional[LiveWindow] = None
         self._is_silent = False
         self._pace, self._read_s = LookPace(), 0.0
@@ -169,6 +170,7 @@ class LiveCurvesModel(QObject):
 
     def _begin_anew(self) -> None:
         devices, self._window, self._is_held = self._devices, None, False
+        self._begun += 1
         self._tasks.run(LINE, lambda: self._set_curves(devices))
         self.changed.emit()
 
@@ -185,10 +187,12 @@ class LiveCurvesModel(QObject):
             self._read()
 
     def _read(self) -> None:
-        self._is_reading = True
+        self._is_reading, begun = True, self._begun
         self._late.start()
         durations_s = self._duration_s, *((_JUDGED_S,) if self._is_judged else ())
-        self._tasks.run(LINE, lambda: self._looked(durations_s), self._take, self._fail)
+        self._tasks.run(LINE, lambda: self._looked(durations_s),
+                        lambda windows: self._take(windows, begun),
+                        lambda error: self._fail(error, begun))
 
     def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
         """Run in the line of tasks."""
@@ -206,8 +210,11 @@ class LiveCurvesModel(QObject):
             self._is_late = is_late
             self.changed.emit()
 
-    def _take(self, windows: List[LiveWindow]) -> None:
+    def _take(self, windows: List[LiveWindow], begun: int) -> None:
         self._late.stop()
+        if begun != self._begun:
+            self._read_again()
+            return
         was_silent = self._is_silent or self._is_late
         self._is_silent = self._is_reading = self._is_late = False
         window, *judged = windows
@@ -229,11 +236,21 @@ class LiveCurvesModel(QObject):
         self._taken_s, self._drawn_s = now_s, drawn_s
         return period_ms
 
-    def _fail(self, error: Exception) -> None:
+    def _read_again(self) -> None:
+        """Read after a look that says nothing about the present devices and recorder."""
+        self._is_reading = False
+        self._set_late(False)
+        self._follow()
+
+    def _fail(self, error: Exception, begun: int) -> None:
         self._late.stop()
-        self._is_reading = self._is_late = False
         if not isinstance(error, ServiceUnreachable):
+            self._is_reading = self._is_late = False
             raise error
+        if begun != self._begun:
+            self._read_again()
+            return
+        self._is_reading = self._is_late = False
         self._is_silent = True
         self.changed.emit()
         self._wait(_RETRY_MS)
