@@ -289,6 +289,15 @@ class TestMoments:
         bench.release(12.0, self.Y)
         assert asked == []
 
+    def test_a_new_alignment_ends_no_other_drag(
+            self, bench: Bench, asked: 'list[tuple[ReferenceMoment, float]]') -> None:
+        bench.press(6.0, TRACK_Y)
+        bench.move(7.0, TRACK_Y, Qt.LeftButton)
+        bench.view.set_moments([])
+        bench.move(8.0, TRACK_Y, Qt.LeftButton)
+        bench.release(8.0, TRACK_Y)
+        assert bench.stand.commands()[-1] == ('seek', 8.0) and asked == []
+
     def test_beside_them_the_time_is_pressed(self, bench: Bench,
                                              asked: 'list[tuple[ReferenceMoment, float]]') -> None:
         bench.press(6.0, self.Y)

@@ -192,7 +192,9 @@ class TimelineView(LanesTimeline):
     def set_moments(self, moments: Sequence[ReferenceMoment]) -> None:
         """Set the moments of the reference run, which are shown and can be dragged."""
         if tuple(moments) != self._moments:
-            self._moments, self._dragged = tuple(moments), None
+            self._moments = tuple(moments)
+            if self._dragged_moment >= 0:  # its row may be that of another moment now
+                self._dragged = None
             self._update_header()
 
     @property
