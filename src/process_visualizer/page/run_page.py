@@ -207,7 +207,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     curves = curves_of([it.samples for it in samples], grid)
     labels = {key_of(it.device, it.label, it.topic): it.channel_label for it in sources}
     bands = {} if judged.comparison is None or judged.good is None else timeline_bands(
-        judged.good.times_s, [judged.comparison], grid.duration_s, grid.columns)
+        [judged.comparison], grid.duration_s, grid.columns)
     entry = {
         **run_words(run, judged.comparison, notes, span), 'duration': duration_s,
         'recorded': recording.begin_ns / 1e9, 'numbers': entries,

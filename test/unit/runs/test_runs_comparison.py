@@ -168,7 +168,7 @@ def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
 def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
     """The recording goes on 5 s after the run, which begins 10 s after it."""
     found = learned.compare(made_run(77, value=pushed)._replace(begin_s=10.0))
-    bands = timeline_bands(learned.times_s, [found], 28.0, 280)
+    bands = timeline_bands([found], 28.0, 280)
     force = bands['robot', 'tool force']
     assert np.isnan(force.low[:100]).all() and np.isnan(force.high[231:]).all()
     known = slice(105, 220)
@@ -219,7 +219,7 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         assert json.loads(as_json(good, [found]))['runs'][0]['not_judged']
         notes = run_words(found.run, found, (), PageSpan(0.0, found.run.duration_s))['notes']
         assert any('not judged: robot tool force from ' in it for it in notes)
-        bands = timeline_bands(good.times_s, [found], found.run.duration_s, 140)
+        bands = timeline_bands([found], found.run.duration_s, 140)
         assert not any(it.departed.any() for it in bands.values())
 
 

@@ -37,6 +37,16 @@ def test_the_table_has_a_row_for_each_run_phase_and_channel() -> None:
     assert float(rows[0]['mean']) == pytest.approx(values.mean(), abs=1e-4)
 
 
+def test_a_channel_without_values_in_a_phase_has_all_columns() -> None:
+    run = made_run(1)
+    channel, *others = run.channels
+    silent = channel._replace(values=np.full_like(channel.values, np.nan))
+    text = as_csv([GOOD.compare(run._replace(channels=(silent, *others)))])
+    rows = list(csv.reader(io.StringIO(text)))
+    assert {len(it) for it in rows} == {11}
+    assert rows[1][-3:] == ['', '', '']
+
+
 def test_a_run_in_range_tells_how_near_it_came_and_where() -> None:
     found = GOOD.compare(higher(1, 0.05))
     assert 0.0 < found.badness < 1.0

@@ -90,6 +90,8 @@ def test_a_run_that_was_not_compared_from_its_beginning(following: Following) ->
     following.pass_(LENGTH_S, 0.0)
     following.pass_(3.0, None)
     assert [it.verdict for it in following.finished] == ['in range from 0:04.00 on', 'in range']
+    assert [(it.is_good, it.is_good_in_part) for it in following.finished] == [
+        (False, True), (True, False)]
 
 
 def test_what_was_not_judged_is_not_good(following: Following) -> None:

@@ -147,6 +147,20 @@ def test_what_all_places_have_in_common_is_judged_at_an_unknown_one() -> None:
     assert found.departures[0].signal.label == 'tool up'
 
 
+def test_signals_have_the_order_of_the_devices_in_every_process() -> None:
+    names = [f'robot {number}' for number in range(6)]
+
+    def moved(run: Run) -> Run:
+        return run._replace(motions=tuple(run.motions[0]._replace(device=it) for it in names))
+
+    good = GoodRuns(moved(to_place(0.0, 0.0)), [
+        moved(to_place(float(number), 0.1 * number, 1.0 + 0.005 * number))
+        for number in range(1, 5)])
+    found = good.compare(moved(to_place(5.0, 0.45, 1.01)))
+    devices = dict.fromkeys(it.device for it in found.band.signals if it.label == 'tool up')
+    assert list(devices) == names
+
+
 @pytest.mark.parametrize('late_s', [-0.06, 0.06])
 def test_messages_of_states_that_are_late_are_no_other_place(late_s: float) -> None:
     """The messages alone tell when the tool is on its way to a place that no good run knows."""

@@ -590,8 +590,7 @@ class BandsModel(QObject):
         if compared is not None and columns:
             runs = self._compare.of_recording
             self._tasks.run(BANDS_LINE,
-                            lambda: timeline_bands(compared.good.times_s, runs,
-                                                   duration_s, columns),
+                            lambda: timeline_bands(runs, duration_s, columns),
                             lambda bands: self._take(wanted, bands))
 
     def _take(self, wanted: _Wanted, bands: Mapping[Key, TimelineBand]) -> None:

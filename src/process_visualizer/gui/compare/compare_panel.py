@@ -197,7 +197,8 @@ class ComparePanel(QWidget):
         found = None if compared is None else compared.comparisons[number]
         is_poor = found is None or bool(found.departures or found.why_not)
         item.setText(2, '' if compared is None else _short_verdict(found))
-        color_row(item, 2, 'bad' if is_poor else 'good')
+        has_gaps = found is not None and found.has_gaps
+        color_row(item, 2, 'bad' if is_poor else 'warning' if has_gaps else 'good')
         item.setToolTip(2, '' if found is None else '\n'.join(
             (verdict(found), *found.notes, *unjudged_texts(found))))
 
@@ -297,7 +298,7 @@ def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
     ended = time.localtime(run.ended_s)
     item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock(run.ended_s - run.began_s),
                             run.verdict])
-    color_row(item, 2, 'good' if run.is_good else 'bad')
+    color_row(item, 2, 'good' if run.is_good else 'warning' if run.is_good_in_part else 'bad')
     hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
     for column in range(3):
         item.setToolTip(column, hint)

@@ -603,7 +603,9 @@ def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
     found: List[Columns] = [{} for _ in good]
     if all(it.run.place == good[0].run.place for it in good):
         return []
-    for device in {it.device for it in good[0].columns if it.kind is SignalKind.PLACE}:
+    # not a set: the order of the signals would differ from one start of the program to the next
+    for device in dict.fromkeys(it.device for it in good[0].columns
+                                if it.kind is SignalKind.PLACE):
         axes = [it for it in good[0].columns if it.kind is SignalKind.PLACE
                 and it.device == device and all(it in other.columns for other in good)]
         values = np.stack([[it.columns[axis] for axis in axes] for it in good])

@@ -45,7 +45,10 @@ def phase_at(run: Run, time_s: float) -> str:
 
 
 def as_csv(comparisons: Sequence[Comparison]) -> str:
-    """Return a row for each run, phase and channel; the first row names the columns."""
+    """Return a row for each run, phase and channel; the first row names the columns.
+
+    The numbers are empty where a channel has no value in a phase.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(_HEAD)
@@ -62,10 +65,11 @@ def _rows(comparison: Comparison) -> Iterator[Tuple[str, ...]]:
         for channel in run.channels:
             inside = (channel.times_s >= stretch.begin_s) & (channel.times_s <= stretch.end_s)
             values = channel.values[inside & np.isfinite(channel.values)].astype(float)
-            numbers = (values.min(), values.max(), values.mean()) if len(values) else ()
+            numbers = [f'{it:.6g}' for it in (values.min(), values.max(), values.mean())
+                       ] if len(values) else ['', '', '']
             yield (run.name, f'{run.begin_s:.3f}', judged, stretch.name,
                    f'{stretch.end_s - stretch.begin_s:.3f}', channel.device, channel.label,
-                   channel.unit, *(f'{it:.6g}' for it in numbers))
+                   channel.unit, *numbers)
 
 
 # Drift: growth or fall from run to run of one recording, before any run is out of range.

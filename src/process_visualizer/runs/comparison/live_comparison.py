@@ -176,8 +176,14 @@ class FinishedRun(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Return whether the run was judged to its end, and nothing was out of range."""
-        return self.is_judged and not self.departed and self.broken_off_s is None
+        """Return whether the whole run was judged, and nothing was out of range."""
+        return (self.is_judged and not self.departed and self.broken_off_s is None
+                and self.seen_from_s is None)
+
+    @property
+    def is_good_in_part(self) -> bool:
+        """Return whether only the beginning was not judged, and nothing was out of range."""
+        return self.seen_from_s is not None and self._replace(seen_from_s=None).is_good
 
     @property
     def verdict(self) -> str:

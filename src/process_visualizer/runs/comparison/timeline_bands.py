@@ -28,12 +28,11 @@ class TimelineBand(NamedTuple):
     departed: np.ndarray
 
 
-def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], duration_s: float,
+def timeline_bands(comparisons: Sequence[Comparison], duration_s: float,
                    columns: int) -> Dict[Key, TimelineBand]:
     """Return the bands by device and label; where runs overlap, the later one's.
 
     Args:
-        times_s: (t,) times on the reference's clock.
         comparisons: of runs of one recording.
         duration_s: the duration of the recording.
         columns: the number of columns of the recording, at least one.
@@ -48,7 +47,7 @@ def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], durat
             if signal.kind not in SHOWN or signal.over_s or signal not in comparison.columns:
                 continue
             it = found.setdefault((signal.device, signal.label), _empty(columns))
-            times_s = np.arange(len(band.middle)) / RATE_HZ  # another group has its own
+            times_s = np.arange(len(band.middle)) / RATE_HZ  # of the group that judged the run
             is_out = outside(comparison.columns[signal], band)
             it.low[rows] = np.interp(at_s, times_s, band.middle - band.half_width, np.nan, np.nan)
             it.high[rows] = np.interp(at_s, times_s, band.middle + band.half_width, np.nan, np.nan)

@@ -32,17 +32,6 @@ _KEPT_SHARE, _OF_KEPT = 0.8, 2.28
 """Share of the deviations that counts if a run may be an outlier, and the factor for the rest."""
 
 
-class Spread(NamedTuple):
-    """The common part of good runs at each time (t,), and the spread of a single run.
-
-    ``low`` and ``high`` are the minimum and the maximum of the usual value within 0.1 s.
-    """
-
-    low: np.ndarray
-    high: np.ndarray
-    deviation: np.ndarray
-
-
 def envelope(usual: np.ndarray, rows: int = EDGE_ROWS) -> Tuple[np.ndarray, np.ndarray]:
     """Return the minimum and the maximum (…, t) of values within some rows before and after."""
     known = np.isfinite(usual)
