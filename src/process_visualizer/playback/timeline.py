@@ -458,13 +458,13 @@ RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
 
 def faster(rate: float) -> float:
-    """Return the next faster rate of ``RATES``, in the same direction; the fastest stays."""
-    return math.copysign(next((it for it in RATES if it > abs(rate)), RATES[-1]), rate)
+    """Return the next faster rate of ``RATES``, in the same direction; if none is, the same."""
+    return math.copysign(next((it for it in RATES if it > abs(rate)), abs(rate)), rate)
 
 
 def slower(rate: float) -> float:
-    """Return the next slower rate of ``RATES``, in the same direction; the slowest stays."""
-    return math.copysign(next((it for it in reversed(RATES) if it < abs(rate)), RATES[0]), rate)
+    """Return the next slower rate of ``RATES``, in the same direction; if none is, the same."""
+    return math.copysign(next((it for it in reversed(RATES) if it < abs(rate)), abs(rate)), rate)
 
 
 def format_time(seconds: float) -> str:

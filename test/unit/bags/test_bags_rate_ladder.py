@@ -5,27 +5,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.playback.timeline import (
+    FASTEST_RATE,
     MAX_RATE,
     MIN_RATE,
     RATES,
+    SLOWEST_RATE,
     checked_rate,
     faster,
     slower,
 )
 
-VALID_RATES = st.floats(MIN_RATE, MAX_RATE)
+VALID_RATES = st.floats(SLOWEST_RATE, FASTEST_RATE)
 
 
 @pytest.mark.parametrize('rate, next_rate', [
     (1.0, 2.0), (0.25, 0.5), (0.7, 1.0), (8.0, 16.0), (16.0, 16.0), (0.01, 0.02),
-    (-1.0, -2.0), (-16.0, -16.0)])
+    (0.001, 0.01), (100.0, 100.0), (-1.0, -2.0), (-16.0, -16.0), (-100.0, -100.0)])
 def test_faster(rate, next_rate):
     assert faster(rate) == next_rate
 
 
 @pytest.mark.parametrize('rate, next_rate', [
     (1.0, 0.5), (0.7, 0.5), (16.0, 8.0), (0.02, 0.01), (0.01, 0.01), (0.015, 0.01),
-    (-2.0, -1.0), (-0.01, -0.01)])
+    (100.0, 16.0), (0.001, 0.001), (-2.0, -1.0), (-0.01, -0.01), (-0.001, -0.001)])
 def test_slower(rate, next_rate):
     assert slower(rate) == next_rate
 

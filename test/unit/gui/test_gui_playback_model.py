@@ -244,6 +244,15 @@ class TestRate:
         stand.model.set_speed(0.3)
         assert stand.commands() == [('set_rate', -2.0), ('set_rate', -0.5), ('set_rate', -0.3)]
 
+    def test_beyond_the_ladder_nothing_turns_round(self, stand: PlaybackStand) -> None:
+        """Another program may set rates that the window does not offer."""
+        stand.state(rate=100.0)
+        stand.model.faster()
+        stand.tasks.end_all()
+        stand.state(rate=-0.001)
+        stand.model.slower()
+        assert stand.commands() == [('set_rate', 100.0), ('set_rate', -0.001)]
+
 
 class TestLoop:
     """A, B and the loop."""

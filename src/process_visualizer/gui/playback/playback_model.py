@@ -239,12 +239,10 @@ class PlaybackModel(QObject):
     # Rate.
 
     def set_rate(self, rate: float) -> None:
-        """Change the rate at once, limited to possible rates; below 0 backwards."""
-        if not self.state.is_available or rate == 0.0:
-            return
-        size = min(max(abs(rate), MIN_RATE), MAX_RATE)
-        self._motion.change_rate(size if rate > 0.0 else -size)
-        self.changed.emit()
+        """Change the rate at once; below 0 backwards; the nearest possible one is taken."""
+        if rate != 0.0:
+            size = min(max(abs(rate), MIN_RATE), MAX_RATE)
+            self._change_rate(size if rate > 0.0 else -size)
 
     def set_speed(self, speed: float) -> None:
         """Change the rate and keep the direction."""
@@ -252,11 +250,11 @@ class PlaybackModel(QObject):
 
     def faster(self) -> None:
         """Take the next higher speed of the ladder."""
-        self.set_rate(faster(self.rate))
+        self._change_rate(faster(self.rate))
 
     def slower(self) -> None:
         """Take the next lower speed of the ladder."""
-        self.set_rate(slower(self.rate))
+        self._change_rate(slower(self.rate))
 
     # Loop.
 
@@ -298,6 +296,11 @@ class PlaybackModel(QObject):
         if not isinstance(error, self._refused):
             raise error
         self.failed.emit(str(error))
+
+    def _change_rate(self, rate: float) -> None:
+        if self.state.is_available:
+            self._motion.change_rate(rate)
+            self.changed.emit()
 
     def _play_at(self, rate: float) -> None:
         if rate == self.rate and self._motion.rate is None:
