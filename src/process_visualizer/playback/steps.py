@@ -2,11 +2,12 @@
 """Steps: their targets, and their way to the publishing thread and back."""
 from __future__ import annotations
 
+import contextlib
 import queue
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass, replace
-from typing import Callable, NoReturn, Optional, Tuple
+from typing import Callable, Optional, Tuple
 
 import numpy as np
 
@@ -85,6 +86,7 @@ class StepRequests:
 
     def __init__(self) -> None:
         self._waiting: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
+        self._refusal = ''
 
     @property
     def is_empty(self) -> bool:
@@ -95,6 +97,8 @@ class StepRequests:
         """Request a step; the answer will be its target, or CommandRefused."""
         answer: Future[StepTarget] = Future()
         self._waiting.put((step, answer))
+        if self._refusal:  # read after the step was put: either thread then refuses it
+            self._refuse_waiting()
         return answer
 
     def answer(self, do: Callable[[Step], StepTarget]) -> None:
@@ -114,12 +118,16 @@ class StepRequests:
             raise
 
     def refuse(self, reason: str) -> None:
-        """Refuse all waiting steps."""
-        def refused(_step: Step) -> NoReturn:
-            raise CommandRefused(reason)
+        """Refuse all waiting steps, and all later ones."""
+        self._refusal = reason
+        self._refuse_waiting()
 
-        while not self.is_empty:
-            self.answer(refused)
+    def _refuse_waiting(self) -> None:
+        with contextlib.suppress(queue.Empty):
+            while True:
+                _, answer = self._waiting.get_nowait()
+                if answer.set_running_or_notify_cancel():
+                    answer.set_exception(CommandRefused(self._refusal))
 
 
 def target_in_time(answer: Future[StepTarget], timeout_s: float, clock: Clock) -> StepTarget:

@@ -6,11 +6,13 @@ import threading
 from typing import Callable, Optional
 from unittest import mock
 
+import pytest
 from playback_stage import MemoryRecording, Message
 
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.scheduled_output import Output
-from process_visualizer.playback.timeline import Timeline, TimelineState
+from process_visualizer.playback.steps import Step
+from process_visualizer.playback.timeline import CommandRefused, Timeline, TimelineState
 
 
 class ClosedMeanwhile(Timeline):
@@ -43,3 +45,13 @@ def test_close_is_heard_between_two_steps_of_the_work() -> None:
     thread.start()
     thread.join(30.0)
     assert not thread.is_alive()
+
+
+def test_a_step_after_the_end_is_refused_at_once() -> None:
+    recording = MemoryRecording([Message(0, 0), Message(0, 100)])
+    output = mock.Mock(spec=Output, **{'revoke.return_value': 0})
+    playback = Playback(recording, Timeline(recording.begin_ns, recording.end_ns), output)
+    playback.close()
+    playback.run()
+    with pytest.raises(CommandRefused, match='the player ends'):
+        playback.step(Step(1, '', 0), answer_s=0.0)

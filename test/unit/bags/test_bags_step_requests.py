@@ -52,6 +52,8 @@ def test_every_sequence(actions: List[str]) -> None:
             expected[done] = 'refused'
             done += 1
     requests.refuse('the player ends')
+    answers.append(requests.add(Step(len(answers), '', 0)))
+    expected.append('')
     assert requests.is_empty
     for number, (future, result) in enumerate(zip(answers, expected)):
         assert future.done()
