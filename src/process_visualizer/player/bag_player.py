@@ -28,7 +28,7 @@ from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.scene import sources
 from process_visualizer.playback.scheduled_output import RestoredStamps
-from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline
+from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline, duration_s
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.playback.uneven_parts import UnevenParts
 from process_visualizer.player.bag_publishers import (
@@ -244,18 +244,26 @@ class BagPlayer:
     def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
         """Set rate, loop and start (None: the beginning, or the end if backward); accept commands.
 
+        The loop is what is played without it: from the start to the end or, if backward, to the
+        beginning.
+
         Raises:
             CommandRefused: the part to play is too short for a loop.
             NothingToPlay: the recording ends before the start.
         """
         self.control.set_rate(rate)
-        end_s = self.control.status().duration_s
-        if start_s is not None and self._bag_ns(start_s) > self._timeline.state.end_ns:
+        state = self._timeline.state
+        first_ns, last_ns = ((state.begin_ns, state.end_ns) if state.forward
+                             else (state.end_ns, state.begin_ns))
+        if start_s is not None:
+            first_ns = self._bag_ns(start_s)
+        if first_ns > state.end_ns:
             raise NothingToPlay(f'there are no messages to play from {start_s:g} s on: the '
-                                f'recording is {end_s:.3f} s long; choose an earlier --start')
+                                f'recording is {duration_s(state):.3f} s long; choose an earlier '
+                                '--start')
         if loop:
-            self.control.set_loop(True, start_s or 0.0, end_s)
-        self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
+            self._timeline.set_loop(min(first_ns, last_ns), max(first_ns, last_ns))
+        self._timeline.seek(first_ns)
         # advertised only now: an earlier command would have been undone by this one
         self._services = PlayerServices(self.control, self._state.update, self._node)
         self._state.begin()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from dataclasses import dataclass
 from enum import Enum
@@ -95,7 +96,7 @@ class PlayerOptions:
     """The options of playback; times are seconds from the recording's beginning."""
 
     files: Tuple[str, ...]
-    rate: float  # negative: backward; FASTEST_RATE with --immediate
+    rate: float  # negative: backward; with --immediate, FASTEST_RATE in the same direction
     start_s: Optional[float]  # None: the beginning, or the end when playing backward
     duration_s: Optional[float]  # None: all
     skip_empty_s: Optional[float]  # None: nothing is skipped
@@ -136,7 +137,8 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
         parser.error('argument -u/--duration: only for playing forwards')
     stamps = values.stamps or ('recorded' if values.clock else 'present')
     return PlayerOptions(
-        files=tuple(files), rate=FASTEST_RATE if values.immediate else values.rate,
+        files=tuple(files),
+        rate=math.copysign(FASTEST_RATE, values.rate) if values.immediate else values.rate,
         start_s=values.start, duration_s=values.duration,
         skip_empty_s=values.skip_empty, loop=values.loop, paused=values.pause,
         pause_topics=tuple(values.pause_topics), rate_control_topic=values.rate_control_topic or '',
@@ -200,14 +202,14 @@ def _add_playing(parser: argparse.ArgumentParser) -> None:
     group.add_argument('-r', '--rate', metavar='FACTOR', type=_rate, default=1.0,
                        help='speed factor; negative values play backwards (default: 1)')
     group.add_argument('-i', '--immediate', action='store_true',
-                       help='play without waiting between messages')
+                       help='play without waiting between messages, in the direction of --rate')
     group.add_argument('-s', '--start', metavar='SEC', type=_seconds,
-                       help='begin SEC seconds into the recording')
+                       help='begin SEC seconds into the recording, also when playing backwards')
     group.add_argument('-u', '--duration', metavar='SEC', type=_positive_seconds,
-                       help='play only SEC seconds of the recording')
+                       help='play only SEC seconds of the recording; not backwards')
     group.add_argument('--skip-empty', metavar='SEC', type=_seconds,
                        help='skip parts without messages that are longer than SEC seconds')
-    group.add_argument('-l', '--loop', action='store_true', help='start again at the end')
+    group.add_argument('-l', '--loop', action='store_true', help='repeat what is played')
     group.add_argument('--pause', action='store_true', help='start paused')
     group.add_argument('--pause-topics', metavar='TOPIC', nargs='+', action='extend', default=[],
                        type=_argument(resolved_name), help='pause before each message of these '

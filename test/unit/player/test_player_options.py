@@ -13,7 +13,7 @@ from simulated_node import any_message
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Int32
 
-from process_visualizer.playback.timeline import FASTEST_RATE
+from process_visualizer.playback.timeline import FASTEST_RATE, CommandRefused
 from process_visualizer.player.bag_player import HEAD_START_NS, PlayerSettings
 
 HEAD_START_S = HEAD_START_NS * 1e-9
@@ -149,3 +149,24 @@ def test_it_waits_for_a_subscriber_of_each_topic(play: Play, bag: str) -> None:
     player.player.quit()
     assert not player.player.wait_for_subscribers(60.0, True)
     player.start()
+
+
+@pytest.mark.parametrize('rate, start_s, loop, first_s', [
+    (1.0, None, (0.0, 4.45), 0.0), (1.0, 1.0, (1.0, 4.45), 1.0),
+    (-1.0, None, (0.0, 4.45), 4.45), (-1.0, 1.0, (0.0, 1.0), 1.0)])
+def test_a_loop_repeats_what_is_played_without_it(play: Play, bag: str, rate: float, start_s: Any,
+                                                  loop: Tuple[float, float],
+                                                  first_s: float) -> None:
+    player = play(bag, rate=rate, start_s=start_s, loop=True, plays=True)
+    assert (player.player.status().loop, player.player.status().position_s) == (loop, first_s)
+    length_s = loop[1] - loop[0]
+    for _ in range(2):
+        player.node.advance(length_s / 2 + HEAD_START_S)
+        assert loop[0] < player.state.position < loop[1]
+        player.node.advance(length_s / 2)
+    assert player.state.segment == player.states[0].segment + 2
+
+
+def test_backwards_there_is_no_loop_before_the_beginning(play: Play, bag: str) -> None:
+    with pytest.raises(CommandRefused, match='a loop from 0.000 to 0.000 s: its end must be'):
+        play(bag, rate=-1.0, start_s=0.0, loop=True)
