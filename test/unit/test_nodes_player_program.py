@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player: its priority, taken if the user wanted no other; Ctrl-C while it opens a bag."""
+"""The player: its priority, taken if the user wanted no other; how it ends before it plays."""
+import errno
 import os
 import subprocess
 import sys
 
-from process_visualizer.player.player_program import INTERRUPTED, PRIORITY
+import pytest
+
+from process_visualizer.launching.ros_api import AskedMaster
+from process_visualizer.player.player_program import INTERRUPTED, PRIORITY, exit_code
 
 REPORT = """
 import os
@@ -58,3 +62,40 @@ def test_it_ends_silently_when_interrupted_while_it_opens_a_bag():
     result = subprocess.run([sys.executable, '-c', INTERRUPTED_WHILE_IT_OPENS], check=False,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert (result.returncode, result.stdout) == (INTERRUPTED, '')
+
+
+def fails_with(error):
+    """Raise an error, as what plays."""
+    raise error
+
+
+@pytest.mark.parametrize('error', [
+    OSError(errno.ENOSPC, 'No space left on device', '/tmp/a.bag'), OSError(errno.EMFILE, 'Files')])
+def test_errors_of_the_system_are_not_the_masters(error, capsys):
+    assert exit_code(lambda: fails_with(error)) == 1
+    assert capsys.readouterr().err == f'bag_player: {error}\n'
+
+
+def test_a_missing_master_is_named(capsys):
+    assert exit_code(AskedMaster('/me', 'http://localhost:1').getPid) == 1
+    told = capsys.readouterr().err
+    assert told.startswith('bag_player: the ROS master cannot be used: ')
+    assert told.endswith('; is roscore running?\n')
+
+
+WITHOUT_LIBRARY = """
+import sys
+from process_visualizer.player import timed_sender
+from process_visualizer.player.player_program import main
+
+timed_sender.LIBRARY = 'libnone.so'
+sys.exit(main(['bag_player', 'a.bag']))
+"""
+
+
+def test_a_missing_library_is_named():
+    result = subprocess.run([sys.executable, '-c', WITHOUT_LIBRARY], check=False,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert (result.returncode, result.stdout) == (1, (
+        'bag_player: libnone.so: cannot open shared object file: No such file or directory: '
+        'build the workspace and source its setup.bash\n'))

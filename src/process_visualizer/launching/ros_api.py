@@ -113,11 +113,15 @@ class Master(Protocol):
         """Set a parameter."""
 
 
+class MasterUnreachable(ConnectionError):
+    """No master answers in time, or what answers is none."""
+
+
 class AskedMaster:
     """A client of this process's master, or of another one.
 
-    Each method raises OSError if no master answers in time, and rosgraph.MasterException if the
-    master answers with an error, such as for an unknown name.
+    Each method raises MasterUnreachable (an OSError), or rosgraph.MasterException if the master
+    answers that there is no such thing.
     """
 
     def __init__(self, caller: str, uri: Optional[str] = None,
@@ -185,8 +189,10 @@ class AskedMaster:
             with ServerProxy(uri, transport=LimitedTransport(self._timeout_s)) as server:
                 answer: Any = getattr(server, method)(self.caller, *values)
             code, text, value = answer
+        except OSError as error:
+            raise MasterUnreachable(*error.args) from error
         except (HTTPException, Error, ValueError, TypeError) as error:
-            raise ConnectionError(f'{uri}: {error}') from error
+            raise MasterUnreachable(f'{uri}: {error}') from error
         if code != 1:
             raise rosgraph.MasterException(text)
         return value

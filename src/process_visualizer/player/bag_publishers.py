@@ -264,7 +264,7 @@ class OtherNodes:
         """Return the nodes that publish each topic.
 
         Raises:
-            rosgraph.MasterException: the master cannot be reached.
+            rosgraph.MasterException, MasterUnreachable: the master does not answer.
         """
         publishers, _, _ = _master().getSystemState()
         return dict(publishers)
@@ -298,7 +298,7 @@ def without_conflicts(topics: Sequence[PublishedTopic],
     The publishers themselves are asked: the master still has the types of nodes that have gone.
 
     Raises:
-        rosgraph.MasterException: the master cannot be reached.
+        rosgraph.MasterException, MasterUnreachable: the master does not answer.
     """
     nodes = others.publishing()
     kept, problems = [], []

@@ -14,7 +14,11 @@ import rospy
 from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.reindex import ReindexCancelled, copy_path, reindex
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.launching.ros_api import (
+    PATIENT_TIMEOUT_S,
+    AskedMaster,
+    MasterUnreachable,
+)
 from process_visualizer.nodes.common.node_handle import start_node
 from process_visualizer.playback.timeline import CommandRefused
 from process_visualizer.playback.topic_choice import TopicChoice
@@ -109,8 +113,10 @@ def main(arguments: Optional[Sequence[str]] = None,
     options = parse_options(rospy.myargv(words)[1:])
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     take_priority()
-    take_long_slices()
     return exit_code(lambda: _play(options, words, recording_type))
+
+
+_MASTER_LOST = (MasterUnreachable, ConnectionRefusedError)  # the latter if rospy asks
 
 
 def exit_code(play: Callable[[], int]) -> int:
@@ -125,8 +131,9 @@ def exit_code(play: Callable[[], int]) -> int:
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
         if rospy.is_shutdown():  # by a signal during startup
             return 0
-        say(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
-            file=sys.stderr)
+        is_of_master = not isinstance(error, OSError) or isinstance(error, _MASTER_LOST)
+        say(f'bag_player: the ROS master cannot be used: {error}; is roscore running?'
+            if is_of_master else f'bag_player: {error}', file=sys.stderr)
     return 1
 
 
@@ -138,6 +145,7 @@ def take_priority() -> None:
 
 
 def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
+    take_long_slices()
     with opened(options, recording_type) as recording:
         # rospy would wait forever for a master.
         AskedMaster(f'/{BAG_PLAYER}', timeout_s=PATIENT_TIMEOUT_S).getPid()

@@ -21,8 +21,8 @@ class TimedSender:
         Raises:
             OSError: the library is missing, or the system has no more descriptors.
         """
-        self._quick = _declared(ctypes.PyDLL(LIBRARY))  # keeps Python's lock: the calls are short
-        self._waiting = _declared(ctypes.CDLL(LIBRARY))
+        self._quick = _library(ctypes.PyDLL)  # keeps Python's lock: the calls are short
+        self._waiting = _library(ctypes.CDLL)
         self._sender = self._quick.timed_sender_new()
         if not self._sender:
             raise OSError('the sender of messages cannot be started')
@@ -102,8 +102,18 @@ def take_long_slices() -> None:
     """Let other threads run at once when they wake up, above all the sender and subscribers.
 
     This applies to the calling thread and the threads that it starts; see time_slice.hpp.
+
+    Raises:
+        OSError: the library is missing.
     """
-    _declared(ctypes.PyDLL(LIBRARY)).timed_sender_take_long_slices()
+    _library(ctypes.PyDLL).timed_sender_take_long_slices()
+
+
+def _library(load: Callable[[str], ctypes.CDLL]) -> ctypes.CDLL:
+    try:
+        return _declared(load(LIBRARY))
+    except (OSError, AttributeError) as error:  # it is missing, or of another version
+        raise OSError(f'{error}: build the workspace and source its setup.bash') from error
 
 
 def _declared(library: ctypes.CDLL) -> ctypes.CDLL:
