@@ -125,7 +125,7 @@ def test_a_standing_tool_has_no_arrow_and_a_stopped_driver_is_shown(robot: Robot
 
 
 def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
-    """The grey arrow, its number, and the joints; 0.7 s after the last data, not before."""
+    """The gray arrow, its number, and the joints; 0.7 s after the last data, not before."""
     joints(robot, 0.1, 0.2)
     robot.run(0.7, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
     joints(robot, 0.1, 0.2)
@@ -135,9 +135,9 @@ def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
         robot.forget()
         robot.node.advance(0.01)
         for marker in (it for message in robot.arrays for it in message.markers):
-            grey = marker.color.r == marker.color.g == marker.color.b
+            gray = marker.color.r == marker.color.g == marker.color.b
             told = marker.type == Marker.ARROW or 'no data for' in marker.text
-            if grey and told and marker.action == Marker.ADD:
+            if gray and told and marker.action == Marker.ADD:
                 grey_s.setdefault(f'{marker.ns} {marker.type}', robot.node.now_s - stopped_s)
     assert set(grey_s) == {f'velocity {Marker.ARROW}', f'velocity {Marker.TEXT_VIEW_FACING}',
                            f'joints {Marker.TEXT_VIEW_FACING}'}

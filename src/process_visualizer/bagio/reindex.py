@@ -31,8 +31,8 @@ class Reindexed(NamedTuple):
     gaps: Tuple[Gap, ...]
 
 
-class ReindexCancelled(Exception):
-    """Raised if the progress callback asked to stop; no copy is left behind."""
+class ReindexCanceled(Exception):
+    """The progress callback asked to stop; no copy is left behind."""
 
 
 def reindex(path: str, progress: Progress = lambda part: True) -> Reindexed:
@@ -42,8 +42,8 @@ def reindex(path: str, progress: Progress = lambda part: True) -> Reindexed:
     returns False to cancel. An existing copy is replaced when the new one is complete.
 
     Raises:
-        ReindexCancelled: the callback returned False.
-        BagError: the file is not a bag or holds no message, or the copy cannot be written.
+        ReindexCanceled: the callback returned False.
+        BagError: the file is not a bag, holds no message, or the copy cannot be written.
     """
     copy = copy_path(path)
     source = BagFile(path)
@@ -78,7 +78,7 @@ class _Reindexing:
         at = self._source.bag_header().end
         while at < self._source.size:
             if not progress(at / self._source.size):
-                raise ReindexCancelled(self._source.path)
+                raise ReindexCanceled(self._source.path)
             at = self._take_record(at)
         if not self._count:
             raise BagError(self._source.path, 'has no message that can be read')

@@ -50,7 +50,7 @@ def columns_for(duration_s: float) -> int:
 
 def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Optional[int] = None,
                 on_progress: Optional[Callable[[float], None]] = None,
-                is_cancelled: Callable[[], bool] = lambda: False) -> Tuple[Curve, ...]:
+                is_canceled: Callable[[], bool] = lambda: False) -> Tuple[Curve, ...]:
     """Return the curves of devices, without those whose data is not in the recording.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
@@ -61,12 +61,12 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     Args:
         paths: the bags of one recording.
         devices: see curve_sources.
-        columns: the number of columns of each curve; default: see columns_for.
-        on_progress: called with the fraction done, 0 to 1.
-        is_cancelled: called often.
+        columns: how many columns each curve has; without it see columns_for.
+        on_progress: is called with the part that is done, 0 to 1.
+        is_canceled: is asked often.
 
     Raises:
-        ReadingCancelled: is_cancelled() has returned true.
+        ReadingCanceled: is_canceled() has become true.
         BagError: a file cannot be read as a bag.
     """
     with Recording(paths) as recording:
@@ -74,7 +74,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
         samples = read_samples(recording, colored(series),
                                min(columns * MAX_PER_COLUMN, MAX_MESSAGES), on_progress,
-                               is_cancelled)
+                               is_canceled)
         duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     curves = [curve_of(it, duration_s, columns) for it in samples]
     return tuple(curve for curve in curves if np.isfinite(curve.high).any())

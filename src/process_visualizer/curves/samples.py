@@ -22,8 +22,8 @@ from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.ros_names import JOINT_STATE
 
 
-class ReadingCancelled(Exception):
-    """Reading was canceled: the numbers are no longer wanted."""
+class ReadingCanceled(Exception):
+    """The numbers are not wanted any more."""
 
 
 class Series(NamedTuple):
@@ -55,7 +55,7 @@ def found_series(recording: Recording, sources: Sequence[CurveSource],
 
 def read_samples(recording: Recording, series: Sequence[Series], most: Optional[int] = None,
                  on_progress: Optional[Callable[[float], None]] = None,
-                 is_cancelled: Callable[[], bool] = lambda: False,
+                 is_canceled: Callable[[], bool] = lambda: False,
                  by_stamp: bool = False) -> List[Samples]:
     """Return the numbers of some series, in the order of the series.
 
@@ -65,20 +65,20 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
     Args:
         recording: to read.
         series: of this recording.
-        most: maximum messages read of a topic, evenly spread; default: all.
-        on_progress: called with the fraction done, 0 to 1.
-        is_cancelled: called often.
-        by_stamp: use the time of a message's stamp, if it has a plausible one, instead of the
-            time at which it was recorded.
+        most: messages of a topic that are read, evenly spread; default: all.
+        on_progress: is called with the part that is done, 0 to 1.
+        is_canceled: is asked often.
+        by_stamp: whether numbers belong to the time of their message's stamp, where it has one
+            that can be right, instead of that at which it was recorded.
 
     Raises:
-        ReadingCancelled: is_cancelled() has returned true.
+        ReadingCanceled: is_canceled() has become true.
         BagError: a file cannot be read as a bag.
     """
     columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
                      for part in it.locators.parts) for it in series]
     _collect(recording, [part for parts in columns for part in parts], most,
-             on_progress or (lambda _: None), is_cancelled)
+             on_progress or (lambda _: None), is_canceled)
     return [_samples(recording, it, parts, by_stamp) for it, parts in zip(series, columns)]
 
 
@@ -118,7 +118,7 @@ def _difference(samples: Samples) -> np.ndarray:
 
 
 def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], most: Optional[int],
-             on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
+             on_progress: Callable[[float], None], is_canceled: Callable[[], bool]) -> None:
     """Read the messages and hand them to the columns."""
     index = recording.index
     chosen = [_spread(index.positions_of(tuple(part)), most, all(
@@ -126,8 +126,8 @@ def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], mo
     positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
     done = 0
     for batch in record_batches(recording, positions):
-        if is_cancelled():
-            raise ReadingCancelled
+        if is_canceled():
+            raise ReadingCanceled
         number_of = index.connection[batch.positions]
         for part in parts:
             for number, columns in part.items():

@@ -13,7 +13,7 @@ import rospy
 
 from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.reindex import ReindexCancelled, copy_path, reindex
+from process_visualizer.bagio.reindex import ReindexCanceled, copy_path, reindex
 from process_visualizer.launching.ros_api import (
     PATIENT_TIMEOUT_S,
     AskedMaster,
@@ -63,8 +63,8 @@ def reindexed(path: str, reason: str, allowed: bool) -> str:
         raise ReindexRefused(f'{reason}; bag_player --reindex {path} makes {copy} and plays it')
     try:
         result = reindex(path, _Progress(copy).show)
-    except (ReindexCancelled, KeyboardInterrupt):
-        raise ReindexRefused(f'{path}: the copy was cancelled') from None
+    except (ReindexCanceled, KeyboardInterrupt):
+        raise ReindexRefused(f'{path}: the copy was canceled') from None
     say(f'{result.path}: {result.message_count} messages', file=sys.stderr)
     for gap in result.gaps:
         say(gap, file=sys.stderr)

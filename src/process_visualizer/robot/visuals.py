@@ -95,7 +95,7 @@ def _size(shape: ElementTree.Element) -> Size:
 class ColoredMesh(NamedTuple):
     """Triangles (m, 3) of corners (n, 3) [m] with ``normals`` (n, 3) and ``colors`` (n, 3) 0..255.
 
-    Without ``has_colors`` the file has no colors, and ``colors`` are gray.
+    ``has_colors`` says whether the file has any; otherwise they are gray.
     """
 
     positions: np.ndarray

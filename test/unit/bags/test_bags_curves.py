@@ -24,7 +24,7 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves import curves as curves_module
 from process_visualizer.curves.curves import Curve, column_limits, columns_for, read_curves
 from process_visualizer.curves.position_values import PositionValues
-from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.curves.samples import ReadingCanceled
 
 BEGIN_S = 1_600_000_000
 
@@ -339,8 +339,8 @@ def test_progress_and_cancel(tmp_path: Path, devices: Any) -> None:
     read_curves([path], devices(ROBOT), on_progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
-    with pytest.raises(ReadingCancelled):
-        read_curves([path], devices(ROBOT), is_cancelled=lambda: True)
+    with pytest.raises(ReadingCanceled):
+        read_curves([path], devices(ROBOT), is_canceled=lambda: True)
 
 
 def test_what_is_no_bag(tmp_path: Path, devices: Any) -> None:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from process_visualizer.bagio.bag_errors import BagError, BagUnindexed
 from process_visualizer.bagio.bag_file import MAGIC, record_at
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.reindex import ReindexCancelled, copy_path, reindex
+from process_visualizer.bagio.reindex import ReindexCanceled, copy_path, reindex
 
 
 def without_index(path: str) -> Path:
@@ -93,7 +93,7 @@ def test_progress_rises_to_the_end(tmp_path: Path) -> None:
 
 def test_cancelling_leaves_nothing_behind(tmp_path: Path) -> None:
     path = without_index(write_bag(tmp_path / 'a.bag', some_rows(60), chunk_bytes=500))
-    with pytest.raises(ReindexCancelled):
+    with pytest.raises(ReindexCanceled):
         reindex(str(path), lambda part: part < 0.5)
     assert [it.name for it in tmp_path.iterdir()] == ['a.bag']
 

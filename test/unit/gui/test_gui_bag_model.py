@@ -377,7 +377,7 @@ class TestCurves:
         choose(bench.session, [machine('/feed_rate')])
         assert bench.model.curves.reading is None
 
-    def test_they_can_be_cancelled_and_read_after_all(self, bench: Bench, path: str) -> None:
+    def test_they_can_be_canceled_and_read_after_all(self, bench: Bench, path: str) -> None:
         going_on = threading.Event()
         bench.tasks.run('curves', lambda: going_on.wait(60.0))
         row = CurvesRow(bench.model.curves)
@@ -386,7 +386,7 @@ class TestCurves:
         bench.open(path)
         assert row.bar.isVisibleTo(row) and row.button.text() == 'Cancel'
         row.button.click()
-        assert bench.model.curves.is_cancelled and not row.isHidden()
+        assert bench.model.curves.is_canceled and not row.isHidden()
         assert row.button.text() == 'Read them'
         going_on.set()
         wait_for_line(bench.tasks, 'curves', bench.qtbot)

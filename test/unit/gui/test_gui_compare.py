@@ -519,56 +519,7 @@ def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path)
     assert len(stand.model.runs) == 4
 
 
-def test_runs_that_cannot_be_compared_stay_with_their_recordings(stand: Stand, tmp_path: Path
-                                                                ) -> None:
-    stand.find()
-    stand.model.add(write_bag(tmp_path, 'b.bag'))
-    stand.tasks.end_all()
-    paths = stand.model.paths
-    stand.tick(0, 1)
-    stand.panel.compare.click()
-    (_line, _function, _on_result, on_error), = stand.tasks.held
-    stand.tasks.held.clear()
-    assert on_error is not None
-    on_error(ValueError('they are too short'))
-    assert stand.failures == ['The runs cannot be compared: they are too short']
-    assert stand.model.paths == paths and {it.path for it in stand.model.runs} == set(paths)
-
-
-def test_the_recording_that_cannot_be_read_is_the_one_that_is_forgotten(
-        stand: Stand, tmp_path: Path) -> None:
-    stand.find()
-    gone = write_bag(tmp_path, 'gone.bag')
-    stand.model.add(gone)
-    stand.panel.cancel.click()
-    stand.tasks.end_all()
-    other = write_bag(tmp_path, 'b.bag')
-    stand.model.add(other)
-    stand.tasks.end_all()
-    os.remove(gone)
-    stand.model.add(gone)
-    stand.tasks.end_all()
-    assert len(stand.failures) == 1 and 'gone.bag' in stand.failures[0]
-    assert stand.model.paths == (stand.path, other)
-
-
-def test_a_tick_during_a_comparison_cancels_it(stand: Stand) -> None:
-    stand.find()
-    stand.tick(0, 1)
-    stand.panel.compare.click()
-    stand.tick(3)
-    assert stand.model.activity == '' and stand.panel.compare.isEnabled()
-    stand.tasks.end_all()
-    assert stand.model.compared is None and stand.model.good == {0, 1, 3}
-    stand.compare()
-    moment = next(it for it in stand.model.moments if it.run == 3)
-    stand.model.anchor(moment, moment.position_s + 1.0)
-    stand.model.set_good(0, False)
-    stand.tasks.end_all()
-    assert stand.model.compared is None and stand.model.moments == ()
-
-
-def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
+def test_what_is_canceled_comes_to_nothing(stand: Stand) -> None:
     play(stand.session, stand.path)
     stand.panel.find.click()
     assert stand.panel.cancel.isEnabled()
@@ -631,7 +582,7 @@ def test_a_run_is_shared_as_a_table_and_for_foxglove(stand: Stand, tmp_path: Pat
     assert stand.failures == []
 
 
-def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path,
+def test_a_film_says_how_far_it_is_and_is_canceled(stand: Stand, tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
     """The film itself is drawn in test/browser."""
     told: List[str] = []
@@ -643,7 +594,7 @@ def test_a_film_says_how_far_it_is_and_is_cancelled(stand: Stand, tmp_path: Path
                 stand.panel.cancel.click()
             on_frame(done, 10)
             told.append(stand.panel.state.text())
-        raise AssertionError('it was cancelled')
+        raise AssertionError('it was canceled')
 
     monkeypatch.setattr(film, 'write_film', write_film)
     stand.find()

@@ -295,7 +295,7 @@ class LaunchGuard(QObject):
 
     def _take(self, choice: Choice, others: Others) -> None:
         if choice is not self._choice:
-            return  # the launch was canceled in the meantime
+            return  # it was canceled in the meantime
         if not others:
             self.launch_all_the_same()
             return

@@ -10,7 +10,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Mode
-from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.curves.samples import ReadingCanceled
 from process_visualizer.film import film
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
@@ -204,7 +204,7 @@ class CompareModel(QObject):
 
     @property
     def activity(self) -> str:
-        """Return the current work in words, which ``cancel`` ends; empty if there is none."""
+        """Return what is going on, in words, of which one can be canceled; empty if nothing."""
         return self._activity or self._written
 
     @property
@@ -275,7 +275,7 @@ class CompareModel(QObject):
         reference = self._runs[min(self._good)].key if self._good else None
 
         def found(progress: TaskProgress) -> Tuple[Tuple[ListedRun, ...], Comparisons]:
-            runs = _listed(ChosenRuns(cell, progress.is_cancelled).runs([path]))
+            runs = _listed(ChosenRuns(cell, progress.is_canceled).runs([path]))
             return runs, () if before is None or reference is None else tuple(_comparison(
                 before.good, it.run, pairs.get((reference, it.key), ()), progress) for it in runs)
 
@@ -287,7 +287,7 @@ class CompareModel(QObject):
         cell, recording, added = self._session.cell, self._recording, self._added
 
         def found(progress: TaskProgress) -> Tuple[ListedRun, ...]:
-            chosen = ChosenRuns(cell, progress.is_cancelled)
+            chosen = ChosenRuns(cell, progress.is_canceled)
             return _listed([*(chosen.of_recording(recording) if recording else ()),
                             *chosen.runs(added)])
 
@@ -364,7 +364,7 @@ class CompareModel(QObject):
                     f'{clock(span.begin_s)} to {clock(span.end_s)}, {said}.')
 
         def refuse(error: Exception) -> None:
-            if progress is not self._writing or isinstance(error, ReadingCancelled):
+            if progress is not self._writing or isinstance(error, ReadingCanceled):
                 return
             self._end_writing(progress, '')
             if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
@@ -493,7 +493,7 @@ class CompareModel(QObject):
         self._compared = compared
 
     def _refuse(self, progress: TaskProgress, error: Exception) -> None:
-        if progress is not self._work or isinstance(error, ReadingCancelled):
+        if progress is not self._work or isinstance(error, ReadingCanceled):
             return
         self._work, self._activity = None, ''
         if not self._is_asked and isinstance(error, NoCycle):
@@ -526,8 +526,8 @@ def _listed(runs: Sequence[Run]) -> Tuple[ListedRun, ...]:
 def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str:
     """Write a run in the format of the path's ending; return the size of the result in words."""
     def on_frame(done: int, count: int) -> None:
-        if progress.is_cancelled():
-            raise ReadingCancelled
+        if progress.is_canceled():
+            raise ReadingCanceled
         if 100 * done // count != 100 * (done - 1) // count:
             progress.report(done / count)
 
@@ -550,8 +550,8 @@ def shared_span(run: Run, loop: Optional[Tuple[float, float]]) -> PageSpan:
 
 def _comparison(good: GoodRuns, run: Run, anchors: Sequence[Anchor],
                 progress: TaskProgress) -> Optional[Comparison]:
-    if progress.is_cancelled():
-        raise ReadingCancelled
+    if progress.is_canceled():
+        raise ReadingCanceled
     return None if incomparable(good.reference, run) else good.compare(run, anchors)
 
 

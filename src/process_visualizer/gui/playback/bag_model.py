@@ -12,11 +12,11 @@ from process_visualizer.bagio.catalog import Catalog, missing_topics, read_catal
 from process_visualizer.bagio.marks import Mark, add_mark, marks_path
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.reindex import ReindexCancelled, Reindexed, copy_path, reindex
+from process_visualizer.bagio.reindex import ReindexCanceled, Reindexed, copy_path, reindex
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
 from process_visualizer.curves.curves import Curve, RecordedAlarm, read_curves, recorded_alarms
-from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.curves.samples import ReadingCanceled
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.session import Session
@@ -78,14 +78,14 @@ def reindexed(path: str, progress: TaskProgress) -> Reindexed:
     """Make an indexed copy of a bag.
 
     Raises:
-        ReindexCancelled: the progress was cancelled.
+        ReindexCanceled: the progress was canceled.
         BagError: nothing in the bag can be read, or the copy cannot be written.
     """
     report = in_steps(progress)
 
     def go_on(part: float) -> bool:
         report(part)
-        return not progress.is_cancelled()
+        return not progress.is_canceled()
     return reindex(path, go_on)
 
 
@@ -194,7 +194,7 @@ class CurvesModel(QObject):
         self._curves: Tuple[Curve, ...] = ()
         self._alarms: Tuple[RecordedAlarm, ...] = ()
         self._reading: Optional[TaskProgress] = None
-        self._is_cancelled = False
+        self._is_canceled = False
         session.cell_changed.connect(self._follow_cell)
 
     @property
@@ -213,9 +213,9 @@ class CurvesModel(QObject):
         return self._reading
 
     @property
-    def is_cancelled(self) -> bool:
-        """Return whether the operator has canceled reading; ``read`` starts it again."""
-        return self._is_cancelled
+    def is_canceled(self) -> bool:
+        """Return whether the operator did not want the curves; ``read`` reads them after all."""
+        return self._is_canceled
 
     def _follow_cell(self) -> None:
         sources = curve_sources(self._session.chosen)
@@ -228,13 +228,13 @@ class CurvesModel(QObject):
     def read(self) -> None:
         """Read all curves again."""
         self._stop()
-        self._curves, self._alarms, self._is_cancelled = (), (), False
+        self._curves, self._alarms, self._is_canceled = (), (), False
         paths, devices = self._session.paths, self._session.chosen
         if paths and self._sources:
             self._reading = progress = TaskProgress(self)
             self._tasks.run(
                 LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
-                                          progress.is_cancelled),
+                                          progress.is_canceled),
                 lambda curves: self._take(progress, curves),
                 lambda error: self._refuse(progress, error))
         self.changed.emit()
@@ -243,7 +243,7 @@ class CurvesModel(QObject):
         """Cancel reading."""
         if self._reading is not None:
             self._stop()
-            self._is_cancelled = True
+            self._is_canceled = True
             self.changed.emit()
 
     def _judge(self) -> bool:
@@ -264,7 +264,7 @@ class CurvesModel(QObject):
             self.changed.emit()
 
     def _refuse(self, progress: TaskProgress, error: Exception) -> None:
-        if isinstance(error, ReadingCancelled) or progress is not self._reading:
+        if isinstance(error, ReadingCanceled) or progress is not self._reading:
             return
         self._reading = None
         self.changed.emit()
@@ -575,7 +575,7 @@ class BagModel(QObject):
                 with_details(text, map(str, result.gaps))), self._report)
 
     def _refuse_copy(self, progress: TaskProgress, error: Exception) -> None:
-        if progress is not self._reindexing or isinstance(error, ReindexCancelled):
+        if progress is not self._reindexing or isinstance(error, ReindexCanceled):
             return
         self.dismiss()
         self._report(error)

@@ -70,7 +70,7 @@ class CurvesRow(QWidget):
 
     def _show(self) -> None:
         progress = self._curves.reading
-        self.setVisible(progress is not None or self._curves.is_cancelled)
+        self.setVisible(progress is not None or self._curves.is_canceled)
         self.text.setText('Reading curves' if progress is not None else 'No curves')
         self.button.setText('Cancel' if progress is not None else 'Read them')
         self.button.setToolTip('Play without curves' if progress is not None

@@ -111,7 +111,7 @@ class TaskProgress(QObject):
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._cancelled = threading.Event()
+        self._canceled = threading.Event()
 
     def report(self, fraction: float) -> None:
         """Report the finished part, 0 to 1; for any thread."""
@@ -119,11 +119,11 @@ class TaskProgress(QObject):
 
     def cancel(self) -> None:
         """Ask the task to end soon."""
-        self._cancelled.set()
+        self._canceled.set()
 
-    def is_cancelled(self) -> bool:
+    def is_canceled(self) -> bool:
         """Return whether the task must end; for any thread."""
-        return self._cancelled.is_set()
+        return self._canceled.is_set()
 
 
 _LOOK_MS, _LATE_S = 200, 1.0

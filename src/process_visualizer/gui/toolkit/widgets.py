@@ -448,7 +448,7 @@ _COLOR = Qt.UserRole + 64
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Draws rows; texts of selected rows stay red, amber or gray, on a pale background.
+    """Texts of a selected row stay red, amber or gray; its background is pale.
 
     Ticks have the same color in all rows, regardless of the text's color; a partially checked box
     has a bar. All rows have the height of rows with an icon, so that they do not move when an icon

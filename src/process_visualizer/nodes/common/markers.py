@@ -77,7 +77,7 @@ def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: flo
 
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
-    """Return the arrow of a vector, gray if stale; its deletion if it is below the threshold."""
+    """Return the arrow of a vector, gray if stale; below the threshold its deletion."""
     return _arrow(namespace, sample, style.length_m(sample.vector), style.diameter_m,
                   STALE_COLOR if stale else style.color)
 

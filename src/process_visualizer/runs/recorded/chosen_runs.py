@@ -102,10 +102,10 @@ class ChosenRuns:
     """Reader of runs; it reads each recording once."""
 
     def __init__(self, cell: Optional[Cell] = None,
-                 is_cancelled: Callable[[], bool] = lambda: False) -> None:
-        """Take the cell; default: each recording's own configuration."""
+                 is_canceled: Callable[[], bool] = lambda: False) -> None:
+        """Take the cell; without one, each recording's own configuration is used."""
         self._cell = cell
-        self._is_cancelled = is_cancelled
+        self._is_canceled = is_canceled
         self._read: Dict[Tuple[str, ...], Tuple[Run, ...]] = {}
 
     def runs(self, words: Sequence[str]) -> List[Run]:
@@ -116,8 +116,8 @@ class ChosenRuns:
 
         Raises:
             BagError: a file cannot be read as a bag, or holds no configuration.
-            ReadingCancelled: is_cancelled() has returned true.
-            ConfigurationError: the configuration in a bag is not valid on this machine.
+            ReadingCanceled: is_canceled() has become true.
+            ConfigurationError: the configuration in a bag is none on this machine.
             NoCycle: a recording holds no whole run.
             ValueError: there is no cycle of that number.
             OSError: the files of a configuration cannot be written.
@@ -136,7 +136,7 @@ class ChosenRuns:
         """Return the runs of one recording, given by all of its files.
 
         Raises:
-            BagError, ReadingCancelled, ConfigurationError, NoCycle, OSError: as ``runs``.
+            BagError, ReadingCanceled, ConfigurationError, NoCycle, OSError: as ``runs``.
         """
         key = tuple(paths)
         if key not in self._read:
@@ -186,7 +186,7 @@ class ChosenRuns:
             return self._cut(recording, cell)
 
     def _cut(self, recording: Recording, cell: Cell) -> Tuple[Run, ...]:
-        return cut_into_runs(read_run(recording, cell, is_cancelled=self._is_cancelled), cell.run)
+        return cut_into_runs(read_run(recording, cell, is_canceled=self._is_canceled), cell.run)
 
 
 def _path_and_numbers(word: str) -> Tuple[str, Optional[Numbers]]:

@@ -134,12 +134,12 @@ _KINDS: Dict[Quantity, ChannelKind] = {
 
 def read_run(recording: Recording, cell: Cell,
              on_progress: Optional[Callable[[float], None]] = None,
-             is_cancelled: Callable[[], bool] = lambda: False) -> Run:
-    """Return a whole recording as a run; missing data stays missing.
+             is_canceled: Callable[[], bool] = lambda: False) -> Run:
+    """Return a whole recording as a run; what it does not have, the run has not either.
 
     Raises:
-        ReadingCancelled: is_cancelled() has returned true.
-        BagError: a bag or a file of marks cannot be read.
+        ReadingCanceled: is_canceled() has become true.
+        BagError: a file cannot be read, of marks or as a bag.
     """
     devices = cell.devices
     configured = [*curve_sources(devices), *map(_event_source, cell.events)]
@@ -148,7 +148,7 @@ def read_run(recording: Recording, cell: Cell,
     of_robots = robot_series(recording, devices)
     samples = [it for it in read_samples(
         recording, [*wanted, *of_robots], on_progress=on_progress,
-        is_cancelled=is_cancelled, by_stamp=True) if not _is_unmeasured(it)]
+        is_canceled=is_canceled, by_stamp=True) if not _is_unmeasured(it)]
     stored = recorded_configuration(recording)
     events = [it for it in samples if not it.source.device]
     channels = [it for it in samples if it.source.device]
