@@ -99,7 +99,7 @@ class Manager:
     def _load_filter(self, kind: str, name: str, points: str) -> None:
         rospy.set_param(f'/{name}', _box())
         self.load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
-                                '~camera_info': '/camera_info'})
+                               '~camera_info': '/camera_info'})
 
     def load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
         """Load a nodelet."""

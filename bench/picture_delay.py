@@ -54,7 +54,7 @@ class Camera:
         self._depth = Image(height=HEIGHT, width=WIDTH, encoding='16UC1', step=2 * WIDTH,
                             data=depth.tobytes())
         self._colors = [Image(height=HEIGHT, width=WIDTH, encoding='rgb8', step=3 * WIDTH,
-                               data=bytes(color) * (WIDTH * HEIGHT)) for color in COLORS]
+                              data=bytes(color) * (WIDTH * HEIGHT)) for color in COLORS]
         matrix = [FOCAL_PX, 0.0, 319.5, 0.0, FOCAL_PX, 239.5, 0.0, 0.0, 1.0]
         self._info = CameraInfo(height=HEIGHT, width=WIDTH, K=matrix, P=_projection(matrix))
         self._period_s = 1.0 / rate_hz

@@ -62,5 +62,5 @@ def write_bag(folder: Path, name: str = 'a.bag', cycles: int = 2, poor: Optional
 def progress_m(process_s: float) -> float:
     """How far the tool is: it waits, goes, waits, comes back, waits."""
     there, back = (min(max(it, 0.0), 1.0) for it in ((process_s - 1.0) / 4.0,
-                                                      (process_s - 6.0) / 3.0))
+                                                     (process_s - 6.0) / 3.0))
     return 0.5 * (there * there * (3.0 - 2.0 * there) - back * back * (3.0 - 2.0 * back))

@@ -172,7 +172,7 @@ def test_a_new_page_has_the_last_minutes(browser: Browser, stand: LiveStand) -> 
 
 
 def test_a_cut_is_said_and_mended_with_what_happened_meanwhile(browser: Browser,
-                                                              stand: LiveStand) -> None:
+                                                               stand: LiveStand) -> None:
     browser.wait('page.transport.end - page.transport.begin > 1')
     stand.cut()
     browser.wait('document.documentElement.classList.contains("lost")')

@@ -41,7 +41,7 @@ TROUBLES = {
 
 @pytest.mark.parametrize('trouble', TROUBLES.values(), ids=TROUBLES)
 def test_simulator_ends(master: RosMaster, ros_environment: Dict[str, str],
-                                trouble: str) -> None:
+                        trouble: str) -> None:
     node = subprocess.Popen([sys.executable, '-c', SIMULATOR.format(trouble)],
                             env=ros_environment, stdout=subprocess.PIPE)
     try:

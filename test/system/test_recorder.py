@@ -207,7 +207,7 @@ def test_the_recorder_is_killed_while_recording(start_recording, mortal, tmp_pat
     recorder = run_command(environment, 'rosnode', 'info',
                            next(name for name in run_command(
                                environment, 'rosnode', 'list').stdout.split()
-                               if name.startswith('/bag_recorder'))).stdout
+                                if name.startswith('/bag_recorder'))).stdout
     pid = next(line.split()[-1] for line in recorder.splitlines() if line.startswith('Pid'))
     os.kill(int(pid), signal.SIGKILL)
     assert run.wait() == 1

@@ -138,7 +138,7 @@ def test_a_variable_is_drawn_in_its_frame_in_step_with_the_run(tmp_path: Path) -
     assert track.at(99.0) is None and track.at(119.99) is None
     assert abs(arrow.foot[0]) > 0.01  # the other variable's arrow is beside it
     marker = DrawnArrow(arrow.name, arrow.frame, arrow.foot_frame, arrow.foot, track).marker([],
-                                                                                            110.0)
+                                                                                             110.0)
     assert marker is not None and marker.header.frame_id == 'table'
 
 

@@ -195,7 +195,7 @@ def places() -> 'st.SearchStrategy[Placement]':
 @given(chains(), st.data())
 @settings(max_examples=150)
 def test_what_is_said_holds_wherever_the_robot_goes(chain: Tuple[str, List[str]],
-                                                     data: st.DataObject) -> None:
+                                                    data: st.DataObject) -> None:
     """Whatever the tool is fixed to and the driver's base is, and however little it has moved."""
     urdf, names = chain
     links = urdf.count('<link')

@@ -118,5 +118,5 @@ def _topic(recording: Recording, name: str) -> CatalogTopic:
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if count else 0.0
     types = dict.fromkeys(index.connections[number].type for number in numbers)
     return CatalogTopic(name, tuple(types), count,
-                          (count - 1) / duration_s if duration_s else 0.0,
-                          any(index.connections[number].latching for number in numbers))
+                        (count - 1) / duration_s if duration_s else 0.0,
+                        any(index.connections[number].latching for number in numbers))

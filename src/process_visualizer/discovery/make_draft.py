@@ -146,7 +146,7 @@ class _Making:
 
 
 def _add_joint_comments(device: DraftDevice, group: RobotGroup,
-                     groups: Sequence[RobotGroup]) -> None:
+                        groups: Sequence[RobotGroup]) -> None:
     """Add comments that name joints found only on the robot's topic, or only in its model."""
     topic, model = group.joint_topic, group.model
     if model is None or not topic.joints:

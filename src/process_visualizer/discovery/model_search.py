@@ -201,7 +201,6 @@ class ModelFit:
             for it in motion.samples]
         return [it for it in found if it is not None] if None not in found else []
 
-
     def _own(self, name: str) -> str:
         """Return a link or joint name without the prefix that the driver adds."""
         return name[len(self._prefix):] if name.startswith(self._prefix) else name
@@ -247,7 +246,7 @@ class ModelEvidence:
         return (_decided(models, lengths, 'its links are as far apart as on tf')
                 or self._by_motion(topic, models, fits) or self._by_names(topic, models)
                 or ModelChoice(0, f'nothing seen tells it from {_files(models[1:])}, which '
-                          'have the same joints: is it the one?'))
+                               'have the same joints: is it the one?'))
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:

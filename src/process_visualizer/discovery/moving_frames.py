@@ -68,8 +68,8 @@ def recorded_motions(recording: Recording) -> List[FrameMotion]:
                 samples = [it for place in places for it in _samples(recording, joints, place)]
                 if len(samples) >= MIN_SAMPLES:
                     found.append(FrameMotion(index.connections[joints].topic,
-                                        index.connections[number].topic, parent, frame,
-                                        tuple(samples)))
+                                             index.connections[number].topic, parent, frame,
+                                             tuple(samples)))
     return found
 
 

@@ -113,7 +113,7 @@ class RVizConfig:
         displays = [{**display, **self._grid} if display.get('Class') == _GRID else display
                     for display in self._displays]
         self._manager['Displays'] = [*displays, _WATCH_DISPLAY, _CALIBRATION_DISPLAY,
-                                    _STATUS_DISPLAY]
+                                     _STATUS_DISPLAY]
         saved = self._saved
         config = self._config if saved is None else merged_view(self._config, saved)
         if self._window is not None:

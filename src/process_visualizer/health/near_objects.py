@@ -200,8 +200,8 @@ class ObjectSpans:
                 moment: NearMoment) -> None:
         from_s = last.time_s if last.segment == moment.segment else moment.time_s
         span = self._join(NearSpan(device, level, min(from_s, moment.time_s),
-                               max(from_s, moment.time_s), f'object {seen.place()}',
-                               seen.distance_m))
+                                   max(from_s, moment.time_s), f'object {seen.place()}',
+                                   seen.distance_m))
         begun = self._begun.get((device, seen.number))
         if begun is None or begun.segment != moment.segment:
             self._begun[device, seen.number] = NearMoment(moment.segment, span.begin_s)

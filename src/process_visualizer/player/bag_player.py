@@ -204,8 +204,9 @@ class BagPlayer:
         self._stays = settings.keep_alive
         self._published_states = PlaybackClock()
         self._control_rate(settings)
-        self._ros_clock = None if not settings.clock_hz else SimulatedClock(
-            self._timeline, settings.clock_hz, self._playback.repeat_scene, self._node)
+        self._ros_clock = (SimulatedClock(self._timeline, settings.clock_hz,
+                                          self._playback.repeat_scene, self._node)
+                           if settings.clock_hz else None)
         self.control = PlayerControl(self._timeline, self._playback)
         self._thread: Optional[threading.Thread] = None
         self._reading = TopicReadingService(recording, self._topics, self._node,
@@ -497,8 +498,8 @@ def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Tim
 def _uneven_parts(timeline: Timeline, settings: PlayerSettings) -> UnevenParts:
     skip_s, delay_s = settings.skip_empty_s, settings.rate_control_max_delay_s
     return UnevenParts(timeline, None if skip_s is None else round(skip_s * NS_PER_S),
-                  settings.pause_topics,
-                  round(delay_s * NS_PER_S) if settings.rate_control_topic else None)
+                       settings.pause_topics,
+                       round(delay_s * NS_PER_S) if settings.rate_control_topic else None)
 
 
 def _ros_time(time_ns: int) -> rospy.Time:

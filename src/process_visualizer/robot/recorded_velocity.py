@@ -76,8 +76,8 @@ def _without_repetitions(times_s: np.ndarray, values: np.ndarray, hold_s: float)
 
 
 def _window_bounds(times_s: np.ndarray, segment: np.ndarray,
-            window_s: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the first sample (m,) of each window that is long enough, and the one after it."""
+                   window_s: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the first sample (m,) of each window that is long enough, and the one behind it."""
     first = np.searchsorted(times_s, times_s - window_s + TIE_S, side='right') - 1
     first = np.maximum(first, np.searchsorted(segment, segment, side='left'))
     behind = np.searchsorted(segment, segment, side='right')
@@ -360,7 +360,7 @@ class PosePart(NamedTuple):
     def within(self, part: 'PosePart') -> 'PosePart':
         """Return this part limited to another one."""
         return PosePart(min(max(self.begin_s, part.begin_s), part.end_s),
-                    max(min(self.end_s, part.end_s), part.begin_s))
+                        max(min(self.end_s, part.end_s), part.begin_s))
 
 
 class RecordedPose(NamedTuple):

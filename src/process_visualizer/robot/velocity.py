@@ -253,7 +253,7 @@ class ToolVelocity:
             self._begin_anew()
         self._newest_s = arrival_s
         self._waiting.append(_Arrival(arrival_s, wall_s, position, quaternion,
-                                     self._scaled.advance(wall_s, rate), rate))
+                                      self._scaled.advance(wall_s, rate), rate))
         self.settle(arrival_s)
 
     def settle(self, now_s: float) -> None:

@@ -291,7 +291,7 @@ class Viewer:
 
     def _launch(self) -> None:
         self._run = LaunchRun(os.path.join(self._folder, LAUNCH_FILE), lambda report: None,
-                        on_end=lambda code: self._events.put(partial(self._take_end, code)))
+                              on_end=lambda code: self._events.put(partial(self._take_end, code)))
         self._say('RViz is starting' if self._with_rviz else 'ready')
 
     def _take_end(self, code: int) -> None:

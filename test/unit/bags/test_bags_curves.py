@@ -90,7 +90,7 @@ def test_speed_and_force_of_a_robot(tmp_path: Path, devices: Any, compression: s
     speed, force = read_curves([path], devices(ROBOT), columns=100)
     assert (speed.device, speed.label, speed.unit, speed.topic) == ('ur', 'v', 'm/s', '/tcf')
     assert (force.device, force.label, force.unit, force.color) == ('ur', 'F', 'N',
-                                                                  (0.1, 0.2, 0.3))
+                                                                    (0.1, 0.2, 0.3))
     assert speed.color == (0.0, 0.8, 0.1)
     assert len(speed.times_s) == len(speed.low) == len(speed.high) == 100
     # half a window before the first and behind the last one there is no speed

@@ -117,7 +117,7 @@ class Player:
     def show(self, seen: Seen, messages: Sequence[LoadedMessage]) -> None:
         """Publish messages."""
         types = {it._type: it for it in (TFMessage, Marker, MarkerArray, JointState,
-                                            DiagnosticArray)}
+                                         DiagnosticArray)}
         for it in messages:
             connection = self.recording.index.connections[it.connection]
             if not it.withdrawn:

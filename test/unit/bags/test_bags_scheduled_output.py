@@ -82,7 +82,7 @@ class OutputMachine(RuleBasedStateMachine):
     def what_is_not_taken_back_is_published(self) -> None:
         assert self.output.published == self.count
         assert [it.number for it in self.viewer.log] == list(range(self.count
-                                                                  - self.viewer.waiting))
+                                                                   - self.viewer.waiting))
 
     @invariant()
     def what_is_ahead_is_bounded(self) -> None:

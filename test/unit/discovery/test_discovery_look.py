@@ -308,7 +308,7 @@ def test_makers_models_are_found_by_joints(monkeypatch: pytest.MonkeyPatch, file
 
 
 def test_an_arm_and_its_gripper_on_two_topics_are_one_robot(monkeypatch: pytest.MonkeyPatch,
-                                                           tmp_path: Path) -> None:
+                                                            tmp_path: Path) -> None:
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
     file = MAKERS / 'panda_style_description/robots/arm.urdf.xacro'
     arm = tuple(load_robot_description(str(file), ()).joints)

@@ -583,7 +583,7 @@ def test_a_run_is_shared_as_a_table_and_for_foxglove(stand: Stand, tmp_path: Pat
 
 
 def test_a_film_says_how_far_it_is_and_is_canceled(stand: Stand, tmp_path: Path,
-                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """The film itself is drawn in test/browser."""
     told: List[str] = []
 

@@ -47,7 +47,7 @@ def replace(path: Path, text: str) -> None:
 
 
 def test_a_change_is_noticed_and_so_is_its_end(watch: FileWatch, qtbot: Any,
-                                                config: Path) -> None:
+                                               config: Path) -> None:
     for text, outdated in ((OTHER, (str(config),)), (VALID, ())):
         with qtbot.waitSignal(watch.changed):
             config.write_text(text)
@@ -77,7 +77,7 @@ def test_a_file_that_goes_and_comes_back(watch: FileWatch, tasks: Tasks, qtbot: 
 
 
 def test_where_nothing_tells_of_changes_they_are_looked_for(watch: FileWatch, qtbot: Any,
-                                                           config: Path) -> None:
+                                                            config: Path) -> None:
     """As in a network folder."""
     watch._watcher.blockSignals(True)
     watch._timer.setInterval(20)

@@ -350,7 +350,7 @@ def test_objects_near_robots_are_bars_below_the_slider(stand: Stand) -> None:
         (Level.WARNING, -3.0), (Level.BAD, -2.0)]
     picture, below = stand.timeline.grab().toImage(), TRACK_Y + 9
     colors = [picture.pixelColor(round(stand.timeline.axis.x(at_s)), below).name()
-               for at_s in (-3.5, -2.5, -1.7, -1.2)]
+              for at_s in (-3.5, -2.5, -1.7, -1.2)]
     assert colors[1:] == [theme().warning, theme().bad, theme().warning]
     assert colors[0] not in (theme().warning, theme().bad)
 

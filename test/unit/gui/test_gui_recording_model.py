@@ -274,7 +274,7 @@ def test_a_mark_that_fails_is_told_and_not_counted(recording, client, qtbot):
 
 
 def test_a_mark_waits_with_its_time_until_the_recorder_responds(recording, client, clock, tasks,
-                                                                 qtbot):
+                                                                qtbot):
     state = told('recording', files=(client.path,), duration_s=1.0, stamp_s=5000.0)
     recording.take_state(state)
     clock.now_s += 20.0  # it hangs

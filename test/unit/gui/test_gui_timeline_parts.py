@@ -79,7 +79,7 @@ def test_every_color_becomes_readable_on_white(color: tuple) -> None:
 @pytest.mark.parametrize('color', [(1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)])
 def test_a_bright_color_keeps_its_hue(color: tuple) -> None:
     assert readable_color(color).hsvHue() == pytest.approx(QColor.fromRgbF(*color).hsvHue(),
-                                                             abs=2)
+                                                           abs=2)
 
 
 def test_a_dark_color_is_not_made_darker() -> None:

@@ -93,7 +93,7 @@ def test_grandchildren_are_found(start: Start, run_id: str) -> None:
 
 
 def test_who_executes_program_after_program_is_found_at_every_moment(start: Start,
-                                                                    run_id: str) -> None:
+                                                                     run_id: str) -> None:
     process = start(run_id, 'sh', '-c', 'exec sh -c "$0" "$0"', 'exec sh -c "$0" "$0"')
     assert [processes_of_run(run_id) for _ in range(100)] == [[process.pid]] * 100
 

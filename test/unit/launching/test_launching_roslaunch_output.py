@@ -35,7 +35,7 @@ CANNOT = ('ERROR: cannot launch node of type [pkg/kind]: Cannot locate node of t
     (FINISHED.format('simulator-7'), LaunchEvent('exited', '/simulator', 0)),
     (REQUIRED.format('rviz-1'), LaunchEvent('required_died', '/rviz')),
     (CANNOT, LaunchEvent('cannot_launch', 'pkg/kind',
-                          reason=CANNOT.split('[pkg/kind]: ')[1])),
+                         reason=CANNOT.split('[pkg/kind]: ')[1])),
     # from a roslaunch on another computer, which puts its name in front
     ('[pc-0]: ' + STARTED.format('far-1'), LaunchEvent('started', '/far')),
     ('[pc-0]: ' + DIED.format('far-1', 2), LaunchEvent('exited', '/far', 2)),

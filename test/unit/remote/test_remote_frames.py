@@ -72,7 +72,7 @@ def test_what_is_no_json_is_told(frame: bytes) -> None:
 
 def test_values_are_those_that_were_sent() -> None:
     first, second = LinkFrameReader().take(GREETING + json_frame(Kind.WANT, topics=['/tf'])
-                                       + number_frame(Kind.ACKNOWLEDGE, 1 << 40))
+                                           + number_frame(Kind.ACKNOWLEDGE, 1 << 40))
     assert first.json() == {'topics': ['/tf']}
     assert second.number() == 1 << 40
     with pytest.raises(FramesBroken):

@@ -79,11 +79,11 @@ def test_each_obstacle_has_its_own_sentence() -> None:
     assert 'closed' in unreachable(here, REFUSED, 'x')
     assert '--remote' in relay_silent('cell', '127.0.0.1:11411', REFUSED)
     assert 'ssh -N -L 11411:localhost:11411 cell' in relay_silent('cell', '127.0.0.1:11411',
-                                                                 REFUSED)
+                                                                  REFUSED)
     assert 'its ROS_IP' in relay_silent('cell', '10.0.0.1:11411', REFUSED)
     assert 'ROS_IP' not in relay_silent('cell', '0.0.0.0:11411', REFUSED)
     assert 'is the cell running there?' in nothing_there(Address('cell', None), REFUSED,
-                                                        REFUSED)[0]
+                                                         REFUSED)[0]
 
 
 def test_clocks() -> None:

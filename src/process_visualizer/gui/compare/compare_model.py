@@ -432,7 +432,7 @@ class CompareModel(QObject):
         progress = self._work
         progress.changed.connect(lambda part: self._take_progress(progress, activity, part))
         self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
-                                                                              result),
+                                                                               result),
                         lambda error: self._refuse(progress, error))
         self.changed.emit()
 

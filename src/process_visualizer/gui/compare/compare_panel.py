@@ -101,7 +101,7 @@ class ComparePanel(QWidget):
                                   _DEPARTURES_PX)
         self._finished: Sequence[FinishedRun] = ()
         self.departures = _RowsTree('departures', ('What differed', 'From', 'By how much'),
-                                _DEPARTURES_PX)
+                                    _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
             self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures,

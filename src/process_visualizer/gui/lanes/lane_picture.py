@@ -277,7 +277,7 @@ def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
     if soft:
         zero = np.float32((scale.high - min(max(0.0, scale.low), scale.high)) * dots)
         body = covered_dots(np.where(known, np.minimum(upper, zero), upper),
-                        np.where(known, np.maximum(lower, zero), upper), rows)
+                            np.where(known, np.maximum(lower, zero), upper), rows)
         body *= np.float32(soft)
         np.maximum(covered, body, out=covered)
     covered *= np.float32(MAX_OPAQUE)

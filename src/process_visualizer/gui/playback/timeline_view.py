@@ -110,7 +110,7 @@ def draw_moments(
 
 def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
     color = QColor({MomentKind.EVENT: theme().quiet, MomentKind.DEPARTURE: theme().bad,
-                     MomentKind.ANCHOR: theme().accent}[kind])
+                    MomentKind.ANCHOR: theme().accent}[kind])
     painter.fillRect(QRectF(round(x), _MIDDLE, 1, bottom - _MIDDLE), color)
     painter.setPen(QPen(color, 1.4))
     painter.setBrush(color if kind is MomentKind.ANCHOR else QColor(theme().paper))

@@ -369,7 +369,7 @@ _TOOLTIPS = {
     NameChoice.PREFIX: 'Use a prefix, with the date and time behind it',
     NameChoice.NAME: 'Use the following file name'}
 _NAME_TEXTS = {NameChoice.DATE: 'Date and time',
-          NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
+               NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
 
 
 _PROBLEM_LINES = 2  # always reserved, so that the buttons below do not move

@@ -314,7 +314,7 @@ def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingSt
     if not is_there:
         return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
     return RecordingStep(state._replace(finished=FinishedBag((path,)),
-                               ended=state.ended.union((path,))), (path,))
+                                        ended=state.ended.union((path,))), (path,))
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:

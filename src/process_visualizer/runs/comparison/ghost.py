@@ -300,7 +300,7 @@ def _tool_arrow(arm: GhostArm, quantity: str, frame: str, times_s: np.ndarray,
     foot_link, foot = (link, place) if is_carried else arm.fixed(arm.tool) or (link, place)
     turned = vectors @ matrix_from_quaternion(place.quaternion).T
     return ReferenceArrow(f'{arm.device.name}/{quantity}', link, foot_link, foot.position, times_s,
-                      _drawn(turned, configured_arrow(arm.device, quantity)))
+                          _drawn(turned, configured_arrow(arm.device, quantity)))
 
 
 def _drawn(vectors: np.ndarray, style: ArrowStyle) -> np.ndarray:
@@ -330,7 +330,7 @@ def _variable_arrows(device: Device, known: Sequence[GhostArm],
         axis = matrix_from_quaternion(place.quaternion) @ _unit(variable)
         foot = place.then(Placement((x, y, z))).position
         yield ReferenceArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,
-                         length_m[:, np.newaxis] * axis)
+                             length_m[:, np.newaxis] * axis)
 
 
 def _unit(variable: Variable) -> np.ndarray:

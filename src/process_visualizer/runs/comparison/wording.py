@@ -47,7 +47,7 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
         if it.too_seldom:
             continue
         stretches.setdefault(_named(it.signal), []).append(f'{clock(it.begin_s)} to '
-                                                        f'{clock(it.end_s)}')
+                                                           f'{clock(it.end_s)}')
     texts = [f'not judged: {name} from {", ".join(found[:3])}'
              f'{f" and {len(found) - 3} more" if len(found) > 3 else ""} (no data)'
              for name, found in stretches.items()]
