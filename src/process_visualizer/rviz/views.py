@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 import hashlib
 import os
+from collections import defaultdict, deque
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple
+from typing import Any, DefaultDict, Deque, Dict, Iterable, List, Mapping, Optional, Tuple
 from urllib.parse import quote, unquote
 
 import numpy as np
@@ -143,6 +144,7 @@ def _reason(error: Exception) -> str:
 
 ViewConfig = Dict[str, Any]
 _MANAGER = 'Visualization Manager'
+_MAX_NUMBER = 1e9
 _GENERATED_KEYS = ('Class', 'Name', 'Displays')
 
 
@@ -156,7 +158,8 @@ def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewC
     result: ViewConfig = copy.deepcopy({**generated, **saved})
     ours, his = _mapping(generated, _MANAGER), _mapping(saved, _MANAGER)
     result[_MANAGER] = copy.deepcopy({
-        **ours, **his, 'Displays': _merged_displays(_displays(ours), _displays(his)),
+        **ours, **his, 'Displays': _merged_displays(_mappings(ours, 'Displays'),
+                                                    _mappings(his, 'Displays')),
         'Global Options': {**_mapping(ours, 'Global Options'), **_mapping(his, 'Global Options'),
                            'Fixed Frame': _mapping(ours, 'Global Options').get('Fixed Frame')}})
     result['Preferences'] = {**_mapping(saved, 'Preferences'), **_mapping(generated, 'Preferences')}
@@ -164,10 +167,19 @@ def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewC
 
 
 def _merged_displays(generated: List[ViewConfig], saved: List[ViewConfig]) -> List[ViewConfig]:
-    by_identity = {_identity(display): display for display in saved}
-    merged = [_merged_display(display, by_identity.pop(_identity(display), {}))
-              for display in generated]
-    return merged + list(by_identity.values())
+    """Return the generated displays with the settings of the saved ones, then the other saved ones.
+
+    Several displays may have the same type and name: the operator can add such displays.
+    """
+    rest = dict(enumerate(saved))
+    numbers: DefaultDict[Tuple[str, str], Deque[int]] = defaultdict(deque)
+    for number, display in rest.items():
+        numbers[_identity(display)].append(number)
+    merged = []
+    for display in generated:
+        alike = numbers[_identity(display)]
+        merged.append(_merged_display(display, rest.pop(alike.popleft()) if alike else {}))
+    return merged + list(rest.values())
 
 
 def _merged_display(generated: ViewConfig, saved: ViewConfig) -> ViewConfig:
@@ -176,7 +188,8 @@ def _merged_display(generated: ViewConfig, saved: ViewConfig) -> ViewConfig:
         if key in generated:
             result[key] = generated[key]
     if 'Displays' in generated:
-        result['Displays'] = _merged_displays(_displays(generated), _displays(saved))
+        result['Displays'] = _merged_displays(_mappings(generated, 'Displays'),
+                                              _mappings(saved, 'Displays'))
     return result
 
 
@@ -200,8 +213,18 @@ def _mapping(config: Mapping[str, Any], key: str) -> Dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _displays(config: Mapping[str, Any]) -> List[ViewConfig]:
-    value = config.get('Displays')
+def _number(config: Mapping[str, Any], key: str, default: float) -> float:
+    """Return the number below a key; the default if a hand-edited file has another value there."""
+    try:
+        number = float(config.get(key, default))
+    except (TypeError, ValueError, OverflowError):
+        return default
+    return number if abs(number) <= _MAX_NUMBER else default  # also if it is not a number
+
+
+def _mappings(config: Mapping[str, Any], key: str) -> List[Dict[str, Any]]:
+    """Return the mappings in the list below a key, without what a hand has put beside them."""
+    value = config.get(key)
     return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
 
 
@@ -219,8 +242,8 @@ def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
     view = _orbit(cell, content)
     if view is None:
         return []
-    window = content.get('Window Geometry') or {}
-    aspect = scene_aspect(window.get('Width', 1), window.get('Height', 1))
+    window = _mapping(content, 'Window Geometry')
+    aspect = scene_aspect(_number(window, 'Width', 1), _number(window, 'Height', 1))
     return [Problem(device.location, 'device',
                     f'"{device.name}" is not visible in the chosen view "{name}"; '
                     'move the camera in RViz and save it again, or choose the generated view')
@@ -231,12 +254,13 @@ def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
 
 def _orbit(cell: Cell, content: Mapping[str, Any]) -> Optional[Mapping[str, Any]]:
     """Return the camera if it orbits a point of the global frame, else None."""
-    view: Any = content
-    for key in ('Visualization Manager', 'Views', 'Current'):
-        view = view.get(key) if isinstance(view, Mapping) else None
-    if not isinstance(view, Mapping) or view.get('Class') not in _ORBITS:
+    view = _mapping(_mapping(_mapping(content, _MANAGER), 'Views'), 'Current')
+    if view.get('Class') not in _ORBITS \
+            or view.get('Target Frame') not in ('<Fixed Frame>', cell.frame):
         return None
-    return view if view.get('Target Frame') in ('<Fixed Frame>', cell.frame) else None
+    focus = _mapping(view, 'Focal Point')
+    return {**{key: _number(view, key, 0.0) for key in ('Pitch', 'Yaw', 'Distance')},
+            'Focal Point': {axis: _number(focus, axis, 0.0) for axis in 'XYZ'}}
 
 
 _CHANGING_DISPLAYS = ('process_visualizer/DisplayStatus', 'process_visualizer/ReplayBand',
@@ -247,13 +271,13 @@ _CHANGING_TOOLS = ('rviz/Interact', 'rviz/SetInitialPose', 'rviz/SetGoal', 'rviz
 
 def onlooker_view(config: Dict[str, Any]) -> Dict[str, Any]:
     """Return the content of an .rviz file without displays and tools that publish anything."""
-    manager = dict(config['Visualization Manager'])
-    manager['Displays'] = _without(manager.get('Displays') or [], _CHANGING_DISPLAYS)
-    manager['Tools'] = _without(manager.get('Tools') or [], _CHANGING_TOOLS)
-    return {**config, 'Visualization Manager': manager}
+    manager = dict(_mapping(config, _MANAGER))
+    manager['Displays'] = _without(manager, 'Displays', _CHANGING_DISPLAYS)
+    manager['Tools'] = _without(manager, 'Tools', _CHANGING_TOOLS)
+    return {**config, _MANAGER: manager}
 
 
-def _without(items: List[Any], classes: 'tuple[str, ...]') -> List[Any]:
-    """Return the items of other classes, also within groups."""
-    return [{**it, 'Displays': _without(it['Displays'], classes)} if it.get('Displays') else it
-            for it in items if it.get('Class') not in classes]
+def _without(config: ViewConfig, key: str, classes: Tuple[str, ...]) -> List[ViewConfig]:
+    """Return the items in the list below a key that have other classes, also within groups."""
+    return [{**it, 'Displays': _without(it, 'Displays', classes)} if it.get('Displays') else it
+            for it in _mappings(config, key) if it.get('Class') not in classes]

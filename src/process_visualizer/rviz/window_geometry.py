@@ -31,19 +31,24 @@ class Rectangle:
     height: int
 
 
-def scene_aspect(width: int, height: int) -> float:
+def scene_aspect(width: float, height: float) -> float:
     """Return width over height of the scene in a generated RViz window of a given size."""
     displays = 0 if width < _WIDTH_FOR_DISPLAYS_PX else _DISPLAYS_PX
     return max(width - displays - _DOCK_EDGES_PX, 1) / max(height - _BARS_PX, 1)
 
 
 def moved_aside(geometry: Any) -> Dict[str, Any]:
-    """Return the geometry of a second window that leaves the first one and its bars visible."""
+    """Return the geometry of a second window that leaves the first one and its bars visible.
+
+    X and Y are below 0 on a screen to the left of the first one, or above it.
+    """
     found = dict(geometry) if isinstance(geometry, dict) else {}
-    for key, change in (('X', _ASIDE_PX), ('Y', _ASIDE_PX), ('Width', -_ASIDE_PX),
-                        ('Height', -_ASIDE_PX)):
+    for key in ('X', 'Y'):
         if isinstance(found.get(key), int):
-            found[key] = max(found[key] + change, _ASIDE_PX)
+            found[key] += _ASIDE_PX
+    for key in ('Width', 'Height'):
+        if isinstance(found.get(key), int):
+            found[key] = max(found[key] - _ASIDE_PX, _ASIDE_PX)
     return found
 
 

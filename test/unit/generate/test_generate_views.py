@@ -6,6 +6,7 @@ import copy
 from pathlib import Path
 from typing import Any, Callable, Dict
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -15,7 +16,13 @@ from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate, generate_parts
 from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
-from process_visualizer.rviz.views import SavedViewError, SavedViews, merged_view
+from process_visualizer.rviz.views import (
+    SavedViewError,
+    SavedViews,
+    merged_view,
+    onlooker_view,
+    view_warnings,
+)
 from process_visualizer.rviz.window_geometry import Rectangle, window_geometry
 
 VIEW = 'Visualization Manager: {Displays: []}\n'
@@ -160,6 +167,19 @@ def test_markers_of_earlier_views_are_not_shown_twice() -> None:
     assert (display['Class'], display['Enabled']) == ('process_visualizer/MarkerArray', False)
 
 
+def test_displays_of_one_name_are_all_kept(generated: Config) -> None:
+    saved = copy.deepcopy(generated)
+    shown = saved['Visualization Manager']['Displays']
+    twins = [{'Class': 'rviz/TF', 'Name': 'TF', 'Frames': number} for number in range(3)]
+    points = {'Class': 'rviz/PointCloud2', 'Name': 'Points', 'Topic': '/a'}
+    shown += [twins[0], points, twins[1], points, twins[2]]
+    assert merged_view(generated, saved) == saved
+    for _ in twins:  # the first ones are merged with the generated ones
+        generated['Visualization Manager']['Displays'].append({'Class': 'rviz/TF', 'Name': 'TF'})
+        merged = merged_view(generated, saved)['Visualization Manager']['Displays']
+        assert [it['Frames'] for it in merged if it['Name'] == 'TF'] == [0, 1, 2]
+
+
 def test_what_the_configuration_says_is_kept(generated: Config) -> None:
     saved = copy.deepcopy(generated)
     displays(saved)['Points']['Topic'] = '/old/points'
@@ -188,6 +208,42 @@ def test_files_that_a_hand_has_broken(options: Any, shown: Any, window: Any) -> 
     manager = merged['Visualization Manager']
     assert manager['Global Options']['Fixed Frame'] == 'world'
     assert manager['Displays'][0]['Displays'][0]['Topic'] == '/cam/points'
+
+
+ORBIT = {'Class': 'rviz/Orbit', 'Target Frame': '<Fixed Frame>', 'Distance': 5.0}
+
+
+@pytest.mark.parametrize('camera', [
+    {}, {'Distance': 'far'}, {'Distance': 10 ** 400}, {'Distance': [5.0]}, {'Focal Point': [0, 0]},
+    {'Focal Point': {'X': 'left', 'Y': None}}, {'Pitch': {}, 'Yaw': float('nan')}])
+@pytest.mark.parametrize('window', [
+    ['Width', 800], 'wide', None, {'Width': 'wide', 'Height': []}, {'Width': '800', 'Height': 600}])
+def test_a_view_that_a_hand_has_broken_is_checked(parse: Callable[[str], Cell], window: Any,
+                                                  camera: Config) -> None:
+    content = {'Window Geometry': window,
+               'Visualization Manager': {'Views': {'Current': {**ORBIT, **camera}}}}
+    extent = {'cam': np.array([[1000.0, 1000.0, 1000.0]])}
+    [warning] = view_warnings(parse(TEXT), 'mine', content, extent)
+    assert '"cam" is not visible in the chosen view "mine"' in str(warning)
+    seen = view_warnings(parse(TEXT), 'mine', content, {'cam': np.zeros((1, 3))})
+    assert bool(seen) == (camera.get('Distance', 5.0) != 5.0)
+
+
+@pytest.mark.parametrize('content', [
+    {'Views': ['Current']}, {'Views': {'Current': 'Orbit'}}, {'Views': None}])
+def test_a_view_without_a_camera_is_not_checked(parse: Callable[[str], Cell],
+                                                content: Config) -> None:
+    extent = {'cam': np.array([[1000.0, 1000.0, 1000.0]])}
+    assert view_warnings(parse(TEXT), 'mine', {'Visualization Manager': content}, extent) == []
+
+
+@given(VALUES, VALUES, VALUES)
+def test_onlookers_see_what_is_left_of_a_broken_view(shown: Any, tools: Any, group: Any) -> None:
+    grid = {'Class': 'rviz/Grid', 'Name': 'Grid'}
+    broken = [grid, {'Class': 'rviz/Group', 'Displays': group}]
+    for displays in (shown, [shown, *broken]):
+        seen = onlooker_view({'Visualization Manager': {'Displays': displays, 'Tools': tools}})
+        assert (grid in seen['Visualization Manager']['Displays']) == (displays != shown)
 
 
 def test_choice_with_window_and_view(parse: Callable[[str], Cell], generated: Config) -> None:

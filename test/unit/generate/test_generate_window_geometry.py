@@ -2,7 +2,7 @@
 """RViz's window: its place on the screen, and what it shows beside the scene."""
 from __future__ import annotations
 
-from process_visualizer.rviz.window_geometry import Rectangle, window_geometry
+from process_visualizer.rviz.window_geometry import Rectangle, moved_aside, window_geometry
 
 
 def test_large_window_shows_the_displays() -> None:
@@ -28,3 +28,11 @@ def test_docks_that_the_operator_has_chosen() -> None:
     assert section == {**window_geometry(window), 'Hide Left Dock': False, 'Views': {'a': 1},
                        'QMainWindow State': '00ff'}
     assert window_geometry(window, 'broken by hand') == window_geometry(window)
+
+
+def test_a_second_window_stays_on_its_screen() -> None:
+    """Of screens to the left of the first one, and above it, places are below 0."""
+    assert moved_aside({'X': -1900, 'Y': -1080, 'Width': 1000, 'Height': 70, 'Views': {}}) == {
+        'X': -1840, 'Y': -1020, 'Width': 940, 'Height': 60, 'Views': {}}
+    for broken in (['X', 1], 'wide', None, {'X': 'left', 'Width': 'wide'}):
+        assert moved_aside(broken) == (broken if isinstance(broken, dict) else {})
