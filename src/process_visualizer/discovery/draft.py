@@ -58,17 +58,6 @@ class DraftDevice:
         """Return the first active element with a tag, or None."""
         return next((it for it in self.elements if it.tag == tag and it.active), None)
 
-    @property
-    def topics(self) -> List[str]:
-        """The names of the device's topics, for example ``arm/joint_states``."""
-        found = []
-        for it in self.elements:
-            if it.active and it.tag == 'topic':
-                found.append(f'{it.attributes.get("ns", "")}/{it.attributes["name"]}')
-            elif it.active and it.tag == 'variable':
-                found.append(it.attributes['topic'])
-        return found
-
 
 @dataclass
 class Draft:

@@ -168,7 +168,7 @@ def _crops_outputs(names: Set[str]) -> Set[str]:
 
 def _is_source(group: CameraGroup, cloud: SeenTopic) -> bool:
     """Return whether a cropped cloud may come from a camera."""
-    is_near = group.namespace.partition('/')[0] == cloud.name.split('/')[1]
+    is_near = group.namespace.split('/')[0] == cloud.name.strip('/').split('/')[0]
     return group.is_depth_sensor and (is_near or bool(set(group.frames) & set(cloud.frames)))
 
 

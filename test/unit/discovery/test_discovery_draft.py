@@ -28,6 +28,7 @@ from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.robot_topics import FoundModel
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenNumber, SeenTopic
+from process_visualizer.discovery.topic_groups import device_topics
 from process_visualizer.robot.description import describe_devices
 
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift', 'elbow'], ['panda_joint1', 'panda_joint2']
@@ -229,9 +230,19 @@ def test_own_outputs_are_left_out(tmp_path: Path) -> None:
     recorded = [dataclasses.replace(it, publishers=()) for it in topics[:2]]
     marks = SeenTopic('/a/tool_velocity', 'geometry_msgs/TwistStamped')
     whole = camera('depth_registered/points')
-    devices = make_draft(Seen('x', (*topics, *whole)), []).draft.devices
-    assert [it.topics for it in devices] == [['cam/depth_registered/points']]
+    [device] = make_draft(Seen('x', (*topics, *whole)), []).draft.devices
+    assert [(it.attributes['ns'], it.attributes['name']) for it in device.elements
+            if it.tag == 'topic'] == [('cam/depth_registered', 'points')]
     assert make_draft(Seen('x', (*recorded, marks)), []).draft.devices == []
+
+
+@pytest.mark.parametrize('slash', ['/', ''])
+def test_a_cropped_cloud_beside_its_camera_is_left_out(slash: str) -> None:
+    """Also if a recorder wrote names without the slash before them, or frames are not known."""
+    topics = [SeenTopic(f'{slash}cam/{name}', kind) for name, kind in (
+        ('depth/points', CLOUD), ('roi_points', CLOUD),
+        ('roi_filter/outline', 'visualization_msgs/Marker'))]
+    assert [it.name for it in device_topics(topics)] == [f'{slash}cam/depth/points']
 
 
 @pytest.mark.parametrize('others', [
