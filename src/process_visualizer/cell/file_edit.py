@@ -534,6 +534,19 @@ def _ends(data: bytes) -> Dict[int, int]:
     return ends
 
 
+def with_last(data: bytes, text: str) -> bytes:
+    """Return a document with further elements at the end of its root, given as whole lines.
+
+    Raises:
+        ValueError: it is not well-formed, or the root has no end tag (``<visualizer />``).
+    """
+    root = start_tags(data)[0]
+    end, encoding = _ends(data)[root.offset], encoding_of(data)
+    if not data.startswith('</'.encode(encoding), end):
+        raise ValueError('the root has no end tag before which anything could be written')
+    return data[:end] + text.encode(encoding, 'xmlcharrefreplace') + data[end:]
+
+
 def _parts(data: bytes, tag: StartTag) -> Tuple[str, str]:
     """Return the start tag up to its last attribute, and the text that follows."""
     if not data[tag.offset:].startswith(b'<'):

@@ -16,7 +16,6 @@ from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.confinement import confined, confined_arguments
 from process_visualizer.cell.element_reader import read_xml
-from process_visualizer.cell.elements import ROOT
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.file_edit import (
     PoseEditError,
@@ -24,6 +23,7 @@ from process_visualizer.cell.file_edit import (
     encoding_of,
     start_tags,
     tag_text,
+    with_last,
     without,
 )
 from process_visualizer.cell.model import Cell, Device, Model, Pose
@@ -222,11 +222,10 @@ def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:
 
 def _with_process(data: bytes, process: Optional[Process]) -> bytes:
     """Return the file with the elements of the process at its end."""
-    before, end, behind = data.rpartition(f'</{ROOT}>'.encode(encoding_of(data)))
-    if process is None or not end:
+    if process is None:
         return data
-    lines = [line for it in process.elements for line in element_lines(it, '  ')]
-    return before + ('\n'.join(lines) + '\n').encode(encoding_of(data)) + end + behind
+    return with_last(data, ''.join(f'{line}\n' for it in process.elements
+                                   for line in element_lines(it, '  ')))
 
 
 def _confine(main: str, folder: str, provenance: Provenance,

@@ -15,7 +15,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.cell.file_edit import PoseEditError, PoseEditor, number_text
+from process_visualizer.cell.file_edit import (
+    PoseEditError,
+    PoseEditor,
+    number_text,
+    with_last,
+)
 from process_visualizer.cell.model import Cell, Pose
 from process_visualizer.cell.xml_parser import XmlParser
 
@@ -326,3 +331,24 @@ def test_a_tool_that_is_not_added(tmp_path: Path, text: str, problem: str) -> No
     with pytest.raises(PoseEditError, match=problem):
         PoseEditor(parsed(path)).save_tool('a', 'tool0', ZERO)
     assert path.read_text() == f'<visualizer>{text}</visualizer>'
+
+
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'latin-1'])
+@pytest.mark.parametrize('end', ['</v>', '</v >\n', '</v\t><!-- </v> -->', '</v><?v </v>?>'])
+def test_an_element_is_added_at_the_end_of_the_root(end: str, encoding: str) -> None:
+    head = f'<?xml version="1.0" encoding="{encoding.replace("-sig", "")}"?>\n<v>\n'
+    before = f'{head}<!-- </v> --><a><![CDATA[</v>]]>ü</a>\n{end}'.encode(encoding)
+    after = with_last(before, '  <b name="é"/>\n').decode(encoding)
+    assert after == before.decode(encoding).replace(f'\n{end}', f'\n  <b name="é"/>\n{end}')
+
+
+def test_a_letter_that_the_encoding_does_not_have_is_written_as_a_number() -> None:
+    head = '<?xml version="1.0" encoding="latin-1"?>'
+    assert with_last(f'{head}<v></v>'.encode(), '<b name="λ"/>') == \
+        f'{head}<v><b name="&#955;"/></v>'.encode()
+
+
+@pytest.mark.parametrize('text', ['<v/>', '<v />', '<v></w>', ''])
+def test_a_root_without_an_end_gets_no_element(text: str) -> None:
+    with pytest.raises(ValueError, match='no end tag|not well-formed'):
+        with_last(text.encode(), '<b/>')

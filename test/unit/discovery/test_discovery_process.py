@@ -126,12 +126,16 @@ CELL = """<visualizer>
 """
 
 
+@pytest.mark.parametrize('end', ['</visualizer>', '</visualizer\n>', '</visualizer><!-- not in '
+                                 'this comment: </visualizer> -->'])
 @pytest.mark.parametrize('run, is_proposed', [
     ('', True), ('<event name="a" topic="plc/busy" above="0.5"/>', False)])
 def test_a_stored_configuration_is_completed_with_what_a_run_is(
-        tmp_path: Path, capsys: pytest.CaptureFixture[str], run: str, is_proposed: bool) -> None:
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], run: str, is_proposed: bool,
+        end: str) -> None:
     bag, stored = recorded(tmp_path / 'a.bag', 6, False), tmp_path / 'stored.xml'
-    stored.write_text(CELL.format(run=run, more='<topic ns="plc" name="gripper"/>'))
+    stored.write_text(CELL.format(run=run, more='<topic ns="plc" name="gripper"/>').replace(
+        '</visualizer>', end))
     with rosbag.Bag(bag, 'a') as file:
         file.write(f'/{CONFIGURATION.strip("/")}', String(configuration_text(
             XmlParser().parse(str(stored)))), genpy.Time(1000))
@@ -140,6 +144,7 @@ def test_a_stored_configuration_is_completed_with_what_a_run_is(
     assert ('6 runs of' in said) == is_proposed == ('<run begin="busy begins"' in text)
     assert 'group="plc/variant"' in text or not is_proposed
     assert 'plc/pattern_index' not in text.partition('<visualizer')[2]  # no device has it
+    assert end in text
 
 
 def test_what_happens_once_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
