@@ -11,7 +11,6 @@ from typing import Any, Callable, Iterator, List
 import pytest
 import rosbag
 from genpy import Time
-from PyQt5.QtCore import QSettings
 from running_program import SMALL_CELL_NODES, Program, Surroundings, gui
 from std_msgs.msg import Float64
 from surroundings import wait_until
@@ -156,7 +155,7 @@ def roslaunch_and_interrupt(around: Surroundings, start: Start, argument: str) -
 def remembered(around: Surroundings, name: str) -> Any:
     """What the window, as it was when it was closed, has written down."""
     path = around.settings / 'process_visualizer' / 'launcher.conf'
-    return Settings(QSettings(str(path), QSettings.NativeFormat)).value(name)
+    return Settings(str(path)).value(name)
 
 
 def test_port_of_the_master_is_taken(around: Surroundings, start: Start) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Iterator, List
 
 import pytest
-from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
+from PyQt5.QtCore import QPoint, QRect, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QDialog, QLabel, QPushButton
 
@@ -25,7 +25,7 @@ class Desk:
     """The windows on a screen, without RViz: where it would be."""
 
     def __init__(self, qtbot: Any, folder: Path) -> None:
-        self.settings = Settings(QSettings(str(folder / 'settings'), QSettings.IniFormat))
+        self.settings = Settings(str(folder / 'settings'))
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, self.settings)
         self.keeper = WindowKeeper(self.window, self.launcher, self.settings)

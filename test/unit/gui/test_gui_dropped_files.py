@@ -8,7 +8,7 @@ from typing import Any, Iterator, List, Sequence
 import pytest
 import rosbag
 from genpy import Time
-from PyQt5.QtCore import QEvent, QMimeData, QPoint, QPointF, QSettings, Qt, QUrl
+from PyQt5.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PyQt5.QtGui import QDragEnterEvent, QDropEvent
 from PyQt5.QtWidgets import QApplication, QLabel, QMessageBox, QPushButton
 from std_msgs.msg import Float64
@@ -25,8 +25,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 def window(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LauncherApp]:
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
     launcher = Launcher()
-    app = LauncherApp(launcher, Settings(QSettings(str(tmp_path / 'settings'),
-                                                   QSettings.IniFormat)))
+    app = LauncherApp(launcher, Settings(str(tmp_path / 'settings')))
     qtbot.addWidget(app)
     app.show()
     yield app

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Iterator, List, Sequence
 
 import pytest
-from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
+from PyQt5.QtCore import QPoint, QRect, Qt
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -31,8 +31,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 def window(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LauncherApp]:
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
     launcher = Launcher()
-    app = LauncherApp(launcher, Settings(QSettings(str(tmp_path / 'settings'),
-                                                   QSettings.IniFormat)))
+    app = LauncherApp(launcher, Settings(str(tmp_path / 'settings')))
     qtbot.addWidget(app)
     app.show()
     yield app

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any, Iterator, List, Optional, Tuple
 
 import pytest
-from PyQt5.QtCore import QPoint, QRect, QSettings, QSize, Qt
+from PyQt5.QtCore import QPoint, QRect, QSize, Qt
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -53,8 +53,7 @@ def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def window(qtbot: Any, config: Path) -> Iterator[LauncherApp]:
     launcher = Launcher()
-    app = LauncherApp(launcher, Settings(QSettings(str(config.parent / 'settings'),
-                                                   QSettings.IniFormat)))
+    app = LauncherApp(launcher, Settings(str(config.parent / 'settings')))
     below = QStackedWidget()  # as WindowKeeper does it
     below.addWidget(app.playback.below)
     for widget in (app, below):

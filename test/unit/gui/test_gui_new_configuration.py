@@ -7,7 +7,6 @@ from typing import List, Tuple
 
 import pytest
 from held_tasks import HeldTasks
-from PyQt5.QtCore import QSettings
 from PyQt5.QtWidgets import QFileDialog, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -79,7 +78,7 @@ def test_why_there_is_none(qapp: object, path: Path) -> None:
 
 
 def test_the_offer_stands_where_nothing_was_open_before(path: Path) -> None:
-    settings = Settings(QSettings(str(path.parent / 'settings'), QSettings.IniFormat))
+    settings = Settings(str(path.parent / 'settings'))
     assert _last_configuration(settings) == {}
     settings.store('configuration', {'path': str(path), 'arguments': {}})
     assert _last_configuration(settings) == {}

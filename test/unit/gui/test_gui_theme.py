@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from PyQt5.QtCore import QSettings
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QLabel, QTreeWidget, QTreeWidgetItem
 
@@ -119,7 +118,7 @@ def test_widgets_that_become_unreachable_meanwhile_outlive_the_change(change: st
 class TestChoice:
     @pytest.fixture
     def settings(self, tmp_path: Path) -> Settings:
-        return Settings(QSettings(str(tmp_path / 'settings'), QSettings.IniFormat))
+        return Settings(str(tmp_path / 'settings'))
 
     def test_it_is_that_of_the_desktop_at_first(self, app, settings) -> None:
         ThemeChoice(app, DesktopTheme(palette(DARK)), settings)

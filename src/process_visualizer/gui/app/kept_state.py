@@ -7,7 +7,7 @@ import os
 from collections import deque
 from typing import Any, Callable, Deque, Dict, Mapping, Optional
 
-from PyQt5.QtCore import QObject, QSettings, pyqtSignal
+from PyQt5.QtCore import QObject, QSettings, QStandardPaths, pyqtSignal
 
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.whole_file import small_file, write_small_file
@@ -86,20 +86,40 @@ def _write(path: str, values: Values) -> None:
     write_small_file(path, json.dumps(values, indent=1).encode())
 
 
-class Settings:
-    """The user's file of settings (``~/.config/process_visualizer/launcher.conf``)."""
+_MAX_SETTINGS_BYTES = 1 << 20  # the launcher writes some kB
 
-    def __init__(self, settings: Optional[QSettings] = None) -> None:
-        self._settings = settings or QSettings('process_visualizer', 'launcher')
+
+class Settings:
+    """A file of the user (``~/.config/process_visualizer/launcher.conf``).
+
+    What cannot be a file of settings is left alone: Qt would wait for a pipe forever. ``problem``
+    then says why, and values are kept only until the program ends.
+    """
+
+    def __init__(self, path: Optional[str] = None) -> None:
+        """Read a file; the default is that of the user."""
+        self._path = path or _users_file()
+        self._settings: Optional[QSettings] = None
+        self._unsaved: Dict[str, str] = {}
+        self.problem = ''
+        try:
+            small_file(self._path, _MAX_SETTINGS_BYTES)
+        except FileNotFoundError:
+            pass  # this is the first session
+        except OSError as error:
+            self.problem = ('The settings of the last session cannot be read, and those of this '
+                            f'one are not kept: {self._path}: {error.strerror}')
+        if not self.problem:
+            self._settings = QSettings(self._path, QSettings.NativeFormat)
 
     @property
     def folder(self) -> str:
         """The folder of the file."""
-        return os.path.dirname(self._settings.fileName())
+        return os.path.dirname(self._path)
 
     def value(self, name: str, default: Any = None) -> Any:
         """Return what was stored under a name, of the type in which it was stored."""
-        text = self._settings.value(name)
+        text = self._unsaved.get(name) if self._settings is None else self._settings.value(name)
         if text is None:
             return default
         try:
@@ -109,8 +129,17 @@ class Settings:
 
     def store(self, name: str, value: Any) -> None:
         """Remember a number, text, truth value, list or dictionary."""
-        self._settings.setValue(name, json.dumps(value))
+        if self._settings is None:
+            self._unsaved[name] = json.dumps(value)
+        else:
+            self._settings.setValue(name, json.dumps(value))
 
     def sync(self) -> None:
-        """Write everything into the file now; Qt alone waits until the program is idle."""
-        self._settings.sync()
+        """Write everything into the file now; otherwise Qt does, when the program is idle."""
+        if self._settings is not None:
+            self._settings.sync()
+
+
+def _users_file() -> str:
+    folder = QStandardPaths.writableLocation(QStandardPaths.GenericConfigLocation)
+    return os.path.join(folder, 'process_visualizer', 'launcher.conf')

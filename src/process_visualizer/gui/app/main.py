@@ -60,6 +60,8 @@ def main() -> int:
     signals.received.connect(window.leave)
     keeper = WindowKeeper(window, launcher, settings)
     window.show()
+    if settings.problem:
+        launcher.failed.emit(settings.problem)
     kept = KeptState(os.path.join(settings.folder, FILE_NAME), launcher.tasks, launcher.restore,
                      launcher.settings, launcher)
     kept.failed.connect(launcher.failed)
