@@ -2,7 +2,7 @@
 """Recordings of five cells for bench/page_truth.py, each with a good run beside it.
 
 Drivers are imitated as they are: several messages for a robot's joints, rates of their own, jitter,
-stamps that are older than the message, arrays without stamps, wheels that turn for ever.
+stamps that are older than the message, arrays without stamps, wheels that turn forever.
 """
 from __future__ import annotations
 

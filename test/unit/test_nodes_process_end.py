@@ -27,7 +27,7 @@ print(*called)
 
 
 def test_nothing_is_forgotten_that_is_to_be_done_at_the_end() -> None:
-    """Else a player that a signal reaches while it begins would wait for ever."""
+    """Else a player that a signal reaches while it begins would wait forever."""
     ended = subprocess.run([sys.executable, '-c', ENDS], stdout=subprocess.PIPE, text=True,
                            check=True, timeout=60)
     assert ended.stdout.split() == ['before', 'meanwhile', 'after']

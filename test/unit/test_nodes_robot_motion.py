@@ -189,7 +189,7 @@ def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot:
 
 
 def test_the_last_poses_before_a_driver_stops_count(robot: RobotStage) -> None:
-    """Poses wait to see what follows, but not for ever."""
+    """Poses wait to see what follows, but not forever."""
     robot.run(0.2, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), hz=10.0)
     robot.node.advance(0.3)
     assert robot.text() == 'v 0.100 m/s'

@@ -47,7 +47,7 @@ def test_folder(tmp_path: Path) -> None:
 
 
 def test_pipe(tmp_path: Path) -> None:
-    """Reading it would wait for ever."""
+    """Reading it would wait forever."""
     os.mkfifo(tmp_path / 'pipe.xml')
     assert messages(tmp_path / 'pipe.xml') == [
         'pipe.xml:1: is not a regular file; name an XML file']
