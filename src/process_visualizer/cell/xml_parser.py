@@ -40,7 +40,7 @@ from process_visualizer.cell.rules import (
 from process_visualizer.cell.trust import OPENED, Provenance
 
 _MAX_FILES = 100
-"""Limit of included files; files that include each other twice would multiply forever."""
+"""Limit of included files, as files that include each other twice would multiply."""
 
 
 class XmlParser:

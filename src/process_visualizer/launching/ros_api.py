@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to a ROS master, and connections to nodes: both may hang, and none waits forever."""
+"""Questions to a ROS master and connections to nodes, with time limits, as both may hang."""
 from __future__ import annotations
 
 import io
@@ -22,7 +22,7 @@ _MAX_ANSWER_BYTES = 64 << 20
 
 
 class _LimitedSocket(socket.socket):
-    """Reads one answer after the other; none may take forever, or be endless."""
+    """Reads answers, each with limits of time and size."""
 
     part_s = 0.0
     end_s = 0.0
@@ -63,7 +63,7 @@ class _LimitedConnection(HTTPConnection):
 
 
 class LimitedTransport(Transport):
-    """Does not wait forever, whatever answers."""
+    """A transport that never waits forever, whatever answers."""
 
     def __init__(self, timeout_s: float, whole_s: Optional[float] = None) -> None:
         """``timeout_s`` limits the wait for each part of an answer, ``whole_s`` for the whole."""
@@ -114,14 +114,14 @@ class Master(Protocol):
 
 
 class MasterUnreachable(ConnectionError):
-    """No master answers in time, or what answers is none."""
+    """No master answers in time, or the answer is not that of a master."""
 
 
 class AskedMaster:
     """A client of this process's master, or of another one.
 
-    Each method raises MasterUnreachable (an OSError), or rosgraph.MasterException if the master
-    answers that there is no such thing.
+    Each method raises MasterUnreachable (an OSError) if no master answers in time, and
+    rosgraph.MasterException if the master answers with an error, such as for an unknown name.
     """
 
     def __init__(self, caller: str, uri: Optional[str] = None,
@@ -198,7 +198,7 @@ class AskedMaster:
         return value
 
 
-# A node's data, over a connection of our own: rospy knows one master, and waits forever.
+# A node's data over our own connection: rospy knows only one master, and waits forever.
 
 _HEADER_BYTES = 65536
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks of mesh files, and the library that reads them.
 
-A reader waits forever at a pipe, and reads a device without end. A Collada file of some kB can
-show one node again and again within others, or nest nodes until the reader's stack is full.
-``src/mesh/mesh_file.cpp`` looks at them for all readers, those of the nodes in C++ too.
+A reader would wait forever at a pipe, and read a device without end. A Collada file of some kB can
+instantiate a node within others again and again, or nest nodes until the reader's stack is full.
+``src/mesh/mesh_file.cpp`` checks files for all readers, including those of the nodes in C++.
 """
 from __future__ import annotations
 

@@ -247,7 +247,7 @@ class LauncherApp(QMainWindow):
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
         self.expected = ExpectedPanel(launcher.expected)
-        self.calibration = ColumnScroll(_below_each_other(
+        self.calibration = ColumnScroll(_stacked(
             CalibrationPanel(launcher.calibration, launcher.calibrating.fit),
             RegionPanel(launcher.region), self.expected))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,

@@ -33,9 +33,9 @@ list a node would otherwise stay, and less than the 15 s after which roslaunch k
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:
     """Make this process a node that SIGINT and SIGTERM shut down, even while it initializes.
 
-    To be called by the main thread, instead of ``rospy.init_node``. rospy's handlers shut down in
-    the thread that the signal interrupts. If that thread is just asking the master, it holds the
-    lock that unregistering needs, and waits for itself forever.
+    Call it in the main thread instead of ``rospy.init_node``. rospy's own handlers shut down in the
+    thread that the signal interrupts. If that thread is calling the master, it holds the lock that
+    unregistering needs, and waits for itself forever.
     """
     serve_patiently()
     received = threading.Event()
@@ -53,90 +53,6 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
         if not rospy.is_shutdown():
             raise
         end_process(0)
-
-
-def keep_serving() -> None:
-    """Let nothing from outside stop rospy's two servers in this process.
-
-    rospy's threads end at a shortage of memory, threads or files, and the one that accepts
-    connections waits for whoever connects and says nothing. So forever no other node would be
-    connected and no service called, though the process goes on.
-    """
-    if not hasattr(TCPServer.run, '__wrapped__'):
-        begin = TCPServer.__init__
-
-        def begin_patiently(server: Any, inbound_handler: _Handler, port: int = 0) -> None:
-            begin(server, _beside_others(inbound_handler), port)
-
-        TCPServer.__init__ = begin_patiently
-        TCPServer.run = _surviving(TCPServer.run, lambda it: bool(it.is_shutdown))
-        ThreadingXMLRPCServer.serve_forever = _surviving(
-            ThreadingXMLRPCServer.serve_forever, lambda it: it.socket.fileno() < 0)
-
-
-def _surviving(run: Callable[..., None], is_over: Callable[[Any], bool]) -> Callable[..., None]:
-    """The loop of a server, which is begun again when it fails, until the server is over."""
-    @functools.wraps(run)
-    def run_on(server: Any, *arguments: Any) -> None:
-        problem: Optional[Exception] = None
-        while True:
-            try:
-                if problem is not None:
-                    time.sleep(_RETRY_S)
-                    rospy.logerr('a connection was lost, and others may have been: %s. If this '
-                                 'goes on, start the node again', shown(repr(problem)))
-                run(server, *arguments)
-                return
-            except Exception as error:  # of any kind: each is told, also that of telling one
-                if is_over(server):
-                    raise
-                problem = error
-
-    return run_on
-
-
-def _beside_others(handler: _Handler) -> _Handler:
-    """Return what handles each connection in a thread of its own, if it says in time who it is."""
-    room = threading.BoundedSemaphore(_MOST_GREETINGS)
-
-    def greet(connection: socket.socket, address: Any) -> None:
-        try:
-            if _has_header(connection):
-                handler(connection, address)
-            else:
-                connection.close()
-        finally:
-            room.release()
-
-    def handle(connection: socket.socket, address: Any) -> None:
-        if not room.acquire(blocking=False):
-            connection.close()
-            return
-        try:
-            threading.Thread(target=greet, args=(connection, address), daemon=True).start()
-        except RuntimeError:
-            room.release()
-            connection.close()
-            raise
-
-    return handle
-
-
-def _has_header(connection: socket.socket) -> bool:
-    """Wait for the whole header of a connection, for a limited time; it stays to be read."""
-    whole = socket.MSG_PEEK | socket.MSG_WAITALL
-    try:
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(
-            _GREETING_S, 0))
-        size = connection.recv(_LENGTH.size, whole)
-        if len(size) < _LENGTH.size or _LENGTH.unpack(size)[0] > _MAX_HEADER_BYTES:
-            return False
-        end = _LENGTH.size + _LENGTH.unpack(size)[0]
-        is_whole = len(connection.recv(end, whole)) == end
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _GREETING_TIME.pack(0, 0))
-    except OSError:  # it has gone, or said nothing
-        return False
-    return is_whole
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
@@ -368,8 +284,8 @@ class NodeHandle:
 def required_name(name: str) -> str:
     """Return the name of a topic or parameter from outside, if the master can take it.
 
-    rospy repeats forever what XML cannot hold, and keeps the lock that each of its subscribers
-    and publishers needs.
+    rospy retries forever to send a name that XML cannot hold, and keeps the lock that all its
+    subscribers and publishers need.
 
     Raises:
         ValueError: the name is empty, too long or not printable.
