@@ -127,7 +127,7 @@ class ObjectAlarms(QObject):
         self.model = ObjectsModel(self)
         self.model.sensors_wanted.connect(lambda names: tasks.run(
             _OBJECTS_LINE, lambda: self.link.follow(names), None, self._refuse))
-        self.model.changed.connect(self._tell)
+        self.model.changed.connect(self._pass_on)
         self.link.seen.connect(self.model.take)
         launch.changed.connect(self._follow_launch)
         session.player_changed.connect(lambda: self.model.take_player(session.player))
