@@ -189,15 +189,16 @@ def _own_line(before: str, after: str, element: str) -> str:
     return f'{line_end}{own}{step}{element}'
 
 
-def _check_added(before: List[StartTag], after: List[StartTag], device: StartTag,
-                 frame: str) -> None:
-    """Make sure that only the element is new, whatever the file looks like."""
-    index = [it.offset for it in before].index(device.offset) + 1
-    added, others = after[index], [*after[:index], *after[index + 1:]]
-    if (added.tag, added.attributes.get('frame'), added.parent) != ('tool', frame,
-                                                                    device.attributes) \
-            or [(it.tag, it.attributes) for it in others] != [
-                (it.tag, it.attributes) for it in before]:
+def _check_added(before: List[StartTag], after: List[StartTag], parent: StartTag,
+                 elements: Sequence[str]) -> None:
+    """Make sure that only the elements are new, whatever the file looks like."""
+    begin = [it.offset for it in before].index(parent.offset) + 1
+    end = begin + len(elements)
+    wanted = [(it.tag, it.attributes, parent.attributes) for element in elements
+              for it in start_tags(element.encode())]
+    if [(it.tag, it.attributes, it.parent) for it in after[begin:end]] != wanted \
+            or [(it.tag, it.attributes, it.parent) for it in after[:begin] + after[end:]] != [
+                (it.tag, it.attributes, it.parent) for it in before]:
         raise ValueError('it cannot be changed without other changes; edit it by hand')
 
 
