@@ -58,9 +58,10 @@ class LateArrivals:
 
     def _find(self, times_ns: np.ndarray, passed: np.ndarray) -> np.ndarray:
         """Return the mask for messages of which at most the first ends a silence."""
-        late: np.ndarray = np.zeros(len(times_ns), bool)
+        if not len(times_ns):
+            return np.zeros(0, bool)
         usual = self._usual_ns()
-        if len(passed) and passed[0] >= max(_SILENCE_NS, _SILENCE_PERIODS * usual):
+        if passed[0] >= max(_SILENCE_NS, _SILENCE_PERIODS * usual):
             begin_ns = int(times_ns[0])
             lasted_ns = begin_ns - passed[0] - self._begun_ns  # less for what comes in bursts
             if 0.0 < usual <= _MAX_PERIOD_NS and lasted_ns >= _SILENCE_NS:
@@ -68,8 +69,8 @@ class LateArrivals:
                 self._unsure_ns = begin_ns + _UNSURE_NS
             self._begun_ns = begin_ns
         if self._silence_end_ns is not None:
-            late = self._bunched(times_ns, self._silence_end_ns, usual)
-        late |= times_ns < self._unsure_ns
+            self._follow_bunch(times_ns, self._silence_end_ns, usual)
+        late = times_ns < self._unsure_ns
         is_usual = ~late & (passed > 0) & (passed < _SILENCE_NS)
         self._intervals = np.concatenate((self._intervals, passed[is_usual]))[-_KEPT:]
         return late
@@ -79,21 +80,23 @@ class LateArrivals:
             return self._period_ns
         return float(np.median(self._intervals))
 
-    def _bunched(self, times_ns: np.ndarray, silence_end_ns: int, usual: float) -> np.ndarray:
-        """Return a mask of messages (n,) up to the last one that came too fast."""
+    def _follow_bunch(self, times_ns: np.ndarray, silence_end_ns: int, usual: float) -> None:
+        """Extend the unsure time while messages arrive too fast.
+
+        Later bunches do not count: these messages were delayed for a moment, not by the silence.
+        """
         since = np.concatenate((self._since, times_ns))
         rows = np.arange(len(since))
         first = np.maximum(rows - _WINDOW, 0)
         count = rows - first
-        fast = np.flatnonzero((since - since[first] < _BUNCHED * usual * count)
-                              & (count >= _FEWEST) & (since - silence_end_ns <= _CATCHES_UP_NS))
-        if len(fast):
-            self._unsure_ns = max(self._unsure_ns, int(since[fast[-1]]) + _UNSURE_NS)
-        late: np.ndarray = rows <= (fast[-1] if len(fast) else -1)
-        if len(since) and since[-1] - silence_end_ns > _CATCHES_UP_NS:
+        fast = (since - since[first] < _BUNCHED * usual * count) & (count >= _FEWEST) & (
+            since - silence_end_ns <= _CATCHES_UP_NS)
+        for time_ns in since[fast].tolist():
+            if time_ns < self._unsure_ns:
+                self._unsure_ns = time_ns + _UNSURE_NS
+        if since[-1] >= self._unsure_ns:
             self._silence_end_ns = None
-        known, self._since = len(self._since), since[-_WINDOW - 1:]
-        return late[known:]
+        self._since = since[-_WINDOW - 1:]
 
 
 class LateConnections:
