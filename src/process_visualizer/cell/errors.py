@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Iterable, List, Optional, Sequence
@@ -117,10 +118,18 @@ def root_as_global_frame(device: str, root: str) -> str:
 
 
 def missing_file(path: str) -> str:
-    """Return a message that the file does not exist, and what to name instead."""
+    """Return a message that there is no such regular file, and what to name instead."""
     file = Path(path)
-    if not file.parent.is_dir():
+    if os.path.isdir(file):
+        return f'"{file}" is a folder; name a file in it'
+    if os.path.exists(file):
+        return f'"{file}" is not a regular file; name another one'
+    if not os.path.isdir(file.parent):
         return f'there is no file "{file}", nor its folder; check the path'
-    name = nearest(file.name, (other.name for other in file.parent.iterdir()))
+    try:
+        name = nearest(file.name, os.listdir(file.parent))
+    except OSError as error:
+        return f'there is no file "{file}" that can be seen: its folder cannot be read: ' \
+               f'{error.strerror}'
     meant = 'check the path' if name is None else f'did you mean "{file.with_name(name)}"?'
     return f'there is no file "{file}"; {meant}'

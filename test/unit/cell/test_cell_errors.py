@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Problems, their order and their text."""
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,6 +14,7 @@ from process_visualizer.cell.errors import (
     Problem,
     ProblemList,
     advice,
+    missing_file,
     nearest,
     quoted,
     shortened,
@@ -46,3 +52,22 @@ def test_nearest_names() -> None:
     assert nearest('pointcloud2', names) == 'PointCloud2'
     assert nearest('xyz', names) is None
     assert advice('xyz', names) == 'expected one of: PointCloud, PointCloud2, Pose'
+
+
+def test_what_is_no_file_is_called_what_it_is(tmp_path: Path) -> None:
+    (tmp_path / 'sub').mkdir()
+    os.mkfifo(str(tmp_path / 'pipe'))
+    assert missing_file(f'{tmp_path}/sub') == f'"{tmp_path}/sub" is a folder; name a file in it'
+    assert 'is not a regular file' in missing_file(f'{tmp_path}/pipe')
+    assert f'did you mean "{tmp_path}/sub"?' in missing_file(f'{tmp_path}/sob')
+    assert 'nor its folder' in missing_file(f'{tmp_path}/a/b')
+
+
+def test_a_folder_that_cannot_be_read_is_no_error(tmp_path: Path) -> None:
+    (tmp_path / 'locked').mkdir(mode=0o311)
+    ask = f'from process_visualizer.cell.errors import *; print(missing_file("{tmp_path}/locked/a"))'
+    as_root = ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] \
+        if os.geteuid() == 0 else []
+    done = subprocess.run([*as_root, sys.executable, '-c', ask], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, check=False)
+    assert 'its folder cannot be read: Permission denied' in done.stdout, done.stderr
