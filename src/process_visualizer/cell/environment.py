@@ -27,7 +27,8 @@ def check_environment(cell: Cell, mode: Optional[Mode] = None,
     """Return a problem for everything that devices name but does not exist, in file order.
 
     With ``mode``, whatever starts only in the other mode is skipped. ``devices`` are names; the
-    default is all devices (KeyError for an unknown name). Nodes on other machines are not checked.
+    default is all devices (KeyError for an unknown name). Nodes on other machines are not checked;
+    in playback, those of a device run on this computer.
     """
     chosen = cell.devices if devices is None else [cell.device(name) for name in devices]
     check = _Check(mode)
@@ -60,8 +61,10 @@ class _Check:
         if device.model is not None:
             self._model(device.model)
         for node in device.nodes:
-            if self._runs(node.mode) and 'machine' not in node.attributes:
-                self._node(node)
+            if self._runs(node.mode):
+                if not self._is_elsewhere(node, device):
+                    self._node(node)
+                self._files(node.children)  # roslaunch reads them here in any case
         for launch_file in device.launch_files:
             if self._runs(launch_file.mode):
                 self._launch_file(launch_file)
@@ -69,6 +72,10 @@ class _Check:
 
     def _runs(self, mode: Optional[Mode]) -> bool:
         return self._mode is None or mode in (None, self._mode)
+
+    def _is_elsewhere(self, node: Node, device: Device) -> bool:
+        in_playback = Mode.PLAYBACK in (self._mode, node.mode)
+        return 'machine' in node.attributes or bool(device.machine and not in_playback)
 
     def _folder(self, package: str, location: Location, element: str) -> Optional[str]:
         """Return the folder of the package; if it does not exist, add a problem and return None."""
@@ -104,7 +111,6 @@ class _Check:
             self.problems.add(node.location, 'node', f'the package "{node.package}" has no '
                               f'executable "{node.type}"; {meant}build its workspace (catkin_make) '
                               'and source it')
-        self._files(node.children)
 
     def _files(self, elements: Iterable[RoslaunchElement]) -> None:
         for element in elements:

@@ -120,6 +120,23 @@ def test_nodes_on_other_machines_are_not_looked_for(check: Check) -> None:
     assert check('<node pkg="a" type="a" name="a" machine="m"/>') == []
 
 
+def test_nodes_of_a_device_on_another_machine_are_looked_for_in_playback_only(
+        parse: Callable[..., Cell], package: Path) -> None:
+    cell = parse('<visualizer><machine name="m" address="h"/>'
+                 '<device type="other" name="d" machine="m">\n'
+                 '<node pkg="other_a" type="a" name="a"/>\n'
+                 '<node pkg="other_b" type="b" name="b" ifstate="realtime"/>\n'
+                 '<node pkg="other_c" type="c" name="c" ifstate="playback"/></device></visualizer>')
+    assert [it.location.line for it in check_environment(cell)] == [4]
+    assert check_environment(cell, Mode.REALTIME) == []
+    assert [it.location.line for it in check_environment(cell, Mode.PLAYBACK)] == [2, 4]
+
+
+def test_files_for_parameters_are_read_here_for_other_machines_too(check: Check) -> None:
+    problem, = check('<node pkg="a" type="a" name="a" machine="m"><rosparam file="/none/a"/></node>')
+    assert 'there is no file "/none/a"' in problem
+
+
 def test_only_chosen_devices(parse: Callable[..., Cell], package: Path) -> None:
     cell = parse('<visualizer>'
                  '<device type="other" name="a"><launch pkg="x1" type="a"/></device>'
