@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from process_visualizer.cell.xml_parser import XmlParser
@@ -94,7 +93,7 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     found = [good.compare(run) for run in runs]
     say(as_json(good, found) if options.json else as_text(good, found))
     if options.csv is not None:
-        Path(options.csv).write_text(as_csv(found), encoding='utf-8')
+        write_text(options.csv, as_csv(found))
     if options.report is not None:
         write_text(options.report, _report(options, arguments, good, found))
     if any(it.departures for it in found):

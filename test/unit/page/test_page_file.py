@@ -71,6 +71,13 @@ def test_the_report_of_a_comparison_is_the_same_page(tmp_path: Path) -> None:
     assert 'nearest to leaving, or farthest out' in page.read_text(encoding='utf-8')
 
 
+def test_the_table_of_a_recording_whose_name_is_no_text_is_written(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path, b'\xff.bag'.decode('utf-8', 'surrogateescape'), cycles=3)
+    assert main(['compare', f'{bag}#2', '--reference', f'{bag}#1', f'{bag}#3', '--csv',
+                 str(tmp_path / 'table.csv')]) == 0
+    assert '\\udcff.bag#2' in (tmp_path / 'table.csv').read_text(encoding='utf-8')
+
+
 def test_runs_for_which_there_is_no_room_are_listed_behind_the_others(tmp_path: Path) -> None:
     bag, page = write_bag(tmp_path, cycles=3, poor=1), tmp_path / 'report.html'
     assert main(['compare', *[f'{bag}#1'] * 100, f'{bag}#2', '--reference', f'{bag}#1',
