@@ -9,6 +9,9 @@ import tempfile
 from contextlib import contextmanager
 from typing import Iterator
 
+_NAME_BYTES = 100
+"""Bytes of a name that the name of its unfinished file begins with; a name may have 255 bytes."""
+
 
 @contextmanager
 def whole_file(path: str) -> Iterator[str]:
@@ -25,8 +28,9 @@ def whole_file(path: str) -> Iterator[str]:
         return
     path = os.path.realpath(path)
     folder, name = os.path.split(path)
+    begin = os.fsencode(name)[:_NAME_BYTES].decode('utf-8', 'ignore')
     try:
-        descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name[:100]}-', suffix='.unfinished',
+        descriptor, unfinished = tempfile.mkstemp(prefix=f'.{begin}-', suffix='.unfinished',
                                                   dir=folder)
     except OSError as error:
         error.filename = path  # the path that the user named

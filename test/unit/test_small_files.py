@@ -114,3 +114,10 @@ def test_a_file_of_the_greatest_size_is_read(tmp_path: Path) -> None:
     path = str(tmp_path / 'file')
     write_small_file(path, json.dumps([1]).encode().ljust(MAX_SMALL_BYTES))
     assert json.loads(small_file(path)) == [1]
+
+
+@pytest.mark.parametrize('name', ['針' * 85, b'\xff'.decode('utf-8', 'surrogateescape') * 255])
+def test_a_file_with_the_longest_name_is_written(tmp_path: Path, name: str) -> None:
+    path = str(tmp_path / name)
+    write_small_file(path, b'a')
+    assert small_file(path) == b'a' and os.listdir(tmp_path) == [name]

@@ -8,7 +8,6 @@ import math
 import os
 import re
 import stat
-import tempfile
 from pathlib import Path
 from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 from xml.parsers import expat
@@ -17,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 from process_visualizer.cell.confinement import Removal
 from process_visualizer.cell.errors import Location, quoted
 from process_visualizer.cell.model import BaseFrame, Cell, Pose, RegionOfInterest, Vector3
+from process_visualizer.whole_file import whole_file
 
 # Finds start tags and their attributes in the bytes of an XML file.
 
@@ -465,20 +465,10 @@ def _write_backup(path: str, data: bytes) -> str:
 
 def _write(path: str, data: bytes) -> None:
     """Replace a file atomically, keeping its permissions and any link to it."""
-    real = os.path.realpath(path)
-    folder, name = os.path.split(real)
     try:
-        descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name}.', dir=folder)
-        try:
-            with open(descriptor, 'wb') as file:
-                file.write(data)
-                os.fchmod(file.fileno(), stat.S_IMODE(os.stat(real).st_mode))
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(unfinished, real)
-        except BaseException:
-            os.remove(unfinished)
-            raise
+        with whole_file(path) as unfinished:
+            Path(unfinished).write_bytes(data)
+            os.chmod(unfinished, stat.S_IMODE(os.stat(path).st_mode))
     except OSError as error:
         raise PoseEditError(f'{path}: cannot be written: {error.strerror}; it stays as it was'
                             ) from error

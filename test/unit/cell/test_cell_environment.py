@@ -133,7 +133,8 @@ def test_nodes_of_a_device_on_another_machine_are_looked_for_in_playback_only(
 
 
 def test_files_for_parameters_are_read_here_for_other_machines_too(check: Check) -> None:
-    problem, = check('<node pkg="a" type="a" name="a" machine="m"><rosparam file="/none/a"/></node>')
+    problem, = check('<node pkg="a" type="a" name="a" machine="m"><rosparam file="/none/a"/>'
+                     '</node>')
     assert 'there is no file "/none/a"' in problem
 
 

@@ -65,9 +65,9 @@ def test_what_is_no_file_is_called_what_it_is(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_read_is_no_error(tmp_path: Path) -> None:
     (tmp_path / 'locked').mkdir(mode=0o311)
-    ask = f'from process_visualizer.cell.errors import *; print(missing_file("{tmp_path}/locked/a"))'
+    ask = 'import sys; from process_visualizer.cell.errors import *; print(missing_file(sys.argv[1]))'
     as_root = ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] \
         if os.geteuid() == 0 else []
-    done = subprocess.run([*as_root, sys.executable, '-c', ask], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run([*as_root, sys.executable, '-c', ask, f'{tmp_path}/locked/a'], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
     assert 'its folder cannot be read: Permission denied' in done.stdout, done.stderr

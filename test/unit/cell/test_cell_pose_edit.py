@@ -272,6 +272,12 @@ def test_permissions_and_links_stay(tmp_path: Path) -> None:
     assert 'xyz' in target.read_text()
 
 
+def test_a_file_with_the_longest_name_is_edited(tmp_path: Path) -> None:
+    path = written(tmp_path, document('<base frame="f"/>')).rename(tmp_path / f'{"ä" * 123}.xml')
+    assert PoseEditor(parsed(path)).save('a', POSE) is not None
+    assert 'xyz' in path.read_text()
+
+
 def test_a_file_that_cannot_be_written_stays(tmp_path: Path,
                                              monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_arguments: object) -> None:
