@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import sys
 import time
-from types import FrameType
 from typing import Optional, Set
 
+from process_visualizer.commands.stop_signals import StopRequested, StopSignals
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.alarm_board import AlarmBoard
@@ -32,14 +31,8 @@ from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_
 from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
-_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that end the run; SIGHUP only if nohup has not asked to ignore it."""
 _NODE_TAIL = 6  # last lines of a failed required node
 _LOG_TAIL = 20  # last lines of roslaunch if it could start nothing
-
-
-class StopRequested(Exception):
-    """Raised if a signal asked the program to end."""
 
 
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
@@ -108,28 +101,23 @@ class _Reporter:
 
 def _run(launch_file: str, choice: Choice) -> int:
     reporter = _Reporter(choice)
-    numbers = [number for number in _STOP_SIGNALS if number is not signal.SIGHUP
-               or signal.getsignal(number) is not signal.SIG_IGN]
-    previous = {number: signal.signal(number, raise_stop_once) for number in numbers}
-    run = LaunchRun(launch_file, reporter.report, reporter.line, start=_start_of(choice))
-    watch = PublisherWatch(
-        lambda: others_beside(choice, {report.name for report in run.reports()}),
-        reporter.others)
-    nodes = CellWatch(lambda: nodes_to_ask(run), reporter.look)
-    watch.begin()
-    nodes.begin()
-    try:
-        run.wait()
-    except StopRequested:
-        say('stopping all nodes')
-    finally:
-        for number in numbers:
-            signal.signal(number, signal.SIG_IGN)
-        watch.close()
-        nodes.close()
-        orphans = run.stop(say)
-        for number, handler in previous.items():
-            signal.signal(number, handler)
+    with StopSignals() as signals:
+        run = LaunchRun(launch_file, reporter.report, reporter.line, start=_start_of(choice))
+        watch = PublisherWatch(
+            lambda: others_beside(choice, {report.name for report in run.reports()}),
+            reporter.others)
+        nodes = CellWatch(lambda: nodes_to_ask(run), reporter.look)
+        try:
+            watch.begin()
+            nodes.begin()
+            with signals.raised():
+                run.wait()
+        except StopRequested:
+            say('stopping all nodes')
+        finally:
+            watch.close()
+            nodes.close()
+            orphans = run.stop(say)
     if orphans:
         say(f'ended {len(orphans)} processes that roslaunch had left')
     return exit_code(run)
@@ -147,13 +135,6 @@ def _start_of(choice: Choice) -> Start:
     is_local = is_for_this_computer(RosMaster().uri, os.environ) \
         and not choice.cell.machines and not RosMaster().is_online()
     return start_for_this_computer if is_local else start_roslaunch
-
-
-def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
-    """Handle the first signal; ignore later ones, so that stopping is not interrupted."""
-    for number in _STOP_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
-    raise StopRequested
 
 
 def exit_code(run: LaunchRun) -> int:

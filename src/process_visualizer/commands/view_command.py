@@ -6,15 +6,14 @@ import argparse
 import contextlib
 import os
 import shutil
-import signal
 import socket
 import sys
 from functools import partial
-from typing import Dict, Iterator, Optional, Tuple
+from typing import Dict, Iterator, Tuple
 
 import rosgraph
 
-from process_visualizer.commands.run_command import StopRequested, raise_stop_once
+from process_visualizer.commands.stop_signals import StopRequested, StopSignals
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import (
     RunRecord,
@@ -24,7 +23,6 @@ from process_visualizer.remote.link_words import Address, address_of
 from process_visualizer.shown_text import say
 from process_visualizer.viewing.finding import CellNotFound, find_relay
 
-_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NODE = 'cell_view'
 
 
@@ -58,7 +56,7 @@ def execute_view(options: argparse.Namespace) -> int:
         return 0
     clean_up_crashed_runs()
     try:
-        with _signals(), _own_master() as uri:
+        with StopSignals() as signals, signals.raised(), _own_master() as uri:
             if options.no_rviz:
                 say(f'ROS_MASTER_URI={uri}')
             return _show(wanted, address, not options.no_rviz)
@@ -108,14 +106,3 @@ def _own_master() -> Iterator[str]:
         yield master.uri
     finally:
         master.stop()
-
-
-@contextlib.contextmanager
-def _signals() -> Iterator[None]:
-    previous: Dict[int, Optional[object]] = {
-        number: signal.signal(number, raise_stop_once) for number in _STOP_SIGNALS}
-    try:
-        yield
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)  # type: ignore[arg-type]

@@ -279,7 +279,6 @@ class LaunchRun:
         self._on_line = on_line
         self._on_end = on_end
         self._record = RunRecord()
-        self._record.write()
         self._far = far_computers(launch_file)
         self._watcher = NodeWatcher(on_report, self._take_line, master_uri)
         self._process = self._start(launch_file, start, master_uri)
@@ -296,10 +295,12 @@ class LaunchRun:
     def _start(self, launch_file: str, start: Start,
                master_uri: Optional[str]) -> RoslaunchProcess:
         try:
+            self._record.write()
             return RoslaunchProcess([launch_file], self._record.run_id, start, master_uri)
         except OSError:
             self._log.close()
-            self._record.remove()
+            with contextlib.suppress(OSError):  # of its folder, which was reported
+                self._record.remove()
             raise
 
     def wait(self, timeout_s: Optional[float] = None) -> bool:

@@ -2,6 +2,7 @@
 """Processes of a run are found by their mark, ended, and remembered in a file."""
 from __future__ import annotations
 
+import glob
 import json
 import os
 import signal
@@ -14,6 +15,7 @@ from typing import Callable, Dict, Iterator, List
 
 import pytest
 
+from process_visualizer.launching.run import LaunchRun
 from process_visualizer.launching.run_record import (
     RUN_VARIABLE,
     RunRecord,
@@ -267,3 +269,14 @@ def test_a_run_that_cannot_be_noted_leaves_no_folder(
     assert not list(temporary.iterdir())
     ros_home.parent.unlink()
     assert Path(RunRecord().begin()).parent == temporary
+
+
+def test_a_run_that_cannot_be_noted_leaves_no_open_log(tmp_path: Path,
+                                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / 'file').touch()
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'file'))
+    with pytest.raises(OSError) as refused:
+        LaunchRun(str(tmp_path / 'a.launch'), print)
+    assert refused.value.__traceback__ is not None  # it still holds the run that failed
+    opened = [os.path.realpath(it) for it in glob.glob('/proc/self/fd/*')]
+    assert str(tmp_path / 'roslaunch.log') not in opened

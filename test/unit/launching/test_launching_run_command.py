@@ -8,12 +8,8 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import pytest
 
-from process_visualizer.commands.run_command import (
-    StopRequested,
-    exit_code,
-    nodes_to_ask,
-    raise_stop_once,
-)
+from process_visualizer.commands.run_command import exit_code, nodes_to_ask
+from process_visualizer.commands.stop_signals import StopRequested, StopSignals
 from process_visualizer.launching.part_report import NodeReport, NodeState
 
 
@@ -67,15 +63,45 @@ def test_a_roslaunch_that_was_killed_is_a_failure(capsys: pytest.CaptureFixture[
     assert 'roslaunch was killed by SIGKILL, and all nodes were ended' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def handlers() -> List[Any]:
+    return [signal.getsignal(number) for number in SIGNALS]
+
+
+@pytest.mark.parametrize('second', SIGNALS)
 def test_a_second_signal_does_not_interrupt_the_end(second: signal.Signals) -> None:
-    before = {number: signal.signal(number, raise_stop_once)
-              for number in (signal.SIGINT, signal.SIGTERM)}
-    hang_up = signal.getsignal(signal.SIGHUP)
-    try:
-        with pytest.raises(StopRequested):
+    before = handlers()
+    with StopSignals() as signals:
+        with pytest.raises(StopRequested), signals.raised():
             signal.raise_signal(signal.SIGINT)
         signal.raise_signal(second)
+    assert handlers() == before
+
+
+@pytest.mark.parametrize('number', SIGNALS)
+def test_a_signal_during_the_start_ends_the_wait_after_it(number: signal.Signals) -> None:
+    reached = []
+    with StopSignals() as signals:
+        signal.raise_signal(number)
+        reached.append('started')
+        with pytest.raises(StopRequested), signals.raised():
+            reached.append('waited')
+    assert reached == ['started']
+
+
+def test_a_start_that_fails_restores_the_handlers() -> None:
+    before = handlers()
+    with pytest.raises(OSError), StopSignals():
+        raise OSError
+    assert handlers() == before
+
+
+def test_nohup_is_respected() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with StopSignals() as signals, signals.raised():
+            signal.raise_signal(signal.SIGHUP)
     finally:
-        for number, handler in {**before, signal.SIGHUP: hang_up}.items():
-            signal.signal(number, handler)
+        signal.signal(signal.SIGHUP, before)
