@@ -237,6 +237,9 @@ class RecordRun:
         """Record until a signal or the limit, or until the recorder ends; return the exit code.
 
         If time is simulated, wait for the first time: earlier messages would have no time.
+
+        Raises:
+            RecorderError: the recorder's process has ended, or refuses to start or stop.
         """
         recorder.wait_until_ready(_READY_TIMEOUT_S)
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -244,6 +247,9 @@ class RecordRun:
         threading.Thread(target=self._follow_process, daemon=True).start()
         if is_time_simulated:
             self._wait_for_time(recorder)
+        if self._process.poll() is not None:
+            raise RecorderError('the recorder has died before it recorded anything; its own '
+                                'messages say why')
         if self._end.is_set():
             return 1
         path = recorder.start(options)

@@ -36,6 +36,7 @@ class Recorder:
         self.states: List[Optional[RecorderState]] = []
         self.ended = threading.Event()
         self.on_start: Callable[[], None] = lambda: None
+        self.on_wait: Callable[[], None] = lambda: None
 
     def wait_until_ready(self, _timeout_s: float) -> None:
         self.asked.append('ready')
@@ -43,6 +44,7 @@ class Recorder:
     def wait_for(self, condition: Callable[[RecorderState], bool], _timeout_s: float
                  ) -> Optional[RecorderState]:
         """Each call tells one more state; None if none has come in time."""
+        self.on_wait()
         state = self.states.pop(0)
         self.asked.append('time')
         return state if state is not None and condition(state) else None
@@ -139,6 +141,18 @@ def test_the_first_simulated_time_is_waited_for(recorder: Recorder, own_signals:
     assert recorder.asked == ['ready', *3 * ['time'], 'start']
     assert [line.partition(' ')[0] for line in capsys.readouterr().out.splitlines()][:2] == [
         'waiting', 'recording']
+
+
+def test_one_that_dies_before_the_first_simulated_time_is_told(recorder: Recorder,
+                                                               own_signals: None) -> None:
+    def die() -> None:
+        recorder.exit_code = -signal.SIGKILL
+        signal.raise_signal(signal.SIGTERM)  # the end of the process ends the wait as this does
+
+    run, client = run_of(recorder), recorder  # type: Any, Any
+    recorder.states, recorder.on_wait = [None], die
+    with pytest.raises(RecorderError, match='died before it recorded anything'):
+        run.run(client, RecordingOptions(), True)
 
 
 def test_without_a_master_it_is_stopped_by_a_signal(recorder: Recorder, capsys: Any) -> None:
