@@ -93,6 +93,8 @@ _COMMANDS = {
 }
 
 
+_WITHOUT_VALUES = ('new', 'trust', 'view')
+"""Commands in which NAME:=VALUE is a word like any other, as in those for bags."""
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
     'compare': add_compare_options, 'share': add_share_options,
@@ -104,8 +106,9 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    options = _parsed([word for word in words if not _NAMED_VALUE.match(word)])
-    named = list(filter(_NAMED_VALUE.match, words))  # argparse accepts them in one place only
+    has_values = words[:1] and words[0] in _COMMANDS and words[0] not in _WITHOUT_VALUES
+    named = list(filter(_NAMED_VALUE.match, words)) if has_values else []
+    options = _parsed([word for word in words if word not in named])  # it takes them in one place
     try:
         if hasattr(options, 'bag_command'):
             return execute_bag_command(options)
@@ -193,6 +196,8 @@ def _execute(options: argparse.Namespace) -> int:
     if options.command == 'serve':
         return execute_serve(options, _named_values(options.args))
     if options.command in _RECORDING_COMMANDS:
+        if options.command != 'calibration':  # which uses the recorded configuration's file
+            _check_used(options.args, options.config)
         return _RECORDING_COMMANDS[options.command](options, _named_values(options.args))
     if options.command == 'check':
         return check(options.config, _named_values(options.args))
@@ -218,10 +223,17 @@ _RECORDING_COMMANDS = {
 
 def _record(options: argparse.Namespace) -> int:
     wanted = record_options(options)
+    _check_used(options.args, wanted.config)
     if wanted.config is None:
         return record(None, (), wanted)
     cell = XmlParser(_named_values(options.args)).parse(wanted.config)
     return record(cell, choose_devices(cell, _names(wanted.devices)), wanted)
+
+
+def _check_used(words: Sequence[str], config: Optional[str]) -> None:
+    """Raise ValueError for values that no configuration would use: a recorded one has its own."""
+    if words and config is None:
+        raise ValueError(f'"{words[0]}" is a value for a configuration; name its file too')
 
 
 def _named_values(words: Sequence[str]) -> Dict[str, str]:

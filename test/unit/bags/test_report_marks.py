@@ -64,6 +64,8 @@ def test_a_mark_by_the_command_is_within_the_bag(tmp_path: Path,
         assert main(['mark', bag, position, 'nowhere']) == 1
         assert 'a.bag goes from 0 to 2.000 s' in capsys.readouterr().err
     assert added_marks(bag) == [Mark(2_500_000_000, 'thread breaks')]
+    assert main(['mark', bag, '2', 'x:=y']) == 0
+    assert added_marks(bag)[1] == Mark(3_000_000_000, 'x:=y')
 
 
 def test_the_last_mark_at_a_time() -> None:

@@ -395,3 +395,14 @@ def test_repeated_words_may_stand_between_options(cell: Cell) -> None:
 def test_an_unknown_option_is_none_of_them(cell: Cell) -> None:
     code, _, errors = cell('record', 'a.xml', '--fast', '/topic')
     assert (code, errors[-1]) == (2, 'cell: error: unrecognized arguments: --fast /topic')
+
+
+@pytest.mark.parametrize('words, reason', [
+    (('report', 'x:=1'), 'x:=1'), (('new', 'x:=1'), 'x:=1'), (('trust', 'x:=1'), 'x:=1'),
+    (('runs', 'a.bag', 'x:=1'), '"x:=1" is a value for a configuration; name its file too'),
+    (('record', '/topic', 'x:=1'), '"x:=1" is a value for a configuration; name its file too')])
+def test_values_that_nothing_would_use_are_refused(cell: Cell, words: Tuple[str, ...],
+                                                   reason: str) -> None:
+    code, lines, errors = cell(*words)
+    assert (code, lines) == (1, [])
+    assert reason in errors[-1]
