@@ -27,6 +27,7 @@ from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.window_keeper import WindowKeeper
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 
 Kind = TypeVar('Kind', bound=QWidget)
 Found = TypeVar('Found')
@@ -56,6 +57,9 @@ class Operator:
     def click(self, name: str) -> None:
         """Click a button that is on the screen and can be clicked."""
         button = self.widget(name, QAbstractButton)
+        guard = button.findChild(MeaningGuard)
+        if guard is not None:
+            self.wait(lambda: not guard.is_ignoring, f'"{name}" takes clicks again')
         assert button.isVisible(), f'"{name}" is not visible'
         assert button.isEnabled(), f'"{name}" cannot be clicked: {button.toolTip()}'
         self._qtbot.mouseClick(button, Qt.LeftButton)

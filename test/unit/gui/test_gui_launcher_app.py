@@ -475,10 +475,9 @@ def test_the_button_says_that_quitting_can_be_undone(window: LauncherApp) -> Non
     button = window.launch.launch
     window.launch.show_phase(LaunchPhase.RUNNING, True, '')
     width = button.minimumSizeHint().width()
-    window.launch.show_grace(4)
+    window.launch.show_phase(LaunchPhase.RUNNING, True, '', 4)
     assert button.text() == 'Keep running (quits in 4 s)'
     window.launch.show_phase(LaunchPhase.RUNNING, True, '')
-    window.launch.show_grace(0)
     assert (button.text(), button.minimumSizeHint().width()) == ('Quit all nodes', width)
 
 

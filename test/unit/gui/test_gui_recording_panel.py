@@ -30,6 +30,7 @@ from process_visualizer.gui.recording.recording_panel import Notice, RecordingPa
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.launching.part_report import PartState
 
 Find = Callable[[Type[QWidget], str], Any]
@@ -112,8 +113,11 @@ def test_record_mark_stop_play(find, running, client, qtbot):
 def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
     """The bag may be finished before the second press."""
     button = find(QPushButton, 'record')
-    click(find, 'record')
+    qtbot.mouseClick(button, Qt.LeftButton)
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    qtbot.mouseClick(button, Qt.LeftButton)  # impatient: it was meant for Record
+    assert running.phase is RecordingPhase.RECORDING
+    qtbot.waitUntil(lambda: not button.findChild(MeaningGuard).is_ignoring)
     qtbot.mouseClick(button, Qt.LeftButton)
     qtbot.waitUntil(lambda: button.text() == 'Record')
     place = QPointF(button.rect().center())
@@ -122,6 +126,7 @@ def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
         QApplication.sendEvent(button, QMouseEvent(kind, place, Qt.LeftButton, held,
                                                    Qt.NoModifier))
     assert running.phase is RecordingPhase.IDLE and client.commands == ['start', 'stop']
+    qtbot.waitUntil(lambda: not button.findChild(MeaningGuard).is_ignoring)
     qtbot.mouseClick(button, Qt.LeftButton)
     assert running.phase is RecordingPhase.STARTING
 

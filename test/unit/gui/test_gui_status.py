@@ -2,10 +2,11 @@
 """The status line."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, List
 
 import pytest
-from PyQt5.QtWidgets import QLabel
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import player_activity, recorder_activity, status_text
@@ -14,6 +15,7 @@ from process_visualizer.gui.cell.launch_view import LaunchView
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.scrolling import TextPlace
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')
@@ -47,6 +49,39 @@ def test_what_recorder_and_player_do() -> None:
     assert player_activity(player(0.5)) == 'Playing at 0.5×'
     assert player_activity(player(-2.0)) == 'Playing backwards at 2×'
     assert player_activity(player(1.0, paused=True)) == 'Paused'
+
+
+def test_a_second_click_that_is_meant_for_launch_does_not_quit(qtbot: Any) -> None:
+    view = LaunchView()
+    qtbot.addWidget(view)
+    view.show()
+    told: List[str] = []
+    view.quit_wanted.connect(lambda: told.append('quit'))
+    view.launch_wanted.connect(lambda: told.append('launch'))
+    view.launch_wanted.connect(lambda: view.show_phase(LaunchPhase.LAUNCHING, True, ''))
+    guard = view.launch.findChild(MeaningGuard)
+    view.show_phase(LaunchPhase.IDLE, True, '')
+    qtbot.mouseDClick(view.launch, Qt.LeftButton)
+    view.launch.setFocus()
+    qtbot.keyClick(view.launch, Qt.Key_Space)
+    assert told == ['launch'] and not view.launch.isDown()
+    qtbot.waitUntil(lambda: not guard.is_ignoring)
+    view.show_phase(LaunchPhase.RUNNING, True, '')
+    qtbot.mouseClick(view.launch, Qt.LeftButton)
+    assert told == ['launch', 'quit']
+    view.show_phase(LaunchPhase.RUNNING, True, '', 5)
+    qtbot.mouseClick(view.launch, Qt.LeftButton)
+    assert told == ['launch', 'quit'], 'the click that was to quit takes nothing back'
+
+
+def test_a_button_that_does_the_same_as_before_is_used_at_once(qtbot: Any) -> None:
+    button = QPushButton()
+    qtbot.addWidget(button)
+    guard = MeaningGuard(button)
+    for meaning, is_ignoring in (('record', False), ('', True), ('record', False), ('', True),
+                                 ('stop', True)):
+        guard.show(meaning)
+        assert guard.is_ignoring is is_ignoring
 
 
 def test_a_long_line_does_not_move_the_buttons(qtbot: Any) -> None:

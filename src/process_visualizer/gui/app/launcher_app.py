@@ -437,9 +437,9 @@ class LauncherApp(QMainWindow):
     def _show_launch(self) -> None:
         launcher = self._launcher
         reason = launcher.blocked_reason()
-        can_launch = reason == '' or launcher.master.is_lost  # then the button offers a remedy
-        self.launch.show_phase(launcher.launch.phase, can_launch, reason)
-        self.launch.show_grace(self._after_quit.grace.left_s)
+        can_launch = reason == '' or launcher.master.is_lost  # then it offers what helps
+        self.launch.show_phase(launcher.launch.phase, can_launch, reason,
+                               self._after_quit.grace.left_s)
         self._show_mode_choice()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()

@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.generate.plan import RVIZ_FILE
 from process_visualizer.gui.toolkit.dialogs import message_box
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.launching.cell_owner import CellOwner
 from process_visualizer.ros_names import PACKAGE, RVIZ
 from process_visualizer.rviz.views import onlooker_view, read_view
@@ -146,6 +147,7 @@ class WatchDialog(QDialog):
         self._process.errorOccurred.connect(
             lambda *_: self.lines.appendPlainText(self._process.errorString()))
         self.button.clicked.connect(self._toggle)
+        self._meaning = MeaningGuard(self.button)
         self.host.textChanged.connect(self._update)
         self._lay_out()
         self._update()
@@ -191,5 +193,6 @@ class WatchDialog(QDialog):
 
     def _update(self) -> None:
         self.button.setText('Stop watching' if self.is_watching else 'Watch')
+        self._meaning.show('stop' if self.is_watching else 'watch')
         self.button.setEnabled(self.is_watching or bool(self.host.text().strip()))
         self.host.setEnabled(not self.is_watching)

@@ -17,6 +17,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.ros_names import PACKAGE
 from process_visualizer.shown_text import shown
 
@@ -82,6 +83,7 @@ class ServeDialog(QDialog):
         self._process.stateChanged.connect(self._update)
         self._process.errorOccurred.connect(self._take_error)
         self.button.clicked.connect(self._toggle)
+        self._meaning = MeaningGuard(self.button)
         self.address.currentIndexChanged.connect(self._explain)
         self._lay_out()
         self._explain()
@@ -160,6 +162,7 @@ class ServeDialog(QDialog):
 
     def _update(self) -> None:
         self.button.setText('Stop showing' if self.is_serving else 'Show')
+        self._meaning.show('stop' if self.is_serving else 'show')
         self.address.setEnabled(not self.is_serving)
         if not self.is_serving:
             self.url.clear()

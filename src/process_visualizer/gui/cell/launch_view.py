@@ -22,7 +22,12 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import set_primary
-from process_visualizer.gui.toolkit.widgets import ElidedButton, WrappedLabel, title
+from process_visualizer.gui.toolkit.widgets import (
+    ElidedButton,
+    MeaningGuard,
+    WrappedLabel,
+    title,
+)
 
 
 class RvizMenu(QMenu):
@@ -89,6 +94,7 @@ class LaunchView(QWidget):
         self.launch.setObjectName('launch')
         self.launch.setMinimumHeight(34)
         self.launch.clicked.connect(self._on_launch)
+        self._meaning = MeaningGuard(self.launch)
         self.apply = ElidedButton('Apply')
         self.apply.setObjectName('apply')
         self.apply.clicked.connect(self.apply_wanted)
@@ -116,21 +122,23 @@ class LaunchView(QWidget):
         """Give a notice, which may be hidden, its place above the status."""
         self._texts.put_first(notice)
 
-    def show_phase(self, phase: LaunchPhase, can_launch: bool, reason: str) -> None:
-        """Enable the possible actions; ``reason`` says why nothing can be launched."""
+    def show_phase(self, phase: LaunchPhase, can_launch: bool, reason: str,
+                   left_s: int = 0) -> None:
+        """Enable what can be done.
+
+        ``reason`` says why nothing can be launched. ``left_s`` is the number of seconds for which
+        the command to quit all nodes can be taken back; 0 if they are not about to be quit.
+        """
         self._phase = phase
-        self.launch.setText(_LAUNCH_TEXT[phase])
+        self.launch.setText(f'Keep running (quits in {left_s} s)' if left_s
+                            else _LAUNCH_TEXT[phase])
+        self._meaning.show('keep' if left_s else '' if phase is LaunchPhase.QUITTING
+                           else 'launch' if phase is LaunchPhase.IDLE else 'quit')
         self.launch.setEnabled(phase is not LaunchPhase.QUITTING
                                and (phase is not LaunchPhase.IDLE or can_launch))
-        self.launch.setToolTip(reason or 'Ctrl+L')
+        self.launch.setToolTip('Do not quit after all' if left_s else reason or 'Ctrl+L')
         set_primary(self.launch, phase is LaunchPhase.IDLE)
         self.view.setEnabled(phase is LaunchPhase.RUNNING)
-
-    def show_grace(self, left_s: int) -> None:
-        """Show that all nodes are about to quit, and for how many seconds that can be undone."""
-        if left_s:
-            self.launch.setText(f'Keep running (quits in {left_s} s)')
-            self.launch.setToolTip('Do not quit after all')
 
     def show_mode_choice(self, is_settled: bool, is_recording: bool) -> None:
         """Let the mode be chosen, unless something is being launched, quit or recorded."""

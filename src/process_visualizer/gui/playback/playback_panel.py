@@ -31,7 +31,7 @@ from process_visualizer.gui.playback.timeline_view import TimelineView
 from process_visualizer.gui.playback.transport_view import TransportView
 from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.theme import set_sheet
-from process_visualizer.gui.toolkit.widgets import in_column
+from process_visualizer.gui.toolkit.widgets import MeaningGuard, in_column
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan, times
 from process_visualizer.playback.timeline import format_time
@@ -54,6 +54,7 @@ class CurvesRow(QWidget):
         self.button.setObjectName('curves_button')
         self.button.setAutoRaise(True)
         self.button.clicked.connect(self._on_button)
+        self._meaning = MeaningGuard(self.button)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Fixed)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 2, 12, 2)
@@ -73,6 +74,7 @@ class CurvesRow(QWidget):
         self.setVisible(progress is not None or self._curves.is_canceled)
         self.text.setText('Reading curves' if progress is not None else 'No curves')
         self.button.setText('Cancel' if progress is not None else 'Read them')
+        self._meaning.show('cancel' if progress is not None else 'read')
         self.button.setToolTip('Play without curves' if progress is not None
                                else 'Read the curves of the process variables')
         self.bar.setVisible(progress is not None)

@@ -7,7 +7,7 @@ import os
 from typing import Dict, NamedTuple, Optional, Sequence
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QMouseEvent, QResizeEvent
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
     QButtonGroup,
     QFileDialog,
@@ -53,6 +53,7 @@ from process_visualizer.gui.toolkit.theme import (
 )
 from process_visualizer.gui.toolkit.widgets import (
     ElidedLabel,
+    MeaningGuard,
     WrappedLabel,
     in_column,
     in_row,
@@ -70,13 +71,6 @@ _BUTTON_TEXTS = {
 }
 
 
-class _RecordButton(QPushButton):
-    """Takes a double click as one click, since the button's meaning changes with the first."""
-
-    def mouseDoubleClickEvent(self, event: Optional[QMouseEvent]) -> None:
-        """Ignore the second press."""
-
-
 class RecordBar(QFrame):
     """The button to record or stop, with time and figures; red while recording."""
 
@@ -84,11 +78,12 @@ class RecordBar(QFrame):
         super().__init__(parent)
         self._model = model
         self.setObjectName('record_bar')
-        self._button = _RecordButton()
+        self._button = QPushButton()
         self._button.setObjectName('record')
         self._button.setIconSize(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX))
         self._button.setMinimumSize(150, 40)
         self._button.clicked.connect(model.toggle)
+        self._meaning = MeaningGuard(self._button)
         self._dot = QLabel()
         self._clock = QLabel()
         self._clock.setObjectName('record_time')
@@ -109,6 +104,8 @@ class RecordBar(QFrame):
         is_recording = phase is RecordingPhase.RECORDING
         self._button.setText('Saving…' if self._model.state.is_saving
                              else _BUTTON_TEXTS.get(phase, 'Record'))
+        self._meaning.show({RecordingPhase.IDLE: 'record',
+                            RecordingPhase.RECORDING: 'stop'}.get(phase, ''))
         self._button.setIcon(icon('stop' if is_recording else 'record'))
         self._button.setEnabled(phase in (RecordingPhase.IDLE, RecordingPhase.RECORDING))
         self._button.setToolTip('Stop and finish the file (R)' if is_recording

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Callable, List, Optional, TypeVar, Union
 
-from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QModelIndex, QObject, QRect, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import (
     QColor,
     QMouseEvent,
@@ -16,6 +16,7 @@ from PyQt5.QtGui import (
     QWheelEvent,
 )
 from PyQt5.QtWidgets import (
+    QAbstractButton,
     QAbstractItemView,
     QApplication,
     QDoubleSpinBox,
@@ -164,6 +165,51 @@ def in_row(*widgets: QWidget, wide: Optional[QWidget] = None) -> QHBoxLayout:
     for widget in widgets:
         layout.addWidget(widget, int(widget is wide))
     return layout
+
+
+_IMPATIENT_MS = 1000
+_USES = (QEvent.MouseButtonPress, QEvent.MouseButtonDblClick, QEvent.MouseButtonRelease)
+_USES_BY_KEY = (QEvent.KeyPress, QEvent.KeyRelease)
+_KEYS = (Qt.Key_Space, Qt.Key_Select, Qt.Key_Return, Qt.Key_Enter)
+
+
+class MeaningGuard(QObject):
+    """Ignores mouse and keyboard on a button that had another meaning just before.
+
+    So neither a double click nor an impatient second click undoes what the first one did.
+    """
+
+    def __init__(self, button: QAbstractButton) -> None:
+        super().__init__(button)
+        self._meaning = self._before = ''
+        self._timer = QTimer(self, singleShot=True,
+                             interval=QApplication.doubleClickInterval() + _IMPATIENT_MS)
+        button.installEventFilter(self)
+
+    @property
+    def is_ignoring(self) -> bool:
+        """Return whether the meaning is too new for a use of the button to be meant for it."""
+        return self._timer.isActive()
+
+    def show(self, meaning: str) -> None:
+        """Take what the button does now, such as "quit"; empty while it does nothing."""
+        if meaning == self._meaning:
+            return
+        if self._meaning:
+            self._before = self._meaning
+            self._timer.start()
+        if meaning == self._before:
+            self._timer.stop()
+        self._meaning = meaning
+
+    def eventFilter(self, button: QObject, event: QEvent) -> bool:
+        """Take the events that would use the button while its meaning is new."""
+        if not self.is_ignoring or not (event.type() in _USES or (
+                event.type() in _USES_BY_KEY and event.key() in _KEYS)):
+            return False
+        if isinstance(button, QAbstractButton):
+            button.setDown(False)  # it may have been pressed before the change
+        return True
 
 
 _MIN_PX, _PADDING_PX = 60, 12
