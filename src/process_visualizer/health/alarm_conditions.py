@@ -11,7 +11,7 @@ from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, about_node, node_line
 from process_visualizer.health.near_objects import NearObject, ObjectSpans
 from process_visualizer.health.node_warnings import NodeWarning
-from process_visualizer.launching.cell_watch import CellLook
+from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import (
     BAG_PLAYER,
@@ -89,7 +89,7 @@ def _end_of_recorder(node: NodeReport) -> str:
 
 
 _PLAYER, _RECORDER, _RVIZ = 'Player', 'Recorder', 'RViz'
-_FRAMES, _MASTER = 'Frames', 'ROS master'
+_FRAMES, MASTER = 'Frames', 'ROS master'
 _SILENT = 'is not responding'
 _STATE_KEY = 'for_s'  # of states, which are on /diagnostics as long as they last
 _TRANSIENT_S = 1.0  # warnings of a starting driver are shorter
@@ -177,7 +177,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
     said, titles = {it.node for it in told}, part_titles(mode)
     found: List[Condition] = []
     if look.master:
-        found.append(Condition(_MASTER, look.master, look.master, Level.BAD, is_clause=True))
+        found.append(Condition(MASTER, look.master, look.master, Level.BAD, is_clause=True))
     for name in sorted(look.silent - said):
         part = parts.get(name, FRAMES_PART)
         source = titles.get(part, part)
@@ -187,6 +187,18 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
                                is_clause=text == _SILENT))
     return found
+
+
+def lost_master(is_other: bool) -> Condition:
+    """Return the condition of a master that is lost while no cell runs.
+
+    It is the same alarm as that of ``watch_conditions``. ``is_other`` is set if another master
+    answers.
+    """
+    text = 'was restarted' if is_other else _SILENT
+    return Condition(MASTER, MASTER_OTHER if is_other else MASTER_SILENT,
+                     f'{text}; the launcher must start again: "Launch nodes" offers it', Level.BAD,
+                     is_clause=True)
 
 
 def part_of_node(name: str, choice: Choice) -> str:

@@ -49,6 +49,7 @@ from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearObject, SeenObject
 from process_visualizer.health.node_history import STEADY_AFTER_S
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
+from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.ros_names import (
     CONCERNED_KEY,
@@ -540,6 +541,21 @@ def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> 
         tasks.end_one()
     (alarm,) = model.alarms
     assert (alarm.text, round(alarm.begin_s, 1)) == ('heat is above 250, up to 499', 5.0)
+
+
+def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> None:
+    stand.states.take_look(CellLook(master=MASTER_SILENT))
+    stand.model.set_master(is_lost=True, is_other=False)
+    assert stand.texts() == [f'ROS master {MASTER_SILENT}']
+    stand.launch.phase, stand.launch.running = LaunchPhase.IDLE, None
+    stand.states.take_look(CellLook())
+    stand.launch.changed.emit()
+    assert stand.texts() == ['ROS master is not responding; the launcher must start again: "Launch '
+                             'nodes" offers it']
+    assert len(stand.model.events) == 1, 'it goes on'
+    stand.model.set_master(is_lost=False, is_other=False)
+    assert stand.says_no_alarms()
+    assert 'quit' not in stand.model.events[-1].text
 
 
 def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:

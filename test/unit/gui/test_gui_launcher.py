@@ -177,6 +177,16 @@ def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path)
     qtbot.waitUntil(lambda: launcher.status() == 'Idle')
 
 
+def test_a_master_that_is_lost_while_nothing_runs_is_an_alarm(loaded: Launcher) -> None:
+    master = loaded.master
+    master.is_lost = True
+    master.lost.emit()
+    assert [it.condition.source for it in loaded.alarms.alarms] == ['ROS master']
+    master.is_lost = False
+    master.returned.emit()
+    assert loaded.alarms.alarms == ()
+
+
 def test_the_status_says_why_the_button_launches_nothing(loaded: Launcher) -> None:
     loaded.master._report_failure(RosMasterError('the ROS master at http://a:1 does not answer'))
     assert loaded.status() == 'Cannot launch: the ROS master at http://a:1 does not answer'

@@ -387,6 +387,9 @@ class Launcher(QObject):
         comparison.run_finished.connect(lambda: alarms.note(
             'run finished (reference {0.reference}): {0.verdict}'.format(comparison.finished[-1])))
         self.watch.found.connect(self.states.take_look)
+        for change in (self.master.lost, self.master.returned):
+            change.connect(
+                lambda: alarms.set_master(self.master.is_lost, self.master.is_other))
         self.link.displays.connect(lambda _displays: self.watch.take_drawing())
         self.playback.moved.connect(lambda: alarms.take_position(self.playback.position_s))
         curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import getpass
 import os
 import time
-from typing import Callable, Collection, FrozenSet, List, Sequence, Set, Tuple
+from typing import Callable, Collection, FrozenSet, List, Optional, Sequence, Set, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -16,6 +16,7 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
     DATA_ENDED,
+    MASTER,
     QUIT,
     cloud_conditions,
     conflict_conditions,
@@ -23,6 +24,7 @@ from process_visualizer.health.alarm_conditions import (
     end_words,
     limit_conditions,
     loss_conditions,
+    lost_master,
     message_conditions,
     own_part_conditions,
     own_restart,
@@ -58,6 +60,7 @@ class AlarmsModel(QObject):
         self._wall_s, self._clock_s, self._who = wall_s, clock_s, who
         self._board = AlarmBoard()
         self._losses: List[Condition] = []
+        self._lost_master: Optional[Condition] = None
         self._departed: Departed = ()
         self._objects: Tuple[Condition, ...] = ()
         self._lost_channels: FrozenSet[Tuple[str, ...]] = frozenset()
@@ -119,6 +122,11 @@ class AlarmsModel(QObject):
                                        recorder.lost)
         self.look()
 
+    def set_master(self, is_lost: bool, is_other: bool) -> None:
+        """Set whether the ROS master is lost, also while no cell runs; see MasterModel."""
+        self._lost_master = lost_master(is_other) if is_lost else None
+        self.look()
+
     def set_departed(self, departed: Departed,
                      lost: Collection[Tuple[str, str]] = ()) -> None:
         """Set the channels that are out of the band of good runs; see departure_conditions.
@@ -161,7 +169,9 @@ class AlarmsModel(QObject):
         self._take(self._board.seen(self._conditions(), self._wall_s(), self._end_words))
 
     def _end_words(self, condition: Condition) -> str:
-        """Return the words for the end of a condition."""
+        """Return what is to be said of a condition that has ended."""
+        if condition.source == MASTER:
+            return condition.end
         running = self._launch.running
         is_up = running is not None and self._launch.phase in _UP
         if not is_up or (condition.part and condition.part not in self._launch.reports):
@@ -203,7 +213,7 @@ class AlarmsModel(QObject):
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
         if running is None or self._launch.phase not in _UP:
-            return []
+            return [] if self._lost_master is None else [self._lost_master]
         found: List[Condition] = []
         for device in running.devices:
             report = self._launch.reports.get(device.name)
