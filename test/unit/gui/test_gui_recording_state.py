@@ -74,6 +74,24 @@ def test_a_late_state_of_an_older_recording_does_not_end_the_newest_bag_twice() 
     assert again.state.phase is RecordingPhase.IDLE
 
 
+def test_after_the_recorder_stood_still_its_rates_are_not_believed_at_once() -> None:
+    """Its first measurement afterwards covers the time in which it received nothing."""
+    state = RecordingState().run(True)
+
+    def rates(now_s: float, rate: float) -> Tuple[float, Optional[float]]:
+        nonlocal state
+        state = events.updated(state, RecorderSnapshot(
+            'recording', (BAG,), now_s, rate=rate, time_left_s=1e9 / rate), now_s).state
+        return state.snapshot.rate, state.snapshot.time_left_s
+
+    assert rates(10.0, 1e6) == (1e6, 1000.0)
+    assert rates(10.5, 1e6) == (1e6, 1000.0)
+    state = state.unheard()
+    assert rates(18.0, 1e5) == (0.0, None)
+    assert [rates(18.5 + 0.5 * it, 1e5) for it in range(7)] == 7 * [(0.0, None)]
+    assert rates(22.0, 1e6) == (1e6, 1000.0)
+
+
 def test_a_name_that_is_recorded_once_more_is_announced_once_more() -> None:
     """The first bag was moved away; its name is free again."""
     state = RecordingState().run(True)

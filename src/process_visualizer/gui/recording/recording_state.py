@@ -26,6 +26,12 @@ NOT_RESPONDING = 'The recorder is not responding'
 """For a recorder that runs but does not report at present, which is no reason to end it."""
 NOTHING_TOLD = RecorderSnapshot('idle')
 _LEAST_RECENT_S = 1.0
+_HOLE_S, _MEASURED_S = 1.5, 4.0
+"""Time without a report that is no usual one [s], and the time after it until rates are right [s].
+
+Reports come every half second. The recorder measures rates once a second, and the first
+measurement after it stood still covers that time.
+"""
 _LATE_S = 0.1
 """Maximum error of the estimated time at which a state was sent [s]."""
 
@@ -41,7 +47,8 @@ class RecordingState(NamedTuple):
     ``refused_options`` are the options of the failed command that ``error`` is about; None if
     ``error`` is about something else. ``label`` is the label of the next mark, or ''.
     ``snapshot`` is the recorder's last report, without rates once the recorder is silent.
-    ``answered_s`` is the time of the last answer to a command.
+    ``answered_s`` is the time of the last answer to a command, ``heard_s`` that of the last report;
+    ``rated_s`` is the time from which on the rates in reports are right.
     """
 
     phase: RecordingPhase = RecordingPhase.OFF
@@ -58,6 +65,8 @@ class RecordingState(NamedTuple):
     snapshot: RecorderSnapshot = NOTHING_TOLD
     clock: RecordingClock = RecordingClock()
     answered_s: float = float('-inf')
+    heard_s: Optional[float] = None
+    rated_s: float = float('-inf')
 
     # Properties
 
@@ -148,6 +157,8 @@ class RecordingState(NamedTuple):
             refused_options=None,
             snapshot=NOTHING_TOLD,
             clock=RecordingClock(),
+            heard_s=None,
+            rated_s=float('-inf'),
         )
 
     def asked_to_write(self, phase: RecordingPhase) -> 'RecordingState':
@@ -326,7 +337,13 @@ def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -
         path = snapshot.files[0]
     if path != state.path:  # started by another client
         clock, marks = RecordingClock(), ()
+    rated_s = state.rated_s
+    if state.heard_s is not None and now_s - state.heard_s > _HOLE_S:
+        rated_s = now_s + _MEASURED_S
+    if now_s < rated_s:
+        snapshot = snapshot._replace(rate=0.0, time_left_s=None)
     return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot, is_silent=False,
+                          heard_s=now_s, rated_s=rated_s,
                           clock=clock.updated(snapshot.duration_s, is_recording, now_s))
 
 
