@@ -434,8 +434,8 @@ void BagRecorder::lookAtMaster() {
   const bool had_master = std::exchange(has_master_, publishers.has_value());
   if (had_master && !publishers)
     addProblem(
-        "the ROS master does not answer: what is connected is still recorded, but no new "
-        "publisher is found; stop the recording, then start everything anew");
+        "the ROS master has stopped answering: what was connected before is recorded, publishers "
+        "that came later are not; after the recording, start everything anew");
   if (!publishers) return;
   const double period_s = std::chrono::duration<double>(kMasterPeriod).count();
   for (const std::string& topic : subscriptions_.followChangedTypes(*publishers, period_s))
