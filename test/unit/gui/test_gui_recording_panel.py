@@ -127,6 +127,7 @@ def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
                                                    Qt.NoModifier))
     assert running.phase is RecordingPhase.IDLE and client.commands == ['start', 'stop']
     qtbot.waitUntil(lambda: not button.findChild(MeaningGuard).is_ignoring)
+    running.take_state(told())  # it is not silent
     qtbot.mouseClick(button, Qt.LeftButton)
     assert running.phase is RecordingPhase.STARTING
 
