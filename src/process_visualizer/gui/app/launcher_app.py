@@ -14,7 +14,6 @@ from PyQt5.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
     QInputDialog,
-    QLabel,
     QMainWindow,
     QMenu,
     QMessageBox,
@@ -58,6 +57,7 @@ from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.recording.recording_panel import RecordingPanel
 from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folder
 from process_visualizer.gui.toolkit.dialogs import ask, message_box
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
 from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, color
@@ -231,7 +231,7 @@ class LauncherApp(QMainWindow):
         self._questions = WindowQuestions(self, launcher)
         self._after_quit = AfterQuit(self, launcher)
         self.setWindowTitle('Process Visualizer')
-        self.file = QLabel()
+        self.file = plain_label()
         self.alarms = alarm_strip(launcher, self._show_log, self.tell)
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
@@ -417,7 +417,7 @@ class LauncherApp(QMainWindow):
     def _show_cell(self) -> None:
         cell = self._launcher.cell
         self.file.setText(Path(cell.path).name if cell.path else '')
-        self.file.setToolTip(cell.path)
+        self.file.setToolTip(plain_tip(cell.path))
         self.made.follow(cell.path)
         self._launcher.bag.curves.choices.set_configuration(cell.path)
         self.devices.set_ticks(cell.is_ticked)

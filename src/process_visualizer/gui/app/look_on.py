@@ -11,7 +11,6 @@ from PyQt5.QtCore import QObject, QProcess, Qt, pyqtSignal
 from PyQt5.QtWidgets import (
     QDialog,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QMessageBox,
     QPlainTextEdit,
@@ -22,6 +21,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.generate.plan import RVIZ_FILE
 from process_visualizer.gui.toolkit.dialogs import message_box
+from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.launching.cell_owner import CellOwner
 from process_visualizer.ros_names import PACKAGE, RVIZ
@@ -153,7 +153,7 @@ class WatchDialog(QDialog):
         self._update()
 
     def _lay_out(self) -> None:
-        explanation = QLabel(_EXPLANATION)
+        explanation = plain_label(_EXPLANATION)
         explanation.setWordWrap(True)
         row = QHBoxLayout()
         row.addWidget(self.host, 1)

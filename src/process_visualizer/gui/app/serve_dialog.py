@@ -10,13 +10,13 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QDialog,
     QHBoxLayout,
-    QLabel,
     QPlainTextEdit,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
+from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.ros_names import PACKAGE
 from process_visualizer.shown_text import shown
@@ -58,21 +58,19 @@ class ServeDialog(QDialog):
         self.address.addItem(_HERE, '')
         for it in addresses:
             self.address.addItem(f'others, too: {it}', it)
-        self.explanation = QLabel()
+        self.explanation = plain_label()
         self.explanation.setObjectName('serve_explanation')
         self.explanation.setWordWrap(True)
         self.button = QPushButton('Show')
         self.button.setObjectName('serve_button')
-        self.url = QLabel()
+        self.url = plain_label()
         self.url.setObjectName('served_url')
-        self.url.setTextFormat(Qt.PlainText)
         self.url.setWordWrap(True)
         self.url.setTextInteractionFlags(Qt.TextSelectableByMouse | Qt.TextSelectableByKeyboard)
-        self.code = QLabel()
+        self.code = plain_label()
         self.code.setAccessibleName('The address as a QR code')
-        self.viewers = QLabel()
+        self.viewers = plain_label()
         self.viewers.setObjectName('viewers')
-        self.viewers.setTextFormat(Qt.PlainText)
         self.lines = QPlainTextEdit()
         self.lines.setObjectName('serve_lines')
         self.lines.setReadOnly(True)

@@ -2,6 +2,7 @@
 """Unexpected errors: they are logged and shown, and the program continues."""
 from __future__ import annotations
 
+import html
 import logging
 import os
 import sys
@@ -13,10 +14,11 @@ from typing import Dict, NamedTuple, Optional, Type
 
 import rospkg
 from PyQt5.QtCore import QObject, QSize, Qt, pyqtSignal
-from PyQt5.QtWidgets import QLabel, QWidget
+from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label
 
 _MAX_ERRORS = 20
 _ICON_PX = 28
@@ -37,7 +39,7 @@ class ErrorDialog(TextDialog):
         super().__init__('error', 'Process Visualizer: an error', parent)
         self._log_file = log_file
         self._errors: Dict[CaughtError, int] = {}
-        picture = QLabel()
+        picture = plain_label()
         picture.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
         self.row.insertWidget(0, picture, 0, Qt.AlignTop)
         self.finished.connect(lambda _: self._errors.clear())  # the operator has seen them
@@ -55,7 +57,7 @@ class ErrorDialog(TextDialog):
     def _refresh(self) -> None:
         total = sum(self._errors.values())
         number = 'An error has' if total == 1 else f'{total} errors have'
-        where = f' Details are also in <i>{self._log_file}</i>.' if self._log_file else ''
+        where = f' They are also in <i>{html.escape(self._log_file)}</i>.' if self._log_file else ''
         self.show_text(
             f'<b>{number} occurred in the launcher itself.</b> The program continues; nodes and '
             f'recordings are not affected. Please send this to the maintainer.{where}',

@@ -14,12 +14,13 @@ from PyQt5.QtGui import (
     QPaintEvent,
     QScreen,
 )
-from PyQt5.QtWidgets import QLabel, QPushButton, QStackedWidget, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QPushButton, QStackedWidget, QVBoxLayout, QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.widgets import in_column
 from process_visualizer.rviz.window_geometry import (
@@ -117,7 +118,7 @@ class RvizPlace(QWidget):
         self.setAttribute(Qt.WA_ShowWithoutActivating)
         self.setObjectName('rviz_place')
         self.setWindowTitle('RViz')
-        self._text = QLabel()
+        self._text = plain_label()
         self._text.setObjectName('rviz_place_text')
         self._text.setAlignment(Qt.AlignCenter)
         self._text.setWordWrap(True)

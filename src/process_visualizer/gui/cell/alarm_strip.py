@@ -10,7 +10,6 @@ from PyQt5.QtGui import QShowEvent
 from PyQt5.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QPlainTextEdit,
     QPushButton,
     QSizePolicy,
@@ -21,6 +20,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import StillScroll
 from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
@@ -100,7 +100,7 @@ class AlarmStrip(QWidget):
         super().__init__(parent)
         self._model = model
         self._shown: Tuple[Alarm, ...] = ()
-        self.summary = QLabel()
+        self.summary = plain_label()
         self.summary.setObjectName('no_alarms')
         color(self.summary, 'quiet')
         self._chips = QWidget()
@@ -234,7 +234,7 @@ class AlarmChip(QFrame):
     def _button(self, action: Action, condition: Condition) -> QPushButton:
         button = QPushButton(_SHORT.get(action, action.value))
         button.setObjectName(f'alarm_{action.name.lower()}')
-        button.setToolTip(action.value)
+        button.setToolTip(plain_tip(action.value))
         button.setAccessibleName(action.value)
         button.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Preferred)
         button.setStyleSheet('padding: 1px 5px;')

@@ -10,8 +10,6 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
-    QMessageBox,
     QPushButton,
     QToolButton,
     QVBoxLayout,
@@ -23,6 +21,7 @@ from process_visualizer.gui.cell.edited_values import EditedValues
 from process_visualizer.gui.cell.expected_model import ExpectModel, question_text
 from process_visualizer.gui.toolkit.dialogs import ask, message_box
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import NumberField, PoseFields, note, show_note
@@ -44,7 +43,7 @@ class EditedParts:
         self.device = QComboBox()
         self.device.setObjectName(f'{name}_device')
         self.device.setAccessibleName('Device')
-        self.device.setToolTip(device_hint)
+        self.device.setToolTip(plain_tip(device_hint))
         self.device.activated.connect(
             lambda index: model.choose(str(self.device.itemData(index))))
         self.marker = icon_button(f'{name}_marker', 'view', 'Drag in RViz', marker_hint)
@@ -90,7 +89,7 @@ def icon_button(name: str, symbol: str, text: str, hint: str) -> QToolButton:
     button.setIcon(icon(symbol))
     button.setIconSize(_ICON)
     button.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
-    button.setToolTip(hint)
+    button.setToolTip(plain_tip(hint))
     return button
 
 
@@ -108,7 +107,7 @@ class CalibrationPanel(QWidget):
         self._parts = EditedParts(
             model, 'calibration', 'The device whose base frame is moved', 'Shows arrows and rings '
             'at the frame in RViz; drag them with its tool Interact (I)')
-        self._frame = QLabel()
+        self._frame = plain_label()
         self._fields = PoseFields()
         self._reason = note('calibration_reason')
         self._found = note('calibration_found')
@@ -118,7 +117,7 @@ class CalibrationPanel(QWidget):
         self._as_recorded = QPushButton('As recorded')
         self._as_file = QPushButton('As in the file')
         self._keep = QPushButton(icon('save'), 'Save for this recording')
-        self._state = QLabel()
+        self._state = plain_label()
         self._set_up()
         self._lay_out()
         fit.changed.connect(self.refresh)  # the fit follows the other model
@@ -143,7 +142,7 @@ class CalibrationPanel(QWidget):
         if model.saved_pose is not None and model.is_unsaved:
             text = f'Unsaved: {pose_difference(model.pose, model.saved_pose)} from {self._place()}.'
         self._state.setText(text)
-        self._state.setToolTip(model.base.location.file if model.base is not None else '')
+        self._state.setToolTip('' if model.base is None else plain_tip(model.base.location.file))
         color(self._state, 'warning' if model.is_unsaved else 'quiet')
 
     def _show_fit(self) -> None:
@@ -200,15 +199,15 @@ class CalibrationPanel(QWidget):
                 (self._keep, 'keep', 'Write the numbers into a file beside the recording; they '
                  'count whenever it is played', self._model.save_for_recording)):
             button.setObjectName(f'calibration_{name}')
-            button.setToolTip(hint)
+            button.setToolTip(plain_tip(hint))
             button.clicked.connect(lambda _checked, do=action: do())
 
     def _lay_out(self) -> None:
         device = QHBoxLayout()
-        device.addWidget(QLabel('Device:'))
+        device.addWidget(plain_label('Device:'))
         device.addWidget(self._parts.device, 1)
         frame = QHBoxLayout()
-        frame.addWidget(QLabel('Base frame:'))
+        frame.addWidget(plain_label('Base frame:'))
         frame.addWidget(self._frame, 1)
         frame.addWidget(self._fit)
         frame.addWidget(self._parts.marker)
@@ -243,7 +242,7 @@ class RegionPanel(QWidget):
         self._parts = EditedParts(
             model, 'region', 'The depth sensor whose cloud is cropped', 'Shows arrows at the '
             'middle of the box and a cube on each face; drag them with the tool Interact (I)')
-        self._frame = QLabel()
+        self._frame = plain_label()
         color(self._frame, 'quiet')
         self._fields = [self._field(index, name) for index, name in enumerate(_CENTER + _SIZE)]
         self._lay_out()
@@ -274,14 +273,14 @@ class RegionPanel(QWidget):
 
     def _lay_out(self) -> None:
         top = QHBoxLayout()
-        top.addWidget(QLabel('Crop box:'))
+        top.addWidget(plain_label('Crop box:'))
         top.addWidget(self._parts.device)
         top.addWidget(self._frame, 1)
         top.addWidget(self._parts.marker)
         numbers = QGridLayout()
         for index, field in enumerate(self._fields):
             column, row = 2 * (index // 3), index % 3
-            numbers.addWidget(QLabel(field.objectName()), row, column)
+            numbers.addWidget(plain_label(field.objectName()), row, column)
             numbers.addWidget(field, row, column + 1)
         numbers.setColumnStretch(1, 1)
         numbers.setColumnStretch(3, 1)

@@ -11,7 +11,6 @@ from PyQt5.QtCore import QPoint, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QPainter, QPalette, QResizeEvent, QTextDocument
 from PyQt5.QtWidgets import (
     QHeaderView,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QMenu,
@@ -32,6 +31,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import ThemeFollower, color, set_sheet, theme
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.health.device_state import DeviceState, Level, Line
@@ -96,7 +96,7 @@ class DevicesView(QTreeWidget):
         self._rows, self._children = {}, {}
         for device in devices:
             row = QTreeWidgetItem(self, [f'{device.name} ({device.type.value})', ''])
-            row.setToolTip(_NAME, row.text(_NAME))
+            row.setToolTip(_NAME, plain_tip(row.text(_NAME)))
             row.setData(_NAME, Qt.UserRole, (_DEVICE, device.name, ''))
             row.setCheckState(_NAME, Qt.Checked if is_ticked(device.name) else Qt.Unchecked)
             self._rows[device.name] = row
@@ -169,7 +169,7 @@ class DevicesView(QTreeWidget):
         key = (device, kind, name)
         if key not in self._children:
             item = QTreeWidgetItem([name.replace(f'/{device}/', '', 1), ''])
-            item.setToolTip(_NAME, name)
+            item.setToolTip(_NAME, plain_tip(name))
             item.setData(_NAME, Qt.UserRole, (kind, device, name))
             color_row(item, _NAME, 'quiet')
             row = self._rows[device]
@@ -230,10 +230,11 @@ class DevicesView(QTreeWidget):
 
 
 def _show(item: QTreeWidgetItem, line: Line) -> None:
-    if item.toolTip(_STATE) == line.text and item.data(_STATE, Qt.UserRole) == int(line.level):
+    is_same = item.data(_STATE, Qt.UserRole) == int(line.level)
+    if is_same and item.toolTip(_STATE) == plain_tip(line.text):
         return
     item.setText(_STATE, line.short or line.text)
-    item.setToolTip(_STATE, line.text)
+    item.setToolTip(_STATE, plain_tip(line.text))
     item.setData(_STATE, Qt.AccessibleTextRole, line.text)
     item.setData(_STATE, Qt.AccessibleDescriptionRole, _HINT if line.short else '')
     item.setData(_STATE, Qt.UserRole, int(line.level))
@@ -259,10 +260,10 @@ class ProblemsView(QWidget):
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._problems: Sequence[Problem] = ()
-        self._icon = QLabel()
+        self._icon = plain_label()
         self._draw_icon()
         ThemeFollower(self, self._draw_icon)
-        self._title = QLabel()
+        self._title = html_label()
         self._title.setObjectName('problems_title')
         self._copy = QPushButton('Copy all')
         self._copy.setObjectName('copy_problems')
@@ -290,7 +291,7 @@ class ProblemsView(QWidget):
         for problem in problems:
             item = QListWidgetItem(str(problem))
             item.setData(Qt.UserRole, problem)
-            item.setToolTip(f'{problem}\nClick to open the file there')
+            item.setToolTip(plain_tip(f'{problem}\nClick to open the file there'))
             self._list.addItem(item)
 
     def _draw_icon(self) -> None:
@@ -313,14 +314,10 @@ class ProblemsView(QWidget):
 def problem_html(problem: Problem) -> str:
     """Return a problem with its place in front, like a link, and its element."""
     place = f'{os.path.basename(problem.location.file)}:{problem.location.line}'
-    element = f'<span style="color:{theme().quiet}">&lt;{_escaped(problem.element)}&gt;</span> ' \
-        if problem.element else ''
-    return (f'<span style="color:{theme().accent}"><b>{_escaped(place)}</b></span> {element}<br>'
-            f'{_escaped(problem.message)}')
-
-
-def _escaped(text: str) -> str:
-    return text.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')
+    element = '' if not problem.element else (
+        f'<span style="color:{theme().quiet}">&lt;{html.escape(problem.element)}&gt;</span> ')
+    return (f'<span style="color:{theme().accent}"><b>{html.escape(place)}</b></span> {element}<br>'
+            f'{html.escape(problem.message)}')
 
 
 class _ProblemDelegate(QStyledItemDelegate):
@@ -384,7 +381,7 @@ class DevicesPanel(QWidget):
         self.devices = DevicesView()
         self.problems = ProblemsView()
         self.problems.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Preferred)
-        self._note = QLabel()
+        self._note = plain_label()
         self._note.setObjectName('problems_note')
         self._note.setWordWrap(True)
         color(self._note, 'quiet')
@@ -482,17 +479,17 @@ class LogView(TextDialog):
 
 def node_message(part: str, node: NodeReport) -> str:
     """Return the fate of a node, in a sentence of rich text."""
-    name = f'<b>{node.name}</b> of {part}'
+    name = f'<b>{html.escape(node.name)}</b> of {html.escape(part)}'
     again = f' It was restarted {node.restarts} times.' if node.restarts else ''
     if node.state is NodeState.EXITED:
         return f'{name}: {exit_words(node.exit_code)}.{again}'
     if node.state is NodeState.FAILED:
-        return f'{name} could not be started: {node.reason}'
+        return f'{name} could not be started: {html.escape(node.reason)}'
     state = 'runs' if node.state is NodeState.RUNNING else 'is starting'
     return f'{name} {state}.{again}'
 
 
 def part_message(report: PartReport) -> str:
     """Return the fate of a part, in a sentence of rich text."""
-    reason = f': {report.reason}' if report.reason else ''
-    return f'<b>{report.part}</b> is {report.state.value}{reason}'
+    reason = f': {html.escape(report.reason)}' if report.reason else ''
+    return f'<b>{html.escape(report.part)}</b> is {report.state.value}{reason}'

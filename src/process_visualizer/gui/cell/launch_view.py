@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_tip
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import set_primary
 from process_visualizer.gui.toolkit.widgets import (
@@ -116,7 +117,7 @@ class LaunchView(QWidget):
     def show_status(self, text: str) -> None:
         """Show the activity of the system."""
         self.status.setText(text)
-        self.status.setToolTip(text)
+        self.status.setToolTip(plain_tip(text))
 
     def show_above_status(self, notice: QWidget) -> None:
         """Give a notice, which may be hidden, its place above the status."""
@@ -136,7 +137,7 @@ class LaunchView(QWidget):
                            else 'launch' if phase is LaunchPhase.IDLE else 'quit')
         self.launch.setEnabled(phase is not LaunchPhase.QUITTING
                                and (phase is not LaunchPhase.IDLE or can_launch))
-        self.launch.setToolTip('Do not quit after all' if left_s else reason or 'Ctrl+L')
+        self.launch.setToolTip(plain_tip('Do not quit after all' if left_s else reason or 'Ctrl+L'))
         set_primary(self.launch, phase is LaunchPhase.IDLE)
         self.view.setEnabled(phase is LaunchPhase.RUNNING)
 
@@ -151,7 +152,8 @@ class LaunchView(QWidget):
         """Offer to apply the present ticks and configuration; an empty text offers nothing."""
         self.apply.setEnabled(bool(text))
         self.apply.setText(text or 'Apply')
-        self.apply.setToolTip(hint or 'Bring the running nodes up to date with what is ticked')
+        self.apply.setToolTip(plain_tip(
+            hint or 'Bring the running nodes up to date with what is ticked'))
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
         button = QRadioButton(text)

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QMenu,
     QPushButton,
     QToolButton,
@@ -26,6 +25,7 @@ from process_visualizer.gui.cell.edited_values import UnsavedModel
 from process_visualizer.gui.cell.launch_model import MixtureModel
 from process_visualizer.gui.toolkit.desktop import working_folder
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, NoticeFrame, tool_button
@@ -55,7 +55,7 @@ class ChangedNotice(QWidget):
         outdated = self._files.outdated
         names = ', '.join(map(os.path.basename, outdated))
         self._text.setText(f'{names} {"has" if len(outdated) == 1 else "have"} changed')
-        self._text.setToolTip('\n'.join(outdated))
+        self._text.setToolTip(plain_tip('\n'.join(outdated)))
         self.setVisible(bool(outdated))
 
 
@@ -87,7 +87,7 @@ class MadeNotice(NoticeFrame):
 
     def _show_made(self, path: str) -> None:
         self._path = path
-        self.setToolTip(path)
+        self.setToolTip(plain_tip(path))
         self.show()
 
 
@@ -113,7 +113,7 @@ class MixtureNotice(NoticeFrame):
             text = '; '.join(sentences[:_MAX_SENTENCES])
             text += f'; and {more} more' if more > 0 else ''
             self._text.setText(_MEANING[mode].format(text))
-            self._text.setToolTip('\n'.join(sentences))
+            self._text.setToolTip(plain_tip('\n'.join(sentences)))
         self.setVisible(bool(sentences) and mode is not None)
 
 
@@ -215,7 +215,7 @@ class NewConfigurationView(QFrame):
         return button
 
     def _lay_out(self) -> None:
-        text = QLabel(_TEXT)
+        text = plain_label(_TEXT)
         text.setWordWrap(True)
         layout = QGridLayout(self)
         layout.setContentsMargins(8, 6, 8, 6)

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import (
     QCheckBox,
     QFileDialog,
     QHeaderView,
-    QLabel,
     QPushButton,
     QSizePolicy,
     QStyleOptionViewItem,
@@ -29,6 +28,7 @@ from process_visualizer.gui.compare.compare_model import (
 )
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
@@ -75,10 +75,9 @@ class ComparePanel(QWidget):
         self._shown: Optional[Compared] = None
         self._listed: Sequence[ListedRun] = ()
         self.setObjectName('compare_panel')
-        self.state = QLabel()
+        self.state = plain_label()
         self.state.setObjectName('compare_state')
         self.state.setWordWrap(True)
-        self.state.setTextFormat(Qt.PlainText)
         color(self.state, 'quiet')
         self.find = _button('find_runs', 'Find runs', model.find_runs)
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
@@ -199,8 +198,8 @@ class ComparePanel(QWidget):
         item.setText(2, '' if compared is None else _short_verdict(found))
         has_gaps = found is not None and found.has_gaps
         color_row(item, 2, 'bad' if is_poor else 'warning' if has_gaps else 'good')
-        item.setToolTip(2, '' if found is None else '\n'.join(
-            (verdict(found), *found.notes, *unjudged_texts(found))))
+        item.setToolTip(2, plain_tip('' if found is None else '\n'.join(
+            (verdict(found), *found.notes, *unjudged_texts(found)))))
 
     @property
     def _row(self) -> int:
@@ -278,7 +277,7 @@ def _proposed_path(listed: ListedRun) -> str:
 
 def _run_row(listed: ListedRun) -> QTreeWidgetItem:
     item = QTreeWidgetItem([listed.run.name, clock(listed.run.begin_s)])
-    item.setToolTip(0, listed.path)
+    item.setToolTip(0, plain_tip(listed.path))
     item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
     return item
 
@@ -290,7 +289,7 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     hint = (f'{departure.signal.name}, {amount(departure)}\n'
             f'{moment(comparison, departure.onset_s)}\nClick to go there')
     for column in range(3):
-        item.setToolTip(column, hint)
+        item.setToolTip(column, plain_tip(hint))
     return item
 
 
@@ -301,14 +300,14 @@ def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
     color_row(item, 2, 'good' if run.is_good else 'warning' if run.is_good_in_part else 'bad')
     hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
     for column in range(3):
-        item.setToolTip(column, hint)
+        item.setToolTip(column, plain_tip(hint))
     return item
 
 
 def _live_row(*texts: str) -> QTreeWidgetItem:
     item = QTreeWidgetItem(list(texts))
     for column, text in enumerate(texts):
-        item.setToolTip(column, text)
+        item.setToolTip(column, plain_tip(text))
     return item
 
 

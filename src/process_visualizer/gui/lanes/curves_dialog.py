@@ -11,7 +11,6 @@ from PyQt5.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -22,6 +21,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.lanes.lane_choice import LaneChoice, LaneChoices
 from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import readable_color
 from process_visualizer.gui.toolkit.widgets import RowDelegate
 
@@ -163,7 +163,7 @@ def _set_folded(item: QTreeWidgetItem, folded: bool) -> None:
 def _item(curve: Lane, is_shown: bool) -> QTreeWidgetItem:
     text = f'{curve.label}  [{curve.unit}]' if curve.unit else curve.label
     item = QTreeWidgetItem([text])
-    item.setToolTip(0, text)
+    item.setToolTip(0, plain_tip(text))
     item.setData(0, Qt.UserRole, curve.key)
     item.setFlags(Qt.ItemIsEnabled | Qt.ItemIsSelectable | Qt.ItemIsUserCheckable
                   | Qt.ItemIsDragEnabled | Qt.ItemIsDropEnabled)
@@ -206,7 +206,7 @@ class CurvesDialog(QDialog):
         buttons.rejected.connect(self.close)
         reset = _button('curves_reset', 'All, as in the configuration', self._reset)
         buttons.addButton(reset, QDialogButtonBox.ResetRole)
-        hint = QLabel(_HINT)
+        hint = plain_label(_HINT)
         hint.setWordWrap(True)
         layout = QVBoxLayout(self)
         layout.addWidget(hint)

@@ -13,7 +13,6 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QFrame,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QToolButton,
     QVBoxLayout,
@@ -31,6 +30,7 @@ from process_visualizer.gui.live.live_timeline import LiveTimeline, LiveValue
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase, age_text
 from process_visualizer.gui.playback.transport_view import RateBox
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, in_column, in_row
 from process_visualizer.health.near_objects import NearSpan
@@ -98,7 +98,7 @@ class ReplayBar(QWidget):
         button.setObjectName(f'replay_{name}')
         button.setIcon(icon(name))
         button.setIconSize(_ICON)
-        button.setToolTip(hint)
+        button.setToolTip(plain_tip(hint))
         button.setAccessibleName(hint.split('  (')[0])
         button.setAutoRaise(True)
         button.setFocusPolicy(Qt.TabFocus)
@@ -162,7 +162,7 @@ class LivePanel(QWidget):
         self._show()
 
     def _lay_out(self) -> None:
-        row = in_row(QLabel('Last'), self.durations, self.hold, self.replay, self.state,
+        row = in_row(plain_label('Last'), self.durations, self.hold, self.replay, self.state,
                      wide=self.state)
         row.addStrut(self.replay.sizeHint().height())  # keeps the place of the curves below
         frame = QFrame()

@@ -13,7 +13,6 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QFileDialog,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -26,6 +25,7 @@ from process_visualizer.bagio.catalog import Catalog, CatalogTopic
 from process_visualizer.gui.playback.bag_model import BagModel, PlayedTopics
 from process_visualizer.gui.recording.topic_list import TopicTree
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import ThemeFollower, theme
 from process_visualizer.gui.toolkit.widgets import FoldButton, color_row, in_column, in_row
 from process_visualizer.health.device_state import recorded_rate_text
@@ -77,8 +77,8 @@ class PlayedTopicsTable(TopicTree):
             row.setData(_NAME, Qt.CheckStateRole,
                         (Qt.Checked if is_ticked else Qt.Unchecked) if is_offered else None)
             color_row(row, _NAME, 'text' if is_ticked else 'quiet')
-            row.setToolTip(_NAME, row.data(_NAME, Qt.UserRole) + (
-                '' if is_offered else '\nNo ticked device has it: it is not played'))
+            row.setToolTip(_NAME, plain_tip(row.data(_NAME, Qt.UserRole) + (
+                '' if is_offered else '\nNo ticked device has it: it is not played')))
         self.blockSignals(False)
 
     def _take_tick(self, row: QTreeWidgetItem, column: int) -> None:
@@ -111,10 +111,10 @@ class BagView(QWidget):
         self._bag = bag
         self.recent = QComboBox()
         self.open = QPushButton(icon('open'), 'Open…')
-        self.facts = QLabel()
+        self.facts = html_label()
         self.details = FoldButton('bag_details', 'Topics', 'Show the topics of the recording')
         self.topics = PlayedTopicsTable(bag.played)
-        self.warnings = QLabel()
+        self.warnings = html_label()
         self.unindexed = UnindexedRow(bag)
         self.foreign = ForeignRow(bag)
         self.foreign.make.clicked.connect(
@@ -141,7 +141,6 @@ class BagView(QWidget):
         self.details.toggled.connect(self.topics.setVisible)
         self.warnings.setObjectName('bag_warnings')
         self.warnings.setWordWrap(True)
-        self.warnings.setTextFormat(Qt.RichText)
 
     def _lay_out(self) -> None:
         facts = QHBoxLayout()
@@ -166,7 +165,7 @@ class BagView(QWidget):
         self._show_recent()
         found = self._bag.session.recording
         self.facts.setText(self._facts(found))
-        self.facts.setToolTip('' if found is None else _origin(found))
+        self.facts.setToolTip(plain_tip('' if found is None else _origin(found)))
         self.details.setVisible(found is not None)
         if found is None:
             self.details.setChecked(False)
@@ -178,18 +177,19 @@ class BagView(QWidget):
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
         self.warnings.setVisible(bool(warnings))
-        self.warnings.setToolTip(_whole_warnings(self._bag))
+        self.warnings.setToolTip(plain_tip(_whole_warnings(self._bag)))
 
     def _show_recent(self) -> None:
         self.recent.clear()
         for paths in self._bag.recent.all:
             self.recent.addItem(name_of(paths), list(paths))
-            self.recent.setItemData(self.recent.count() - 1, '\n'.join(paths), Qt.ToolTipRole)
+            self.recent.setItemData(self.recent.count() - 1, plain_tip('\n'.join(paths)),
+                                    Qt.ToolTipRole)
         paths = self._bag.session.paths
         is_known = paths in self._bag.recent.all
         self.recent.setCurrentIndex(self._bag.recent.all.index(paths) if is_known else -1)
         self.recent.setEnabled(bool(self._bag.recent.all))
-        self.recent.setToolTip('\n'.join(paths) or 'Recordings that were opened before')
+        self.recent.setToolTip(plain_tip('\n'.join(paths) or 'Recordings that were opened before'))
 
     def _facts(self, found: Optional[Catalog]) -> str:
         if self._bag.is_loading:
@@ -205,7 +205,7 @@ class ForeignRow(QWidget):
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._bag = bag
-        self.text = QLabel()
+        self.text = plain_label()
         self.text.setObjectName('foreign_bag')
         self.text.setWordWrap(True)
         self.make = QPushButton()
@@ -232,7 +232,7 @@ class UnindexedRow(QWidget):
         super().__init__(parent)
         self._bag = bag
         self._shown: Optional[object] = None
-        self.text = QLabel()
+        self.text = plain_label()
         self.text.setObjectName('unindexed')
         self.text.setWordWrap(True)
         self.bar = QProgressBar()
@@ -265,7 +265,7 @@ class UnindexedRow(QWidget):
         self.setVisible(bool(path))
         self.text.setText(f'{os.path.basename(path)} has no index: its recording was interrupted. '
                           'It can be played from a copy that has one.')
-        self.text.setToolTip(path)
+        self.text.setToolTip(plain_tip(path))
         self.make.setVisible(progress is None)
         self.bar.setVisible(progress is not None)
         if progress is not None and progress is not self._shown:
@@ -306,8 +306,10 @@ def _origin(found: Catalog) -> str:
 
 def _warnings(bag: BagModel) -> List[str]:
     """Return the warnings before the recording is played, in HTML."""
-    lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
-    lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
+    lines = [(theme().bad, f'{html.escape(os.path.basename(path))} no longer exists')
+             for path in bag.gone]
+    lines += [(theme().warning, f'<b>{html.escape(device)}</b>: not in the recording: '
+                                f'{html.escape(_named(topics))}')
               for device, topics in bag.missing.items() if not bag.is_foreign]
     problems, remarks = ((), ()) if bag.session.recording is None else (
         bag.session.recording.problems, bag.session.recording.remarks)

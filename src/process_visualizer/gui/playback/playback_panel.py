@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Dict, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QInputDialog,
-    QLabel,
     QProgressBar,
     QSizePolicy,
     QToolButton,
@@ -30,6 +28,7 @@ from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.timeline_view import TimelineView
 from process_visualizer.gui.playback.transport_view import TransportView
 from process_visualizer.gui.playback.values_model import ValuesModel
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import set_sheet
 from process_visualizer.gui.toolkit.widgets import MeaningGuard, in_column
 from process_visualizer.health.device_state import Level
@@ -44,7 +43,7 @@ class CurvesRow(QWidget):
         super().__init__(parent)
         self._curves = curves
         self._shown: Optional[object] = None
-        self.text = QLabel()
+        self.text = plain_label()
         self.bar = QProgressBar()
         self.bar.setObjectName('curves_progress')
         self.bar.setRange(0, 1000)
@@ -102,10 +101,9 @@ class PlaybackPanel(QWidget):
         self._lanes: Dict[Key, Lane] = {}
         self._bands = bands
         self._near: Tuple[NearSpan, ...] = ()
-        self.notes = QLabel()
+        self.notes = plain_label()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
-        self.notes.setTextFormat(Qt.PlainText)
         set_sheet(self.notes, 'color: <warning>')
         self.setObjectName('playback_panel')
         self._lay_out()
@@ -180,7 +178,7 @@ class PlaybackPanel(QWidget):
         self.notes.setVisible(bool(notes))
         more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
         self.notes.setText(notes[-1] + more if notes else '')
-        self.notes.setToolTip('\n'.join(notes))
+        self.notes.setToolTip(plain_tip('\n'.join(notes)))
 
     def _show_curves(self) -> None:
         found = self._bag.session.recording

@@ -37,6 +37,7 @@ from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_te
 from process_visualizer.gui.playback.minimap import BAR_HEIGHT, MapContent, TimelineZoom
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.toolkit.labels import plain_tip
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.playback.timeline import format_time
@@ -375,7 +376,7 @@ class TimelineView(LanesTimeline):
             text = moment_tip(self._moments[target.mark])
         elif TRACK_TOP <= event.pos().y() < AXIS_TOP:
             text = self.toolTip()
-        QToolTip.showText(event.globalPos(), text, self)
+        QToolTip.showText(event.globalPos(), plain_tip(text), self)
 
     def _target_at(self, place: QPoint) -> Target:
         loop, row = self._loop(), moment_at(QPointF(place), self.axis, self._moments)

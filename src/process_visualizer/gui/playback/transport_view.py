@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.playback_state import MESSAGE, TIMES, StepUnit
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import set_sheet, tabular_font, theme
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, RATES, format_time
 
@@ -253,14 +254,14 @@ class TransportView(QWidget):
         self._rows = 0
         self._topics: Sequence[str] = ()
         self.time = TimeLabel()
-        self.reached = QLabel()
+        self.reached = plain_label()
         self.slider = SpeedSlider()
         self.rate = RateBox(playback)
         self.unit = QComboBox()
         self._prepare()
         self._buttons = self._button_row()
-        self._speed_row = _row(QLabel('Speed'), self.slider, self.rate)
-        self._step_row = _row(QLabel('Step'), self.unit)
+        self._speed_row = _row(plain_label('Speed'), self.slider, self.rate)
+        self._step_row = _row(plain_label('Step'), self.unit)
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setVerticalSpacing(6)
@@ -280,7 +281,7 @@ class TransportView(QWidget):
         self.unit.clear()
         for unit in (MESSAGE, *TIMES, *(StepUnit(topic) for topic in topics)):
             self.unit.addItem(unit.label, unit)
-            self.unit.setItemData(self.unit.count() - 1, unit.label, Qt.ToolTipRole)
+            self.unit.setItemData(self.unit.count() - 1, plain_tip(unit.label), Qt.ToolTipRole)
         self.unit.insertSeparator(1 + len(TIMES))
         self.unit.blockSignals(False)
         if self._playback.state.unit.topic not in ('', *topics):
@@ -343,7 +344,7 @@ class TransportView(QWidget):
         button.setObjectName(name)
         button.setIcon(icon(name))
         button.setIconSize(_ICON)
-        button.setToolTip(hint)
+        button.setToolTip(plain_tip(hint))
         button.setAccessibleName(hint.split('  (')[0])
         button.setCheckable(checks)
         button.setAutoRepeat(repeats)
@@ -426,8 +427,8 @@ class TransportView(QWidget):
         row = next((row for row in range(self.unit.count())
                     if self.unit.itemData(row) == self._playback.state.unit), 0)
         self.unit.setCurrentIndex(row)
-        self.unit.setToolTip(f'Size of a step: {self._playback.state.unit.label}'
-                             '  (left and right arrow, or , and .)')
+        self.unit.setToolTip(plain_tip(f'Size of a step: {self._playback.state.unit.label}'
+                             '  (left and right arrow, or , and .)'))
 
     def _show_time(self) -> None:
         if self._playback.state.is_available:

@@ -42,6 +42,7 @@ from process_visualizer.gui.recording.recording_types import (
 )
 from process_visualizer.gui.recording.topic_list import TopicList
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import StillScroll, TextPlace
 from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.theme import (
@@ -84,10 +85,10 @@ class RecordBar(QFrame):
         self._button.setMinimumSize(150, 40)
         self._button.clicked.connect(model.toggle)
         self._meaning = MeaningGuard(self._button)
-        self._dot = QLabel()
-        self._clock = QLabel()
+        self._dot = plain_label()
+        self._clock = plain_label()
         self._clock.setObjectName('record_time')
-        self._figures = small(QLabel())
+        self._figures = small(html_label())
         self._figures.setObjectName('record_figures')
         self._timer = QTimer(self)
         self._timer.setInterval(_CLOCK_PERIOD_MS)
@@ -183,7 +184,7 @@ class DiskBar(QWidget):
         self._bar.setTextVisible(False)
         self._bar.setRange(0, _STEPS)
         self._bar.setFixedHeight(_HEIGHT_PX)
-        self._room = small(QLabel())
+        self._room = small(plain_label())
         self._room.setObjectName('disk_room')
         self._time = small(ElidedLabel(Qt.ElideRight))
         self._time.setObjectName('disk_time_left')
@@ -208,7 +209,7 @@ class DiskBar(QWidget):
         font.setBold(room.is_low)
         self._time.setFont(font)
         self._time.setText(room.time_text)
-        self._time.setToolTip('\n'.join(filter(None, (room.time_text, room.limit_text))))
+        self._time.setToolTip(plain_tip('\n'.join(filter(None, (room.time_text, room.limit_text)))))
         color(self._time, 'bad' if room.is_low else 'quiet')
         self._paint(room.is_low)
 
@@ -251,7 +252,7 @@ class RecordingNotice(QWidget):
     def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._model = model
-        self._icon = QLabel()
+        self._icon = plain_label()
         self._text = WrappedLabel('record_notice')
         self._play = QPushButton(icon('play'), 'Play it')
         self._play.setObjectName('play_recording')
@@ -272,7 +273,7 @@ class RecordingNotice(QWidget):
         notice = notice_of(self._model)
         if notice.text != self._text.text():
             self._text.setText(notice.text)
-        self._text.setToolTip(notice.hint)
+        self._text.setToolTip(plain_tip(notice.hint))
         self._icon.setVisible(bool(notice.icon))
         if notice.icon:
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
@@ -389,9 +390,8 @@ class NameOptions(QWidget):
                              'Recordings go here; created if it does not exist')
         self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',
                                    self._choose_folder)
-        self._problem = small(QLabel())
+        self._problem = small(html_label())
         self._problem.setObjectName('record_problem')
-        self._problem.setTextFormat(Qt.RichText)
         self._lay_out()
         self._connect()
 
@@ -446,7 +446,7 @@ class NameOptions(QWidget):
     def _add_button(self, choice: NameChoice) -> None:
         button = QRadioButton(_NAME_TEXTS[choice])
         button.setObjectName(f'record_by_{choice.value}')
-        button.setToolTip(_TOOLTIPS[choice])
+        button.setToolTip(plain_tip(_TOOLTIPS[choice]))
         button.clicked.connect(lambda: self._choose(choice))
         self._group.addButton(button)
         self._buttons[choice] = button
@@ -462,7 +462,7 @@ class NameOptions(QWidget):
         in_column(self, 4, self._buttons[NameChoice.DATE],
                   _row(self._buttons[NameChoice.PREFIX], self._prefix, _hint('+ date and time')),
                   _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
-                  _row(QLabel('Folder:'), self._folder, self._browse),
+                  _row(plain_label('Folder:'), self._folder, self._browse),
                   TextPlace(_PROBLEM_LINES, self._problem))
         self._problem.setWordWrap(True)
         color(self._problem, 'warning')
@@ -479,12 +479,12 @@ def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLine
     line.setObjectName(name)
     line.setAccessibleName(accessible_name)
     line.setPlaceholderText(placeholder)
-    line.setToolTip(hint)
+    line.setToolTip(plain_tip(hint))
     return line
 
 
 def _hint(text: str) -> QLabel:
-    label = QLabel(text)
+    label = plain_label(text)
     color(label, 'quiet')
     return label
 
@@ -545,7 +545,7 @@ class RecordingPanel(StillScroll):
     def _show_save(self) -> None:
         recent_s, obstacle = self._model.state.recent_s, self._model.state.save_obstacle
         self._save.setEnabled(not obstacle)
-        self._save.setToolTip(obstacle or 'Write what just happened into a separate bag')
+        self._save.setToolTip(plain_tip(obstacle or 'Write what just happened into a separate bag'))
         seconds = recent_s if 1.0 <= recent_s < RECENT_S else RECENT_S
         self._save.setText(f'Save last {int(seconds)} s')
 

@@ -12,6 +12,7 @@ from process_visualizer.gui.recording.recording_choices import (
     TopicHealth,
     TopicRow,
 )
+from process_visualizer.gui.toolkit.labels import plain_tip
 from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import (
     ElidedLabel,
@@ -187,7 +188,7 @@ def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
     color_row(item, _RATE, 'warning' if is_warning else 'quiet')
     color_row(item, _NAME, 'text' if row.is_ticked else 'quiet')
     lost = f'; {row.dropped} dropped, {row.lost} lost' if row.dropped or row.lost else ''
-    item.setToolTip(_NAME, f'{row.name}{lost}')
+    item.setToolTip(_NAME, plain_tip(f'{row.name}{lost}'))
 
 
 def _device_item(device: str) -> QTreeWidgetItem:

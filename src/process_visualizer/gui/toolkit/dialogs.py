@@ -10,13 +10,13 @@ from PyQt5.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QHBoxLayout,
-    QLabel,
     QMessageBox,
     QPlainTextEdit,
     QVBoxLayout,
     QWidget,
 )
 
+from process_visualizer.gui.toolkit.labels import html_label
 from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.toolkit.theme import tabular_font
 
@@ -28,6 +28,7 @@ def message_box(parent: Optional[QWidget], text: str,
     """Return a message box, not yet open; it deletes itself when closed."""
     box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)
     box.setObjectName('message')
+    box.setTextFormat(Qt.PlainText)
     box.setTextInteractionFlags(Qt.TextSelectableByMouse)
     box.setAttribute(Qt.WA_DeleteOnClose)
     return box
@@ -63,7 +64,7 @@ class TextDialog(QDialog):
         self.setObjectName(name)
         self.setWindowTitle(title)
         self.setModal(False)
-        self.message = QLabel()
+        self.message = html_label()
         self.message.setObjectName(f'{name}_message')
         self.message.setWordWrap(True)
         self.message.setTextInteractionFlags(Qt.TextSelectableByMouse)
@@ -108,5 +109,5 @@ class KeysDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.Close)
         buttons.rejected.connect(self.close)
         layout = QVBoxLayout(self)
-        layout.addWidget(QLabel(table))
+        layout.addWidget(html_label(table))
         layout.addWidget(buttons)

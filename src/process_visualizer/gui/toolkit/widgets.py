@@ -43,6 +43,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
     color,
@@ -65,7 +66,7 @@ def small(label: _LabelType) -> _LabelType:
 
 def note(name: str) -> QLabel:
     """Return a quiet label of one or more lines, hidden until ``show_note`` gives it a text."""
-    label = QLabel()
+    label = plain_label()
     label.setObjectName(name)
     label.setWordWrap(True)
     label.hide()
@@ -127,7 +128,7 @@ class WrappedLabel(QLabel):
 
 def title(text: str) -> QLabel:
     """Return a bold label, for the head of a group."""
-    label = QLabel(text)
+    label = plain_label(text)
     font = label.font()
     font.setBold(True)
     label.setFont(font)
@@ -140,7 +141,7 @@ def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], objec
     button = QToolButton()
     button.setObjectName(name)
     button.setIcon(icon(icon_name))
-    button.setToolTip(hint)
+    button.setToolTip(plain_tip(hint))
     button.setAccessibleName(hint.split(' (')[0])  # without the key
     button.setAutoRaise(True)
     if text is not None:
@@ -243,12 +244,13 @@ class ElidedLabel(QLabel):
                  parent: Optional[QWidget] = None, lines: int = 1) -> None:
         super().__init__(parent)
         self._mode, self._lines = mode, lines
+        self.setTextFormat(Qt.PlainText)
 
     def setText(self, text: str) -> None:
         """Show a text."""
         if text != self.text():
             super().setText(text)
-            self.setToolTip(text)
+            self.setToolTip(plain_tip(text))
 
     def minimumSizeHint(self) -> QSize:
         """Return a minimal width."""
@@ -327,7 +329,7 @@ class MessageBar(QStatusBar):
 
     def _follow(self) -> None:
         is_cut = self.is_cut
-        self.setToolTip(self.currentMessage() if is_cut else '')
+        self.setToolTip(plain_tip(self.currentMessage() if is_cut else ''))
         self.setCursor(Qt.PointingHandCursor if is_cut else Qt.ArrowCursor)
 
 
@@ -338,7 +340,7 @@ class FoldButton(QToolButton):
         super().__init__(parent)
         self.setObjectName(name)
         self.setText(text)
-        self.setToolTip(hint)
+        self.setToolTip(plain_tip(hint))
         self.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
         self.setArrowType(Qt.RightArrow)
         self.setAutoRaise(True)
@@ -364,7 +366,7 @@ class NoticeFrame(QFrame):
         set_sheet(self, f'QFrame#{name} {{ border: 1px solid <{color}>; border-radius: 5px; '
                         f'background: <behind_{color}>; }}')
         self._text = WrappedLabel(f'{name}_text')
-        self._sign, self._symbol = QLabel(), symbol
+        self._sign, self._symbol = plain_label(), symbol
         self._draw_sign()
         ThemeFollower(self, self._draw_sign)
         self._layout = QGridLayout(self)
@@ -430,7 +432,7 @@ class PoseFields(QWidget):
         layout.setVerticalSpacing(4)
         for index, (name, field) in enumerate(zip(_NAMES, self._fields)):
             column, row = 3 * (index // 3), index % 3
-            layout.addWidget(QLabel(name), row, column)
+            layout.addWidget(plain_label(name), row, column)
             layout.addWidget(field, row, column + 1)
         layout.setColumnMinimumWidth(2, 12)
         layout.setColumnStretch(1, 1)
@@ -443,7 +445,7 @@ class PoseFields(QWidget):
         for field, angle in zip(self._fields[3:], pose.ypr):
             field.show_value(math.degrees(angle))
             axis = _AXES[field.objectName()]
-            field.setToolTip(f"{angle:.6f} rad, {axis}\n{_HINT.format('0.1°')}")
+            field.setToolTip(plain_tip(f"{angle:.6f} rad, {axis}\n{_HINT.format('0.1°')}"))
 
     def _field(self, index: int) -> NumberField:
         name, is_angle = _NAMES[index], index >= 3
@@ -452,7 +454,7 @@ class PoseFields(QWidget):
         field.setDecimals(2 if is_angle else 4)
         field.setSingleStep(_STEP_DEG if is_angle else _STEP_M)
         field.setSuffix('°' if is_angle else ' m')
-        field.setToolTip(_HINT.format('1 mm'))
+        field.setToolTip(plain_tip(_HINT.format('1 mm')))
         field.valueChanged.connect(
             lambda value: self.edited.emit(index, math.radians(value) if is_angle else value))
         return field
