@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, List
 
 import pytest
-from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QLabel, QPushButton
+from PyQt5.QtCore import QEvent, Qt
+from PyQt5.QtGui import QKeyEvent
+from PyQt5.QtWidgets import QApplication, QLabel, QPushButton
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import player_activity, recorder_activity, status_text
@@ -61,9 +62,11 @@ def test_a_second_click_that_is_meant_for_launch_does_not_quit(qtbot: Any) -> No
     view.launch_wanted.connect(lambda: view.show_phase(LaunchPhase.LAUNCHING, True, ''))
     guard = view.launch.findChild(MeaningGuard)
     view.show_phase(LaunchPhase.IDLE, True, '')
-    qtbot.mouseDClick(view.launch, Qt.LeftButton)
-    view.launch.setFocus()
-    qtbot.keyClick(view.launch, Qt.Key_Space)
+    qtbot.mouseClick(view.launch, Qt.LeftButton)
+    qtbot.mouseClick(view.launch, Qt.LeftButton)
+    assert told == ['launch'] and not view.launch.isDown()
+    for kind in (QEvent.KeyPress, QEvent.KeyRelease):
+        QApplication.sendEvent(view.launch, QKeyEvent(kind, Qt.Key_Space, Qt.NoModifier))
     assert told == ['launch'] and not view.launch.isDown()
     qtbot.waitUntil(lambda: not guard.is_ignoring)
     view.show_phase(LaunchPhase.RUNNING, True, '')
