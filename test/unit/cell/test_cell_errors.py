@@ -65,7 +65,8 @@ def test_what_is_no_file_is_called_what_it_is(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_read_is_no_error(tmp_path: Path) -> None:
     (tmp_path / 'locked').mkdir(mode=0o311)
-    ask = 'import sys; from process_visualizer.cell.errors import *; print(missing_file(sys.argv[1]))'
+    ask = ('import sys; from process_visualizer.cell.errors import missing_file; '
+           'print(missing_file(sys.argv[1]))')
     as_root = ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] \
         if os.geteuid() == 0 else []
     done = subprocess.run([*as_root, sys.executable, '-c', ask, f'{tmp_path}/locked/a'], text=True,

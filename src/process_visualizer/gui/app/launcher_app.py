@@ -437,7 +437,7 @@ class LauncherApp(QMainWindow):
     def _show_launch(self) -> None:
         launcher = self._launcher
         reason = launcher.blocked_reason()
-        can_launch = reason == '' or launcher.master.is_lost  # then it offers what helps
+        can_launch = reason == '' or launcher.master.is_lost  # then the button offers a remedy
         self.launch.show_phase(launcher.launch.phase, can_launch, reason,
                                self._after_quit.grace.left_s)
         self._show_mode_choice()

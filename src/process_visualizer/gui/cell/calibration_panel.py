@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
+    QMessageBox,
     QPushButton,
     QToolButton,
     QVBoxLayout,
@@ -306,7 +307,7 @@ class ExpectedPanel(QWidget):
         self._device.setAccessibleName('Depth sensor')
         self._device.setToolTip('The depth sensor whose objects are expected')
         self._device.activated.connect(lambda index: model.choose(self._device.itemText(index)))
-        self._state = QLabel()
+        self._state = plain_label()
         self._state.setObjectName('expected_state')
         color(self._state, 'quiet')
         self._revert = QPushButton(icon('revert'), 'Revert')
@@ -348,7 +349,7 @@ class ExpectedPanel(QWidget):
 
     def _lay_out(self) -> None:
         top, buttons = QHBoxLayout(), QHBoxLayout()
-        top.addWidget(QLabel('Objects:'))
+        top.addWidget(plain_label('Objects:'))
         top.addWidget(self._device)
         top.addWidget(self._state, 1)
         buttons.addWidget(self._revert)
