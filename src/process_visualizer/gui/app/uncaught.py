@@ -57,7 +57,8 @@ class ErrorDialog(TextDialog):
     def _refresh(self) -> None:
         total = sum(self._errors.values())
         number = 'An error has' if total == 1 else f'{total} errors have'
-        where = f' Details are also in <i>{html.escape(self._log_file)}</i>.' if self._log_file else ''
+        where = f' Details are also in <i>{html.escape(self._log_file)}</i>.' \
+            if self._log_file else ''
         self.show_text(
             f'<b>{number} occurred in the launcher itself.</b> The program continues; nodes and '
             f'recordings are not affected. Please send this to the maintainer.{where}',
