@@ -23,6 +23,7 @@ from process_visualizer.bagio.marks import added_marks, write_added_marks
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recorder_topics import ACCOUNT, CALIBRATION, CONFIGURATION, MARKS
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.recording_calibration import saved_poses, write_saved_poses
 from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.whole_file import whole_file
 
@@ -63,8 +64,9 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
 
     The bag begins as a recording does: with the latched messages and the transforms of /tf_static
     that are valid at its start, stamped with its start time. Marks that were added to the
-    recording afterwards are added to the bag. The recorder's account covers the whole recording and
-    is left out: `cell report` then says that it cannot know what was lost before the cut.
+    recording afterwards, and poses saved for it, are kept beside the bag, instead of those of a bag
+    that it replaces. The recorder's account covers the whole recording and is left out: `cell
+    report` then says that it cannot know what was lost before the cut.
 
     Args:
         recording: the source; it is only read.
@@ -85,6 +87,9 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
     inside = _inside(recording, chosen, span)
     if not len(inside):
         raise BagError(path, 'would have no messages: the recording has none in this span')
+    marks = [mark for it in recording.paths for mark in added_marks(it)
+             if span.begin_ns <= mark.time_ns <= span.end_ns]
+    poses = saved_poses(recording.paths[0])
     try:
         with whole_file(path) as unfinished, open(unfinished, 'wb') as file:
             writing = _Writing(recording, file, _COMPRESS[compression], compression)
@@ -96,10 +101,8 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
             writing.finish()
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
-    marks = [mark for it in recording.paths for mark in added_marks(it)
-             if span.begin_ns <= mark.time_ns <= span.end_ns]
-    if marks:
-        write_added_marks(path, marks)
+    write_added_marks(path, marks)
+    write_saved_poses(path, poses)
     return BagCut(writing.count - held_count, held_count, writing.lost_count,
                   tuple(sorted(writing.topics)))
 

@@ -82,7 +82,7 @@ def _mark(entry: Any) -> Mark:
         ValueError, KeyError, TypeError: the JSON is not a mark.
     """
     time_ns, label = entry['time_ns'], entry['label']
-    if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 63 or not isinstance(label, str):
+    if type(time_ns) is not int or not 0 <= time_ns < 1 << 63 or not isinstance(label, str):
         raise ValueError('a mark is a time in ns since the epoch and a label')
     label.encode()
     return Mark(time_ns, label)
@@ -113,14 +113,18 @@ def add_mark(bag: str, mark: Mark) -> str:
 
 
 def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
-    """Replace the marks in the file beside a bag, all at once.
+    """Replace the marks added to a bag, all at once; without marks, no file of them is left.
 
     Raises:
-        BagError: the file cannot be written; it stays unchanged.
+        BagError: a file cannot be written or removed.
     """
-    path = marks_path(bag)
+    path, own = marks_path(bag), own_marks_path(bag)
     try:
-        _write(path, marks)
+        if marks:
+            _write(path, marks)
+        for old in (own,) if marks else (path, own):
+            if os.path.lexists(old):
+                os.remove(old)
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
 

@@ -148,12 +148,21 @@ def save_pose(bag: str, frame: str, pose: Optional[Pose]) -> Dict[str, Pose]:
     poses = {name: it for name, it in saved_poses(bag).items() if name != frame}
     if pose is not None:
         poses[frame] = pose
+    write_saved_poses(bag, poses)
+    return poses
+
+
+def write_saved_poses(bag: str, poses: Mapping[str, Pose]) -> None:
+    """Replace all poses saved for a bag; without poses, no file of them is left.
+
+    Raises:
+        BagError: the file cannot be written; it stays unchanged.
+    """
     path = calibration_path(bag)
     try:
         _write(path, poses)
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
-    return poses
 
 
 def _write(path: str, poses: Mapping[str, Pose]) -> None:

@@ -16,9 +16,11 @@ from small_bags import BEGIN_S, whole_bags
 
 from process_visualizer.bagio.bag_cut import CutSpan, cut
 from process_visualizer.bagio.bag_errors import BagError
-from process_visualizer.bagio.marks import Mark, add_mark, read_marks
+from process_visualizer.bagio.marks import Mark, add_mark, added_marks, read_marks
 from process_visualizer.bagio.recorder_topics import CONFIGURATION, recorded_configuration
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.recording_calibration import save_pose, saved_poses
+from process_visualizer.cell.model import Pose
 from process_visualizer.commands.command_line import main
 
 BEGIN_NS = BEGIN_S * 10 ** 9
@@ -93,6 +95,21 @@ def test_added_marks_of_the_span_come_along(whole: str, tmp_path: Path) -> None:
         cut(recording, CutSpan(BEGIN_NS, BEGIN_NS + 10 ** 9), path)
     with Recording([path]) as part:
         assert read_marks(part) == [inside]
+
+
+def test_what_is_beside_it_is_that_of_the_source(whole: str, tmp_path: Path) -> None:
+    path, old, new = (str(tmp_path / 'part.bag'), Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
+                      Pose((4.0, 5.0, 6.0), (0.0, 0.0, 0.0)))
+    write_bag(Path(path), some_rows(3), 'none', 500)
+    add_mark(path, Mark(BEGIN_NS, 'of another bag'))
+    save_pose(path, 'old/base', old)
+    save_pose(whole, 'arm/base', new)
+    for poses in ({'arm/base': new}, {}):
+        with Recording([whole]) as recording:
+            cut(recording, CutSpan(BEGIN_NS, BEGIN_NS + 10 ** 9), path)
+        assert (added_marks(path), saved_poses(path)) == ([], poses)
+        save_pose(whole, 'arm/base', None)
+    assert sorted(it for it in os.listdir(tmp_path) if it.startswith('part')) == ['part.bag']
 
 
 def test_messages_that_cannot_be_read_are_counted(tmp_path: Path) -> None:

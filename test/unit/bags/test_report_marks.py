@@ -77,7 +77,7 @@ def test_the_last_mark_at_a_time() -> None:
 @pytest.mark.parametrize('text', [
     '', '{}x', '[{"label": "a"}]', '[3]', '3', pytest.param('[' * 100_000, id='deep'),
     *(f'[{{"time_ns": {time_ns}, "label": "a"}}]' for time_ns in (
-        'Infinity', 'NaN', '1e400', '-1', '"1"', '1' + '0' * 400)),
+        'Infinity', 'NaN', '1e400', '-1', '"1"', 'true', '1' + '0' * 400)),
     '[{"time_ns": 1, "label": ["a"]}]', '[{"time_ns": 1, "label": "\\ud800"}]'])
 def test_a_broken_file_of_marks_is_named_and_kept(tmp_path: Path, text: str) -> None:
     bag = str(tmp_path / 'a.bag')
