@@ -6,6 +6,7 @@ import socket
 import struct
 import threading
 import time
+from contextlib import suppress
 from typing import Any, Callable, Optional, Type
 
 import genpy
@@ -50,7 +51,8 @@ class RemoteFollower:
         with self._lock:
             self._closed.set()
             if self._connection is not None:
-                self._connection.shutdown(socket.SHUT_RDWR)
+                with suppress(OSError):  # the node has ended by itself
+                    self._connection.shutdown(socket.SHUT_RDWR)
         self._thread.join()
 
     def _run(self) -> None:

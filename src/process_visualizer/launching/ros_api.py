@@ -2,8 +2,8 @@
 """Questions to a ROS master and connections to nodes, with time limits, as both may hang."""
 from __future__ import annotations
 
-import io
 import socket
+import struct
 import time
 from http.client import HTTPConnection, HTTPException
 from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple
@@ -13,7 +13,7 @@ from xmlrpc.client import Error, ServerProxy, Transport
 import rosgraph
 from rosgraph.network import (
     ROSHandshakeException,
-    read_ros_handshake_header,
+    decode_ros_handshake_header,
     write_ros_handshake_header,
 )
 
@@ -200,7 +200,7 @@ class AskedMaster:
 
 # A node's data over our own connection: rospy knows only one master, and waits forever.
 
-_HEADER_BYTES = 65536
+_HEADER_BYTES, _LENGTH_BYTES = 65536, 4
 
 CONNECTION_ERRORS = (OSError, ValueError, TypeError, Error, HTTPException,
                      rosgraph.MasterException, ROSHandshakeException)
@@ -258,13 +258,36 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
     try:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         write_ros_handshake_header(connection, dict(header))
-        answer: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(), _HEADER_BYTES)
+        answer = _handshake_header(connection)
         if 'error' in answer:
             raise ROSHandshakeException(answer['error'])
     except BaseException:
         connection.close()
         raise
     return connection, answer
+
+
+def _handshake_header(connection: socket.socket) -> Dict[str, str]:
+    """Read the header of a node, and nothing behind it: its first message may have come with it."""
+    head = _exactly(connection, _LENGTH_BYTES)
+    size = int.from_bytes(head, 'little')
+    if size > _HEADER_BYTES:
+        raise ROSHandshakeException(f'a header of {size} bytes is too large')
+    try:
+        header: Dict[str, str] = decode_ros_handshake_header(head + _exactly(connection, size))
+    except struct.error as error:
+        raise ROSHandshakeException(f'the header is damaged: {error}') from None
+    return header
+
+
+def _exactly(connection: socket.socket, count: int) -> bytes:
+    data = b''
+    while len(data) < count:
+        part = connection.recv(count - len(data))
+        if not part:
+            raise ROSHandshakeException('the node has closed the connection')
+        data += part
+    return data
 
 
 # Direct questions to a ROS master or node, by its address.

@@ -137,12 +137,14 @@ class ReplayLink(QObject):
 
     def stop(self) -> None:
         """Stop the second cell."""
-        self._leave_player()
-        self._leave_keys()
-        self._stopping.clear()
-        for connection in (self.player, self._show):
-            connection.close()
-        self._cell.stop()
+        try:
+            self._leave_player()
+            self._leave_keys()
+            self._stopping.clear()
+            for connection in (self.player, self._show):
+                connection.close()
+        finally:
+            self._cell.stop()
 
     def _leave_player(self) -> None:
         if self._follower is not None:
