@@ -105,7 +105,9 @@ class DrawnView:
             return self._frames()
 
     def take(self, report: DiagnosticArray) -> None:
-        """Take a report; may be called in any thread."""
+        """Take a report; may be called in any thread. One that is empty says nothing of RViz."""
+        if not report.status:
+            return
         with self._changed:
             self._report = report
             all_ok = all(status.level == DiagnosticStatus.OK for status in report.status)

@@ -318,12 +318,14 @@ def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
 
 def _somewhere(points: np.ndarray, offsets: 'dict[bytes, Tuple[int, int]]',
                number: str) -> np.ndarray:
-    """Return the points with a finite depth."""
-    offset, datatype = offsets.get(b'z', (0, 0))
-    if datatype != 7 or offset + 4 > points.shape[1]:  # FLOAT32
-        return points
-    depths = np.ascontiguousarray(points[:, offset:offset + 4]).view(number)[:, 0]
-    return points[np.isfinite(depths)]
+    """Return the points with finite coordinates; a coordinate that is no float32 is not judged."""
+    known = np.ones(len(points), bool)
+    for axis in (b'x', b'y', b'z'):
+        offset, datatype = offsets.get(axis, (0, 0))
+        if datatype == 7 and offset + 4 <= points.shape[1]:  # FLOAT32
+            known &= np.isfinite(
+                np.ascontiguousarray(points[:, offset:offset + 4]).view(number)[:, 0])
+    return points[known]
 
 
 def _thinned_image(data: bytes, most_bytes: float) -> bytes:

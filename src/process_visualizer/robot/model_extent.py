@@ -253,8 +253,10 @@ class ModelExtent:
 
 def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
     limit, kind = joint.find('limit'), joint.get('type')
-    if kind == 'continuous' or limit is None:
+    if kind == 'continuous' or (limit is None and kind != 'prismatic'):
         return -_TURN_RAD, _TURN_RAD
+    if limit is None:
+        return 0.0, 0.0  # URDF demands limits of it, so its travel in m is unknown
     low, high = float(limit.get('lower', '0')), float(limit.get('upper', '0'))
     if kind == 'revolute' and low <= 0.0 <= high:
         return max(low, -_TURN_RAD), min(high, _TURN_RAD)

@@ -119,6 +119,12 @@ def test_default_positions_obey_the_limits(low: float, high: float, default: flo
     assert np.ptp(reached) > 0.9 * (high - low)
 
 
+def test_the_unknown_travel_of_a_slide_is_no_angle() -> None:
+    model = ModelExtent('<robot name="r"><link name="a"/><link name="b"/><joint name="j" '
+                        'type="prismatic"><parent link="a"/><child link="b"/></joint></robot>')
+    assert not model.reach('b').any()
+
+
 def test_meshes_of_the_sewing_cell_are_read() -> None:
     cell = XmlParser().parse(str(REPOSITORY / 'sewing_cell' / 'devices' / 'variables.xml'))
     found = extent(cell)
