@@ -57,6 +57,14 @@ def test_the_worst_comes_first_then_the_oldest() -> None:
         ('limit', 2.0), ('/arm/q', 1.0), ('/arm/tcf', 2.0)]
 
 
+def test_of_the_same_alarm_twice_the_worse_one_counts() -> None:
+    mild = BEYOND._replace(text='oven is above 180', level=Level.WARNING)
+    for conditions in ([BEYOND, mild], [mild, BEYOND]):
+        board = AlarmBoard().seen(conditions, 1.0)
+        assert [it.condition.level for it in board.alarms] == [Level.BAD]
+        assert texts(board) == ['oven is above 200']
+
+
 def test_a_text_that_changes_is_the_same_alarm() -> None:
     board = AlarmBoard().seen([BEYOND], 1.0).seen([BEYOND._replace(text='up to 230')], 2.0)
     assert (len(board.events), board.alarms[0].since_s, board.alarms[0].condition.text) == (

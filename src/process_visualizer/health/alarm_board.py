@@ -93,19 +93,18 @@ class AlarmBoard(NamedTuple):
         """Return the board for all present conditions; changes become events.
 
         An alarm that becomes worse is a change, too. Alarms of a recording never become events:
-        they come and go with the position. ``end`` returns the words for the end of a condition.
+        they come and go with the position. Of conditions that are the same alarm, the worst counts,
+        and of equally bad ones the last. ``end`` returns the words for the end of a condition.
         """
         before = {_key(alarm.condition): alarm for alarm in self.alarms}
         present: Dict[Tuple[object, ...], Alarm] = {}
         events: List[Event] = []
-        for condition in conditions:
-            key = _key(condition)
+        for key, condition in _worst(conditions).items():
             known = before.get(key)
             is_again = known is not None and known.ended_s is not None
             since_s = known.since_s if known is not None and not is_again else \
                 now_s if condition.since_s is None else condition.since_s
-            if key not in present and (known is None or is_again
-                                       or condition.level > known.condition.level):
+            if known is None or is_again or condition.level > known.condition.level:
                 events.append(Event(since_s if known is None else now_s, _begun(condition)))
             alarm = Alarm(condition, since_s) if known is None else known
             if is_again:
@@ -153,6 +152,15 @@ class AlarmBoard(NamedTuple):
 
 def _key(condition: Condition) -> Tuple[object, ...]:
     return condition.source, condition.about, condition.position_s
+
+
+def _worst(conditions: Iterable[Condition]) -> Dict[Tuple[object, ...], Condition]:
+    found: Dict[Tuple[object, ...], Condition] = {}
+    for condition in conditions:
+        key = _key(condition)
+        if key not in found or condition.level >= found[key].level:
+            found[key] = condition
+    return found
 
 
 def _begun(condition: Condition) -> str:
