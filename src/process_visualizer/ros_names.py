@@ -77,5 +77,6 @@ OLD_POINTS_KEY = 'old_points'
 """Key of a status on /diagnostics about a sensor that sends no clouds: its device."""
 CONFLICT_KEY = 'several_sources'
 """Key of a status on /diagnostics about nodes that contradict each other: topic and problem."""
-LIMIT_KEY = 'beyond_limit'
-"""Key of a status on /diagnostics about a variable beyond its limits: how far beyond."""
+LIMIT_KEY, EXCESS_KEY = 'beyond_limit', 'beyond_limit_by'
+"""Keys of a status on /diagnostics about a variable beyond its limits: how far it has been, in
+words, and how far beyond the limit that is [in its unit]."""

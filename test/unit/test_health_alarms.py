@@ -28,7 +28,7 @@ from process_visualizer.health.device_state import Level, Line
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, Severity
 from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
-from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
+from process_visualizer.ros_names import CONFLICT_KEY, EXCESS_KEY, LIMIT_KEY
 
 HERE = Location('cell.xml', 1)
 SILENT = Condition('arm', '/arm/q', 'No data from /arm/q', Level.WARNING,
@@ -228,7 +228,7 @@ def test_silent_topics() -> None:
 
 def test_variables_beyond_their_limits() -> None:
     warning = NodeWarning('/oven/variable_proc', Severity.ERROR, 'oven is above 200 °C', 0, 5.0,
-                          9.0, {LIMIT_KEY: 'up to 230 °C'})
+                          9.0, {LIMIT_KEY: 'up to 230 °C', EXCESS_KEY: '30.0'})
     other = NodeWarning('/oven/variable_proc', Severity.WARNING, 'wrong type', 3, 5.0, 9.0)
     (found,) = limit_conditions('oven', [warning, other], 1000.0)
     assert (found.text, found.since_s) == ('oven is above 200 °C, up to 230 °C', 1005.0)

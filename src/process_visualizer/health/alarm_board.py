@@ -33,7 +33,7 @@ class Condition(NamedTuple):
     ``is_clause`` is set if the source is the subject of the text. ``end`` describes the end of the
     condition in the event. A latched condition remains an alarm after its end, until it is
     acknowledged. ``told_by`` names the values that show whether the condition persists; it is empty
-    if the condition is not about values.
+    if the condition is not about values. ``excess`` tells which of several occurrences was worse.
     """
 
     source: str
@@ -50,6 +50,7 @@ class Condition(NamedTuple):
     is_latched: bool = False
     told_by: Tuple[str, ...] = ()
     name: str = ''
+    excess: float = 0.0
 
     @property
     def said(self) -> str:
@@ -60,7 +61,8 @@ class Condition(NamedTuple):
 class Alarm(NamedTuple):
     """A condition, and when it began and ended [s since the epoch].
 
-    An alarm that recurs before it is acknowledged counts its ``times`` since ``first_s``.
+    An alarm that recurs before it is acknowledged counts its ``times`` since ``first_s``;
+    ``worst_before`` is the worst of its earlier occurrences.
     """
 
     condition: Condition
@@ -69,6 +71,14 @@ class Alarm(NamedTuple):
     is_acknowledged: bool = False
     times: int = 1
     first_s: Optional[float] = None
+    worst_before: Optional[Condition] = None
+
+    @property
+    def worst(self) -> Condition:
+        """Return the condition as it was when it was worst."""
+        before = self.worst_before
+        return self.condition if before is None or self.condition.excess >= before.excess \
+            else before
 
 
 class Event(NamedTuple):
@@ -110,7 +120,7 @@ class AlarmBoard(NamedTuple):
             if is_again:
                 alarm = alarm._replace(times=alarm.times + 1, is_acknowledged=False,
                                        first_s=alarm.since_s if alarm.first_s is None
-                                       else alarm.first_s)
+                                       else alarm.first_s, worst_before=alarm.worst)
             present[key] = alarm._replace(condition=condition._replace(since_s=since_s),
                                           since_s=since_s, ended_s=None)
         for key, alarm in before.items():
@@ -131,7 +141,7 @@ class AlarmBoard(NamedTuple):
         alarms = (it._replace(is_acknowledged=True) if it in found else it for it in self.alarms)
         return self._of(it for it in alarms if it not in found and not (
             it.is_acknowledged and it.ended_s is not None))._with(
-            [Event(now_s, f'{found[0].condition.said}: acknowledged by {who}')])
+            [Event(now_s, f'{found[0].worst.said}: acknowledged by {who}')])
 
     def _of(self, alarms: Iterable[Alarm]) -> AlarmBoard:
         return self._replace(alarms=tuple(sorted(alarms, key=lambda it: (

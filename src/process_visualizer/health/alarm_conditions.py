@@ -2,6 +2,7 @@
 """Alarms of a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
+import math
 from typing import Callable, Collection, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.cell.model import Mode
@@ -18,6 +19,7 @@ from process_visualizer.ros_names import (
     BAG_RECORDER,
     CONCERNED_KEY,
     CONFLICT_KEY,
+    EXCESS_KEY,
     LIMIT_KEY,
     OLD_POINTS_KEY,
     RVIZ,
@@ -115,8 +117,18 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
     """
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
-                      is_latched=True, told_by=(it.node, it.text))
+                      is_latched=True, told_by=(it.node, it.text),
+                      excess=_number(it.values.get(EXCESS_KEY, '')))
             for it in warnings if LIMIT_KEY in it.values]
+
+
+def _number(text: str) -> float:
+    """Return a number that any node may have sent; 0 if it is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return 0.0
+    return number if math.isfinite(number) else 0.0
 
 
 def conflict_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:

@@ -38,6 +38,10 @@ class Limits:
         """Return the distance (n,) of values beyond the nearer limit; negative inside."""
         return np.maximum(values - self.high, self.low - values)
 
+    def excess_of(self, value: float) -> float:
+        """Return the distance of a value beyond the nearer limit; negative inside."""
+        return max(value - self.high, self.low - value)
+
     def sentence(self, label: str, value: float, unit: str) -> str:
         """Return the exceeded limit in words, such as 'oven is above 200 °C'."""
         side = f'above {self.high:g}' if value > self.high else f'below {self.low:g}'

@@ -180,6 +180,6 @@ def _is_of(warning: NodeWarning, device: str) -> bool:
 
 
 def _alarm(alarm: Alarm) -> Dict[str, Any]:
-    return {'text': alarm.condition.said, 'level': int(alarm.condition.level),
+    return {'text': alarm.worst.said, 'level': int(alarm.condition.level),
             'begin': round(alarm.since_s, 2),
             'end': None if alarm.ended_s is None else round(alarm.ended_s, 2)}

@@ -54,6 +54,7 @@ from process_visualizer.launching.part_report import NodeReport, NodeState, Part
 from process_visualizer.ros_names import (
     CONCERNED_KEY,
     CONFLICT_KEY,
+    EXCESS_KEY,
     LIMIT_KEY,
     OLD_POINTS_KEY,
     SCENE_WATCH,
@@ -95,10 +96,10 @@ class Stand:
                                part: PartReport(part, PartState.RUNNING, nodes)}
         self.launch.changed.emit()
 
-    def beyond(self, is_beyond: bool, reach: str = 'up to 424') -> None:
+    def beyond(self, is_beyond: bool, reach: str = 'up to 424', by: str = '') -> None:
         self.said.take_state('/arm/variable_proc', 'limits of edge',
                              Severity.ERROR if is_beyond else None, 'edge is above 335',
-                             self.now_s, {LIMIT_KEY: reach, 'for_s': '2.0'})
+                             self.now_s, {LIMIT_KEY: reach, EXCESS_KEY: by, 'for_s': '2.0'})
         self.warnings.look()
 
     def texts(self) -> List[str]:
@@ -303,11 +304,62 @@ def test_an_alarm_that_came_again_says_how_often_and_since_when(stand: Stand) ->
     assert shown.split(None, 2) == [f'{first}–{last}', '(3×)', 'arm: edge is above 335, up to 424']
 
 
+def test_the_worst_value_of_all_times_is_shown(stand: Stand) -> None:
+    for reach, by in (('up to 398', '63.0'), ('up to 355', '20.0')):
+        stand.beyond(True, reach, by)
+        stand.beyond(False)
+        stand.now_s += 61.0
+    assert stand.texts() == ['arm: edge is above 335, up to 398']
+    assert 'up to 355: over' in stand.model.events[-1].text
+    stand.model.acknowledge(stand.model.alarms[0].condition)
+    assert stand.model.events[-1].text == (
+        'arm: edge is above 335, up to 398: acknowledged by anna')
+
+
+def hover(stand: Stand, is_over: bool) -> None:
+    event = QEvent.HoverEnter if is_over else QEvent.HoverLeave
+    QApplication.sendEvent(stand.strip, QHoverEvent(event, QPoint(5, 5), QPoint(4, 5)))
+
+
+@pytest.mark.parametrize('uses_keys', [False, True])
+def test_alarms_keep_their_places_however_long_the_mouse_rests(
+        stand: Stand, qtbot: Any, uses_keys: bool) -> None:
+    stand.beyond(True)
+    (chip,) = stand.chips()
+    acknowledge = chip.findChild(QPushButton, 'alarm_acknowledge')
+    if uses_keys:
+        qtbot.waitExposed(stand.strip)
+        acknowledge.setFocus(Qt.TabFocusReason)
+        qtbot.waitUntil(acknowledge.hasFocus)
+    else:
+        hover(stand, True)
+    stand.beyond(False)
+    for part in ('arm', RVIZ_PART):
+        stand.report(part, NodeState.EXITED, 1)  # comes before an alarm that is over
+    stand.strip._rest.timeout.emit()
+    assert stand.chips()[0] is chip and len(stand.chips()) == 4
+    assert stand.strip.more.accessibleName() == '2 new below'
+    stand.beyond(True)  # begins again
+    qtbot.mouseClick(acknowledge, Qt.LeftButton)
+    assert [it.about for _, it in stand.wanted] == ['edge is above 335']
+    stand.beyond(False)
+    acknowledge.clearFocus()
+    hover(stand, False)
+    assert stand.chips()[0] is chip
+    qtbot.waitUntil(lambda: stand.chips()[0] is not chip)
+    assert not stand.strip.more.text()
+
+
+def test_a_click_on_an_alarm_takes_no_focus(stand: Stand) -> None:
+    stand.beyond(True)
+    assert {it.focusPolicy() for it in stand.chips()[0].findChildren(QPushButton)} == {Qt.TabFocus}
+
+
 def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> None:
     stand.beyond(True)
     stand.report('arm', NodeState.EXITED, -9)
     first, second = stand.texts()[:2]
-    QApplication.sendEvent(stand.strip, QHoverEvent(QEvent.HoverMove, QPoint(5, 5), QPoint(4, 5)))
+    hover(stand, True)
     chips = stand.chips()
     stand.report('arm', NodeState.RUNNING)  # an alarm is over, and another one comes
     stand.report(RVIZ_PART, NodeState.EXITED, 1)
@@ -315,8 +367,8 @@ def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> N
     assert stand.chips()[:len(chips)] == chips
     gone = next(it for it in chips if 'SIGKILL' in it.text.text())
     assert not any(it.isEnabled() for it in gone.findChildren(QPushButton))
-    QApplication.sendEvent(stand.strip, QHoverEvent(QEvent.HoverLeave, QPoint(-1, 5), QPoint(5, 5)))
-    assert len(stand.chips()) == len(stand.model.alarms) == 2
+    hover(stand, False)
+    qtbot.waitUntil(lambda: len(stand.chips()) == len(stand.model.alarms) == 2)
 
 
 def test_no_button_moves_when_there_are_more_alarms_than_fit(stand: Stand, qtbot: Any) -> None:

@@ -6,13 +6,17 @@ import time
 from typing import Callable, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QShowEvent
+from PyQt5.QtGui import QPaintEvent, QShowEvent
 from PyQt5.QtWidgets import (
+    QApplication,
     QFrame,
     QHBoxLayout,
     QPlainTextEdit,
     QPushButton,
+    QScrollArea,
+    QScrollBar,
     QSizePolicy,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -83,14 +87,17 @@ _LINES, _BESIDE_PX, _GAP_PX = 2, 4, 2
 _SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart',
           Action.ACKNOWLEDGE: 'Ack'}
 """Short labels, which leave room for the text; tooltip and accessible name have the whole label."""
-_AIM_MS = 2000
+_REST_MS = 1000
+"""Time for which the strip is left alone before its alarms are sorted again."""
 
 
 class AlarmStrip(QWidget):
     """Shows the alarms of a model, the worst first; scrolls if they do not fit.
 
-    The alarms keep their places while the mouse moves over them, so that nobody acknowledges or
-    restarts something that has just come under the mouse.
+    The alarms keep their places while the mouse is over them or a button of theirs has the keyboard
+    focus, so that nobody acknowledges or restarts something that has just come there. What is over
+    stays in its place, dimmed; what is new comes below, and is counted beside the alarms if it is
+    out of sight.
     """
 
     action_wanted = pyqtSignal(object, object)
@@ -100,6 +107,8 @@ class AlarmStrip(QWidget):
         super().__init__(parent)
         self._model = model
         self._shown: Tuple[Alarm, ...] = ()
+        self._known = 0  # rows when the alarms were sorted last
+        self._is_under_mouse = False
         self.summary = plain_label()
         self.summary.setObjectName('no_alarms')
         color(self.summary, 'quiet')
@@ -109,11 +118,14 @@ class AlarmStrip(QWidget):
         self._column.setSpacing(_GAP_PX)
         self._column.setAlignment(Qt.AlignTop)
         self._area = StillScroll()
-        self._aimed = QTimer(self)
-        self._aimed.setInterval(_AIM_MS)
-        self._aimed.setSingleShot(True)
-        self._aimed.timeout.connect(self._show)
+        self._area.setVerticalScrollBar(_QuietBar(Qt.Vertical))
+        self.more = _more_button(self._area)
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._show)
         self.setAttribute(Qt.WA_Hover)
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        application.focusChanged.connect(self._follow_focus)
         self._lay_out()
         model.changed.connect(self._show)
         self._show()
@@ -131,29 +143,46 @@ class AlarmStrip(QWidget):
         layout.setSpacing(4)
         layout.addWidget(self.summary, 1, Qt.AlignTop)
         layout.addWidget(self._area, 1)
-        layout.addWidget(tool_button('show_events', 'list', 'Events: what happened, with times',
-                                     lambda: EventsView.open(self._model, self.window())),
-                         0, Qt.AlignTop)
+        events = tool_button('show_events', 'list', 'Events: what happened, with times',
+                             lambda: EventsView.open(self._model, self.window()))
+        self.more.setFixedWidth(events.sizeHint().width())
+        beside = QVBoxLayout()
+        beside.setSpacing(0)
+        beside.addWidget(events, 0, Qt.AlignTop)
+        beside.addWidget(self.more, 0, Qt.AlignBottom)
+        layout.addLayout(beside)
         self.setFixedHeight(ROWS * _row_px(self) + (ROWS - 1) * _GAP_PX)
 
     def event(self, event: QEvent) -> bool:
         """See Qt; notice the mouse over the alarms."""
         if event.type() in (QEvent.HoverEnter, QEvent.HoverMove):
-            self._aimed.start()
-        elif event.type() == QEvent.HoverLeave:
-            self._aimed.stop()
-            self._show()
+            self._is_under_mouse = True
+        elif event.type() in (QEvent.HoverLeave, QEvent.Hide):
+            self._is_under_mouse = False
+            self._rest.start()
         return super().event(event)
+
+    def _follow_focus(self, before: Optional[QWidget], _now: Optional[QWidget]) -> None:
+        if before is not None and self._chips.isAncestorOf(before):
+            self._rest.start()
+
+    @property
+    def _is_in_use(self) -> bool:
+        """Return whether somebody may be about to use a button, or was a moment ago."""
+        focused = QApplication.focusWidget()
+        return self._is_under_mouse or self._rest.isActive() or (
+            focused is not None and self._chips.isAncestorOf(focused))
 
     def _show(self) -> None:
         """Show the alarms; a chip stays while its alarm lasts, so that it can be clicked."""
         alarms = self._model.alarms
         present = {_key(it) for it in alarms}
-        if self._aimed.isActive():
+        if self._is_in_use:
             alarms = _in_place(self._shown, alarms)
+        else:
+            self._known = len(alarms)
         for row, alarm in enumerate(alarms):
-            if row >= len(self._shown) or _key(self._shown[row]) != _key(alarm) \
-                    or _lasting(self._shown[row]) != _lasting(alarm):
+            if row >= len(self._shown) or not _have_same_chip(self._shown[row], alarm):
                 self._put(row, alarm)
             self._chip(row).show_alarm(alarm, _key(alarm) in present, self._model.can_replay)
         while self._column.count() > len(alarms):
@@ -162,6 +191,11 @@ class AlarmStrip(QWidget):
         self.summary.setText(self._model.summary)
         self.summary.setVisible(not alarms)
         self._area.setVisible(bool(alarms))
+        new = len(alarms) - max(self._known, ROWS)
+        self.more.setText(f'+{new}' if new > 0 else '')
+        self.more.setAccessibleName(f'{new} new below' if new > 0 else '')
+        self.more.setToolTip(self.more.accessibleName())
+        self.more.setEnabled(new > 0)
 
     def _put(self, row: int, alarm: Alarm) -> None:
         if row < self._column.count():
@@ -195,6 +229,34 @@ def _key(alarm: Alarm) -> Tuple[str, str, Optional[float]]:
     return condition.source, condition.about, condition.position_s
 
 
+def _have_same_chip(before: Alarm, now: Alarm) -> bool:
+    """Return whether a chip can be updated from one alarm to the other."""
+    return (_key(before), before.condition.level, before.condition.actions) == (
+        _key(now), now.condition.level, now.condition.actions)
+
+
+class _QuietBar(QScrollBar):
+    """A scroll bar that keeps its room, so that nothing moves, but is invisible without use."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the bar if there is anything to scroll."""
+        if self.maximum() > self.minimum():
+            super().paintEvent(event)
+
+
+def _more_button(area: QScrollArea) -> QToolButton:
+    """Return a button, in a place of its own, that scrolls to the last alarm."""
+    button = QToolButton()
+    button.setObjectName('new_alarms')
+    button.setAutoRaise(True)
+    button.setFocusPolicy(Qt.TabFocus)
+    button.setStyleSheet('padding: 0px;')
+    _make_small(button)
+    button.clicked.connect(
+        lambda: area.verticalScrollBar().setValue(area.verticalScrollBar().maximum()))
+    return button
+
+
 class AlarmChip(QFrame):
     """One alarm: its time, source and text, and buttons with remedies."""
 
@@ -207,6 +269,7 @@ class AlarmChip(QFrame):
         tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
         set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
                         f'border-radius: 4px; background: <behind_{tone}>; }}')
+        self._condition = alarm.condition
         self.text = ElidedLabel(Qt.ElideRight, lines=_LINES)
         self.text.setObjectName('alarm_text')
         _make_small(self.text)
@@ -214,32 +277,37 @@ class AlarmChip(QFrame):
         row.setContentsMargins(6, 1, 2, 1)
         row.setSpacing(2)
         row.addWidget(self.text, 1)
-        self._buttons = {it: self._button(it, alarm.condition) for it in alarm.condition.actions}
+        self._buttons = {it: self._button(it) for it in alarm.condition.actions}
         for button in self._buttons.values():
             row.addWidget(button)
 
     def show_alarm(self, alarm: Alarm, is_there: bool, can_replay: bool) -> None:
         """Show the present state of the alarm, and enable the actions that are possible now.
 
+        An alarm that is gone is dimmed.
+
         Args:
             alarm: as it is now, or as it was last.
             is_there: whether the alarm is still present.
             can_replay: whether the past of the cell can be replayed.
         """
+        self._condition = alarm.condition
         self.text.setText(chip_text(alarm))
+        self.text.setEnabled(is_there)
         can_not = {Action.ACKNOWLEDGE: alarm.is_acknowledged, Action.REPLAY: not can_replay}
         for action, button in self._buttons.items():
             button.setEnabled(is_there and not can_not.get(action, False))
 
-    def _button(self, action: Action, condition: Condition) -> QPushButton:
+    def _button(self, action: Action) -> QPushButton:
         button = QPushButton(_SHORT.get(action, action.value))
         button.setObjectName(f'alarm_{action.name.lower()}')
         button.setToolTip(plain_tip(action.value))
         button.setAccessibleName(action.value)
+        button.setFocusPolicy(Qt.TabFocus)  # a click takes no focus from a text that is being typed
         button.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Preferred)
         button.setStyleSheet('padding: 1px 5px;')
         _make_small(button)
-        button.clicked.connect(lambda: self.action_wanted.emit(action, condition))
+        button.clicked.connect(lambda: self.action_wanted.emit(action, self._condition))
         return button
 
 
@@ -265,38 +333,30 @@ def chip_text(alarm: Alarm) -> str:
             since += f'–{_of_day(alarm.ended_s)}'
         if alarm.times > 1:
             since += f' ({alarm.times}×)'
-    return f'{since}  {condition.said}'
+    return f'{since}  {alarm.worst.said}'
 
 
 def _of_day(time_s: float) -> str:
     return time.strftime('%H:%M:%S', time.localtime(time_s))
 
 
-def _lasting(alarm: Alarm) -> Alarm:
-    """Return an alarm without the values that a chip can update."""
-    return alarm._replace(condition=alarm.condition._replace(text=''), ended_s=None,
-                          is_acknowledged=False, times=1, first_s=None)
-
-
 ShowLog = Callable[[str, str], None]
-Tell = Callable[[str], None]
 
 
-def alarm_strip(launcher: Launcher, show_log: ShowLog, tell: Tell) -> AlarmStrip:
+def alarm_strip(launcher: Launcher, show_log: ShowLog) -> AlarmStrip:
     """Return the strip of the launcher's alarms.
 
     Args:
         launcher: the launcher that the alarms are about.
         show_log: shows the log of a node (its name) of a part.
-        tell: shows a sentence for a while.
     """
     strip = AlarmStrip(launcher.alarms)
     strip.action_wanted.connect(
-        lambda action, condition: _carry_out(launcher, show_log, tell, action, condition))
+        lambda action, condition: _carry_out(launcher, show_log, action, condition))
     return strip
 
 
-def _carry_out(launcher: Launcher, show_log: ShowLog, tell: Tell, action: Action,
+def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
                condition: Condition) -> None:
     if action is Action.SHOW_LOG:
         show_log(condition.part, condition.node)
@@ -309,9 +369,5 @@ def _carry_out(launcher: Launcher, show_log: ShowLog, tell: Tell, action: Action
     elif action is Action.REPLAY:
         launcher.live.hold(True)  # until the replay is left
         launcher.show_replay(condition.since_s or 0.0)
-        recent_s = launcher.recording.state.snapshot.recent_s
-        if time.time() - (condition.since_s or 0.0) > recent_s:
-            tell(f'the alarm began before the last {recent_s:.0f} s, which the recorder remembers; '
-                 'the replay begins with these')
     else:
         launcher.launch.restart(condition.part)

@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.robot.limit_alarms import Limits, LimitWatch
-from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, EXCESS_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 # The present problems of a node.
 
@@ -226,7 +226,8 @@ class LimitState:
             self._complaints.end(self._key)
             return
         text = self._limits.sentence(self._label, present.extreme, self._unit)
-        values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit)}
+        values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit),
+                  EXCESS_KEY: repr(self._limits.excess_of(present.extreme))}
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
 
     def lose(self) -> None:
