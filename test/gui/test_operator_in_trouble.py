@@ -101,11 +101,10 @@ def the_recorder_hangs(operator: Operator, folder: Path) -> None:
 def the_master_hangs(operator: Operator) -> None:
     """The window lives, and knows when the master answers again."""
     os.kill(master(), signal.SIGSTOP)
-    wait_for_question(operator, 'The ROS master is not responding')
+    wait_for_offer(operator, 'The ROS master is not responding')
     assert operator.text('status').startswith('The ROS master is not responding')
     status_bar = operator.window.statusBar()
     assert status_bar.currentMessage() == 'The ROS master is not responding'
-    cancel(operator)
     for is_chosen in (False, True):
         operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
         chosen = [device.name for device in operator.launcher.session.chosen]
@@ -120,6 +119,11 @@ def master() -> int:
     """The process of the master."""
     [line] = [it for it in processes('GUI_TEST_MARK') if '/rosmaster' in it]
     return int(line.split()[0])
+
+
+def wait_for_offer(operator: Operator, text: str) -> None:
+    operator.wait(lambda: operator.text('lost_master_text').startswith(text), 'the offer')
+    assert operator.widget('lost_master_remedy').isVisible()
 
 
 def wait_for_question(operator: Operator, text: str) -> None:
@@ -144,8 +148,7 @@ def record(operator: Operator, folder: Path) -> None:
 
 def the_master_is_killed(operator: Operator) -> None:
     os.kill(master(), signal.SIGKILL)
-    wait_for_question(operator, 'The ROS master is not responding')
-    cancel(operator)
+    wait_for_offer(operator, 'The ROS master is not responding')
 
 
 @contextmanager
@@ -161,6 +164,8 @@ def another_master() -> Iterator[None]:
 def the_master_was_started_anew(operator: Operator) -> None:
     """It knows no node, but the recording can be ended, and the launcher starts again for it."""
     anew = 'The ROS master was restarted'
+    wait_for_offer(operator, anew)
+    operator.click('lost_master_remedy')
     wait_for_question(operator, anew)
     cancel(operator)
     assert operator.text('status').startswith(f'{anew} and does not know the running nodes')

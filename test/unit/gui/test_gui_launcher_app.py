@@ -13,6 +13,7 @@ from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
     QLabel,
+    QLineEdit,
     QMessageBox,
     QPlainTextEdit,
     QPushButton,
@@ -26,6 +27,7 @@ from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.uncaught import CaughtError, ErrorDialog
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit.scrolling import TextPlace
@@ -207,9 +209,9 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
     load(window, qtbot, config, VALID)
     run_nodes(window)
     lose_master(window)
-    answer(window, qtbot, is_yes=False)
     assert window.launch.status.text().startswith('The ROS master is not responding\n')
     lose_master(window, other=18)
+    offer_remedy(window)
     question = window.findChild(QMessageBox, 'question')
     assert question.text().startswith(
         'The ROS master was restarted. It does not know the running nodes: they continue')
@@ -218,6 +220,7 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
         'The ROS master was restarted and does not know the running nodes: stop the cell and '
         'start it again\n')
     window._launcher.launch._ended(None)
+    offer_remedy(window)
     assert window.findChild(QMessageBox, 'question').text() == (
         'The ROS master was restarted. Nothing can be launched until the launcher starts '
         'again. Start it again?')
@@ -229,12 +232,39 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
     assert window.restarts and not window.isVisible()
 
 
-def test_another_question_about_the_master_replaces_the_first(window: LauncherApp, qtbot: Any
-                                                              ) -> None:
+def offer_remedy(window: LauncherApp) -> None:
+    button = window.lost.findChild(QAbstractButton, 'lost_master_remedy')
+    assert not window.lost.isHidden()
+    button.click()
+
+
+def test_a_question_about_the_master_goes_when_its_text_is_outdated(window: LauncherApp, qtbot: Any
+                                                                    ) -> None:
     lose_master(window)
+    offer_remedy(window)
+    question = window.findChild(QMessageBox, 'question')
+    assert question.defaultButton() is question.button(QMessageBox.Cancel)
     lose_master(window, other=18)
-    qtbot.waitUntil(lambda: len(window.findChildren(QMessageBox, 'question')) == 1)
-    assert 'was restarted' in window.findChild(QMessageBox, 'question').text()
+    qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
+    assert 'was restarted' in window.lost.findChild(QLabel, 'lost_master_text').text()
+    assert not window.restarts
+
+
+def test_what_nobody_asked_for_takes_no_keys(window: LauncherApp, qtbot: Any) -> None:
+    label = window.recording.findChild(QLineEdit, 'mark_label')
+    label.setEnabled(True)
+    window.activateWindow()
+    label.setFocus()
+    qtbot.waitUntil(label.hasFocus)
+    lose_master(window)
+    assert QApplication.focusWidget() is label
+    window._launcher.failed.emit('the disk is full')
+    errors = ErrorDialog('', window)
+    errors.add(CaughtError('an error', '', ''))
+    for dialog in (window.findChild(QMessageBox, 'message'), errors):
+        assert dialog.isVisible() and dialog.testAttribute(Qt.WA_ShowWithoutActivating)
+    assert QApplication.activeModalWidget() is None
+    assert window.findChild(QMessageBox, 'question') is None
 
 
 def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: Any,
@@ -242,6 +272,7 @@ def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: An
     load(window, qtbot, config, VALID)
     run_nodes(window)
     lose_master(window)
+    offer_remedy(window)
     assert 'start the launcher again?' in window.findChild(QMessageBox, 'question').text()
     window._launcher.master.returned.emit()
     qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
@@ -361,6 +392,7 @@ def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
     launcher.region.choose('kinect')
     launcher.region.set_value(0, 0.5)
     lose_master(window)
+    offer_remedy(window)
     assert window.findChild(QMessageBox, 'question').text().endswith(
         'Not saved, but offered again then: the crop box of kinect.')
     window.leave()

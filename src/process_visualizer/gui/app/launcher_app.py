@@ -45,6 +45,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.cell.launch_view import LaunchView
 from process_visualizer.gui.cell.notices import (
     ChangedNotice,
+    LostMasterNotice,
     MadeNotice,
     MixtureNotice,
     NewConfigurationView,
@@ -56,7 +57,7 @@ from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.recording.recording_panel import RecordingPanel
 from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folder
-from process_visualizer.gui.toolkit.dialogs import ask, message_box
+from process_visualizer.gui.toolkit.dialogs import ask, message_box, show_aside
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
@@ -84,7 +85,7 @@ class WindowQuestions(QObject):
             self._message = message_box(self._window, message)
             self._message.setDetailedText(details)
             self._message.finished.connect(self._forget_message)
-            self._message.open()
+            show_aside(self._message)
         elif message not in self._message.text():
             self._message.setText(f'{self._message.text()}\n\n{message}')
         self.show_briefly(message)
@@ -100,14 +101,10 @@ class WindowQuestions(QObject):
         message_box(self._window, message, QMessageBox.Information).open()
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
-        """Offer to start the program again; the question closes when the master returns.
-
-        The question replaces an earlier one, whose text may be outdated.
-        """
+        """Offer to start the program again; the question closes when its text is outdated."""
         if self._lost is not None:
-            self._lost.close()
+            return
         launcher, problem = self._launcher, self._launcher.master.problem
-        self.show_briefly(problem)
         unsaved = launcher.unsaved.unsaved
         stays = f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
         if launcher.launch.is_idle:
@@ -118,10 +115,12 @@ class WindowQuestions(QObject):
                 else 'Running nodes'
             text, yes = f'{nodes} continue, but nothing can be launched, and they do not follow ' \
                 'every command. Quit all nodes (this finishes a recording) and start the ' \
-                'launcher again?', 'Quit and start again'
+                'launcher again? Then you can launch them again.', 'Quit and start again'
         self._lost = ask(self._window, f'{problem}. {text}{stays}', yes, start_again)
+        self._lost.setDefaultButton(QMessageBox.Cancel)
         self._lost.finished.connect(self._forget_lost)
-        launcher.master.returned.connect(self._lost.close)
+        for outdated in (launcher.master.returned, launcher.master.lost, launcher.launch.stopped):
+            outdated.connect(self._lost.close)
 
     def ask_about_mixture(self, who: str, mode: Mode) -> None:
         """Ask about nodes that prevent a launch; the question closes when they are gone."""
@@ -232,7 +231,7 @@ class LauncherApp(QMainWindow):
         self._after_quit = AfterQuit(self, launcher)
         self.setWindowTitle('Process Visualizer')
         self.file = plain_label()
-        self.alarms = alarm_strip(launcher, self._show_log, self.tell)
+        self.alarms = alarm_strip(launcher, self._show_log)
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
@@ -240,6 +239,7 @@ class LauncherApp(QMainWindow):
         self.made = MadeNotice(launcher.new)
         self.launch = LaunchView()
         self.mixture = MixtureNotice(launcher.mixture)
+        self.lost = LostMasterNotice(launcher.master)
         self.tool = ToolNotice(launcher.tool)
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
@@ -291,7 +291,7 @@ class LauncherApp(QMainWindow):
         layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
         layout.addWidget(self.panels, 1)
-        for notice in (self.tool, self.mixture):
+        for notice in (self.tool, self.mixture, self.lost):
             self.launch.show_above_status(notice)
         self.setCentralWidget(ColumnScroll(body))
         bar = MessageBar()
@@ -355,8 +355,8 @@ class LauncherApp(QMainWindow):
         launcher, master = self._launcher, self._launcher.master
         for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
-        for signal in (master.lost, launcher.launch.stopped):
-            signal.connect(self._ask_about_lost_master)
+        master.lost.connect(lambda: self._questions.show_briefly(master.problem))
+        self.lost.remedy_wanted.connect(self._ask_about_lost_master)
         master.returned.connect(
             lambda: self._questions.show_briefly('The ROS master responds again'))
         launcher.guard.asked.connect(self._questions.ask_about_mixture)

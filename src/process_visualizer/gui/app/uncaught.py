@@ -16,7 +16,7 @@ import rospkg
 from PyQt5.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt5.QtWidgets import QWidget
 
-from process_visualizer.gui.toolkit.dialogs import TextDialog
+from process_visualizer.gui.toolkit.dialogs import TextDialog, show_aside
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.labels import plain_label
 
@@ -52,7 +52,7 @@ class ErrorDialog(TextDialog):
             self._errors[known] = self._errors.get(known, 0) + 1
         self._refresh()
         if not self.isVisible():
-            self.show()
+            show_aside(self)
 
     def _refresh(self) -> None:
         total = sum(self._errors.values())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Notices about changed files, new configurations, learned tools, mixtures and unsaved edits."""
+"""Notices about files, new configurations, tools, mixtures, a lost master and unsaved edits."""
 from __future__ import annotations
 
 import itertools
@@ -23,6 +23,7 @@ from process_visualizer.gui.cell.calibration_model import ToolModel
 from process_visualizer.gui.cell.cell_model import CellModel, NewConfigurationModel
 from process_visualizer.gui.cell.edited_values import UnsavedModel
 from process_visualizer.gui.cell.launch_model import MixtureModel
+from process_visualizer.gui.cell.master_model import MasterModel
 from process_visualizer.gui.toolkit.desktop import working_folder
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
@@ -115,6 +116,28 @@ class MixtureNotice(NoticeFrame):
             self._text.setText(_MEANING[mode].format(text))
             self._text.setToolTip(plain_tip('\n'.join(sentences)))
         self.setVisible(bool(sentences) and mode is not None)
+
+
+class LostMasterNotice(NoticeFrame):
+    """Offers a remedy while the ROS master is lost; a dialog could be answered by mistake."""
+
+    remedy_wanted = pyqtSignal()
+
+    def __init__(self, master: MasterModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__('lost_master', 'bad', parent)
+        self._master = master
+        remedy = QPushButton('Start again…')
+        remedy.setObjectName('lost_master_remedy')
+        remedy.setToolTip('Quit all nodes, and start the launcher again; you are asked first')
+        remedy.clicked.connect(self.remedy_wanted)
+        self.add_buttons(remedy)
+        for changed in (master.lost, master.returned):
+            changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        self._text.setText(f'{self._master.problem}: nothing can be launched.')
+        self.setVisible(self._master.is_lost)
 
 
 class ToolNotice(NoticeFrame):

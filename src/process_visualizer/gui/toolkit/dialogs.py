@@ -34,6 +34,16 @@ def message_box(parent: Optional[QWidget], text: str,
     return box
 
 
+def show_aside(dialog: QDialog) -> None:
+    """Show a dialog that nobody asked for: the window keeps the keyboard, and works on.
+
+    Otherwise the next key that somebody types there would answer a dialog that nobody has read.
+    """
+    dialog.setWindowModality(Qt.NonModal)
+    dialog.setAttribute(Qt.WA_ShowWithoutActivating)
+    dialog.show()
+
+
 def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the operator presses the button with the text ``yes``.
