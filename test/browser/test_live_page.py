@@ -100,6 +100,36 @@ def test_it_shows_the_present_and_asks_nobody_else(browser: Browser, stand: Live
     assert browser.driver.get_log('browser') == []
 
 
+_OUTSIDE = """return [...document.querySelectorAll('#alarms li, #events li')].filter((it) =>
+  it.lastChild.getBoundingClientRect().right > it.getBoundingClientRect().right + 1).length"""
+_LABELS_OVER_EACH_OTHER = """
+  const places = new Map();
+  for (const name of ['a', 'b', 'c', 'd']) places.set(name, {at: page.scene.camera.position.clone()
+    .add(page.scene.camera.localToWorld(page.scene.camera.position.clone().set(3, 3.4, -10))
+    .sub(page.scene.camera.position)), lines: [{text: 'a label with many words', color: [1, 0, 0],
+    kind: name}]});
+  page.scene.blocks.forEach((it) => it.remove());
+  page.scene.blocks.clear();
+  page.scene.placeBlocks(places);
+  const boxes = [...page.scene.blocks.values(), document.querySelector('.views')]
+    .map((it) => it.getBoundingClientRect());
+  return [boxes.length, boxes.flatMap((a, i) => boxes.slice(i + 1).filter((b) =>
+    a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)).length]"""
+
+
+def test_times_and_labels_are_not_covered(stand: LiveStand) -> None:
+    found = Browser(stand, (1400, 1000))
+    try:
+        found.run("page.showAlarms({alarms: [{text: 'kinect: object 1 is 0.05 m from a part of the "
+                  "robot with a long name', begin: 0, end: null, level: 4}], events: [{text: "
+                  "'kinect: object 1 is 0.11 m from a part of the robot', time: 0}]})")
+        assert found.run(_OUTSIDE) == 0
+        assert found.run('return document.documentElement.scrollWidth <= innerWidth')
+        assert found.run(_LABELS_OVER_EACH_OTHER) == [5, 0]
+    finally:
+        found.driver.quit()
+
+
 def test_names_are_shown_as_they_are_written(browser: Browser) -> None:
     assert browser.driver.title == f'Cell {LABEL}'
     assert browser.driver.find_element(By.TAG_NAME, 'h1').text == f'Cell {LABEL}'

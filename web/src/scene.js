@@ -410,6 +410,7 @@ export class CellScene {
   /** @param {Map<string, {at: Vector3, lines: Line[], isBelow?: boolean}>} blocks */
   placeBlocks(blocks) {
     const {clientWidth: width, clientHeight: height} = this.box;
+    const views = /** @type {HTMLElement | null} */ (this.box.querySelector('.views'));
     /** @type {number[][]} */
     const taken = [];
     for (const [name, {at, lines, isBelow}] of blocks) {
@@ -428,14 +429,23 @@ export class CellScene {
       const half = element.offsetWidth / 2 + 2;
       const left = Math.min(Math.max((seen.x + 1) / 2 * width, half), Math.max(width - half, half));
       const tall = 19 * lines.length + 8;
+      const meets = (/** @type {number[]} */ [x, halfOther, y, h], /** @type {number} */ top) =>
+        Math.abs(x - left) < half + halfOther && top + tall > y && top < y + h;
       let top = (1 - seen.y) / 2 * height - (isBelow ? 0 : tall);
-      for (const [x, y, h] of taken) {
-        if (Math.abs(x - left) < 140 && top + tall > y && top < y + h) {
-          top = isBelow ? y + h + 2 : y - tall - 2;
+      for (const other of taken) {
+        if (meets(other, top)) top = isBelow ? other[2] + other[3] + 2 : other[2] - tall - 2;
+      }
+      const isBesideViews = views === null || left + half < views.offsetLeft;
+      const from = isBesideViews ? this.labelsFrom
+        : Math.max(this.labelsFrom, views.offsetTop + views.offsetHeight + 2);
+      if (top < from) {  // there is no more room above
+        top = from;
+        for (const other of [...taken].sort((a, b) => a[2] - b[2])) {
+          if (meets(other, top)) top = other[2] + other[3] + 2;
         }
       }
-      top = Math.min(Math.max(top, this.labelsFrom), height - tall - 2);
-      taken.push([left, top, tall]);
+      top = Math.min(top, height - tall - 2);
+      taken.push([left, half, top, tall]);
       element.style.transform = `translate(${left.toFixed(0)}px, ${top.toFixed(0)}px)`
         + ' translateX(-50%)';
     }
