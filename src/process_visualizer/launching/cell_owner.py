@@ -92,7 +92,7 @@ def _since_s(pid: int) -> Optional[float]:
 
 # Detection of another cell: ROS ends a node when another one with the same name starts.
 
-_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
+CELL_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
 """Nodes that run in every cell, and only in a cell."""
 
 
@@ -102,7 +102,7 @@ class OtherCell(Exception):
 
 def refuse_other_cell() -> None:
     """Raise OtherCell if a cell is running on the master; takes at most 6 s."""
-    node = next((name for name in _NODES if is_registered(name)), None)
+    node = next((name for name in CELL_NODES if is_registered(name)), None)
     if node is not None:
         raise OtherCell('another cell is already running on the master '
                         f'{rosgraph.get_master_uri()} '

@@ -46,7 +46,7 @@ class CellWatch:
 
     def __init__(self, running: Callable[[], Collection[str]],
                  on_change: Callable[[CellLook], None], master: Optional[Master] = None,
-                 connect: Connect = connecting) -> None:
+                 connect: Connect = connecting, refuses_s: float = _REFUSES_S) -> None:
         """Prepare the watch, without asking yet.
 
         Args:
@@ -54,7 +54,9 @@ class CellWatch:
             on_change: called in the thread.
             master: the master to ask; None for that of this process.
             connect: see `Pulses`.
+            refuses_s: time of refusals after which a node counts as silent.
         """
+        self._refuses_s = refuses_s
         self._running, self._on_change = running, on_change
         self._master: Master = master or AskedMaster(CALLER_ID)
         self._lookup = MasterLookup(self._master)
@@ -104,7 +106,7 @@ class CellWatch:
             name: self._refused_from_s.get(name, now_s) for name in running
             if self._pulses.nodes[name].problem == ENDED and not self._is_other}
         return {name for name, from_s in self._refused_from_s.items()
-                if now_s - from_s >= _REFUSES_S}
+                if now_s - from_s >= self._refuses_s}
 
     def _run(self) -> None:
         while not self._closed.is_set():

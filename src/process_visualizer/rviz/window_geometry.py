@@ -37,10 +37,11 @@ def scene_aspect(width: float, height: float) -> float:
     return max(width - displays - _DOCK_EDGES_PX, 1) / max(height - _BARS_PX, 1)
 
 
-def moved_aside(geometry: Any) -> Dict[str, Any]:
+def moved_aside(geometry: Any, room: Rectangle) -> Dict[str, Any]:
     """Return the geometry of a second window that leaves the first one and its bars visible.
 
-    X and Y are below 0 on a screen to the left of the first one, or above it.
+    ``room`` is the screen of the second window, which may be smaller than that of the first one. X
+    and Y are below 0 on a screen to the left of the first one, or above it.
     """
     found = dict(geometry) if isinstance(geometry, dict) else {}
     for key in ('X', 'Y'):
@@ -49,6 +50,11 @@ def moved_aside(geometry: Any) -> Dict[str, Any]:
     for key in ('Width', 'Height'):
         if isinstance(found.get(key), int):
             found[key] = max(found[key] - _ASIDE_PX, _ASIDE_PX)
+    for size, place, first, length in (('Width', 'X', room.x, room.width),
+                                       ('Height', 'Y', room.y, room.height)):
+        if isinstance(found.get(size), int) and isinstance(found.get(place), int):
+            found[size] = min(found[size], length)
+            found[place] = min(max(found[place], first), first + length - found[size])
     return found
 
 

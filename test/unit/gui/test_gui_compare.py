@@ -63,6 +63,8 @@ class Stand:
         self.panel = ComparePanel(self.model, self.ghost, self.comparison, lambda: str(folder))
         self.sought: List[float] = []
         self.panel.seek_wanted.connect(self.sought.append)
+        self.refusals: List[str] = []
+        self.panel.refused.connect(self.refusals.append)
         qtbot.addWidget(self.panel)
         self.panel.show()
 
@@ -415,6 +417,8 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
     stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(4))
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
     assert stand.sought == []  # it is not the recording that is open
+    assert stand.refusals == [f'b.bag#1 is in a recording that is not open: open {other} on the '
+                              'tab Playback to go there']
 
 
 def test_what_was_ticked_and_judged_stays_when_a_recording_is_added(

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from pathlib import Path
 from typing import Any, List
 
 import pytest
 import yaml
-from PyQt5.QtCore import QProcess
-from PyQt5.QtWidgets import QMessageBox
+from PyQt5.QtCore import QProcess, Qt
+from PyQt5.QtGui import QGuiApplication
+from PyQt5.QtWidgets import QAbstractButton, QMessageBox
 
 from process_visualizer.gui.app.look_on import SecondLauncher
-from process_visualizer.launching.cell_owner import CellOwner
+from process_visualizer.launching.cell_owner import CELL_NODES, CellOwner
+from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
 from process_visualizer.launching.run_record import RunRecord, folder_of_run
 from process_visualizer.rviz.views import onlooker_view
+from process_visualizer.rviz.window_geometry import Rectangle, moved_aside
 
 VIEW = {'Visualization Manager': {
     'Displays': [
@@ -80,12 +84,41 @@ def test_the_user_looks_on(qtbot: Any, tmp_path: Path, monkeypatch: pytest.Monke
     path = started.words[started.words.index('-d') + 1]
     shown = yaml.safe_load(Path(path).read_text())
     assert shown['Visualization Manager'] == onlooker_view(VIEW)['Visualization Manager']
-    assert shown['Window Geometry'] == {  # beside the first RViz, not exactly over it
-        'X': 520, 'Y': 60, 'Width': 1080, 'Height': 540, 'Views': {'collapsed': True}}
+    room = QGuiApplication.primaryScreen().availableGeometry()
+    assert shown['Window Geometry'] == {**moved_aside(
+        VIEW['Window Geometry'], Rectangle(room.x(), room.y(), room.width(), room.height())),
+        'Views': {'collapsed': True}}
     assert started.words[-1] == f'__name:=rviz_looking_on_{os.getpid()}'
     with qtbot.waitSignal(second.ended):
         second.close()
     assert not Path(path).exists()
+
+
+@pytest.mark.parametrize('width, x, shown_width', [(1920, 520, 1080), (1366, 286, 1080),
+                                                   (1024, 0, 1024)])
+def test_the_other_rviz_is_beside_the_first_and_on_the_screen(
+        width: int, x: int, shown_width: int) -> None:
+    assert moved_aside(VIEW['Window Geometry'], Rectangle(0, 0, width, 768)) == {
+        'X': x, 'Y': 60, 'Width': shown_width, 'Height': 540, 'Views': {'collapsed': True}}
+
+
+def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None:
+    second = SecondLauncher(owner())
+    second.take_look(CellLook(frozenset(['/scene_watch'])))  # the others say so in the scene
+    second.take_look(CellLook(master=MASTER_SILENT))  # what is connected goes on
+    assert second.old is None
+    for look in (CellLook(frozenset(CELL_NODES)), CellLook(master=MASTER_OTHER)):
+        second.take_look(look)
+        assert second.old is not None and second.old.isVisible()
+        assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d', second.old.text())
+        assert second.old.testAttribute(Qt.WA_ShowWithoutActivating)
+        if not look.master:
+            second.take_look(CellLook())
+            assert second.old is None
+    second.box.hide()
+    second._is_asking = False  # RViz is shown
+    with qtbot.waitSignal(second.ended):
+        second.old.findChild(QAbstractButton, 'stop_looking_on').click()
 
 
 def test_why_one_cannot_look_on(qtbot: Any) -> None:

@@ -398,6 +398,7 @@ class LauncherApp(QMainWindow):
         self._launcher.recording.finished.connect(bag.add_recent)
         self._launcher.recording.changed.connect(self._show_mode_choice)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
+        self.compare.refused.connect(self.tell)
         self._launcher.compare.changed.connect(
             lambda: self.playback.timeline.set_moments(self._launcher.compare.moments))
         self.playback.timeline.anchor_wanted.connect(self._launcher.compare.anchor)

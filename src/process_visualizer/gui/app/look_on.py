@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from tempfile import TemporaryDirectory
+from typing import Optional
 
 import yaml
 from PyQt5.QtCore import QObject, QProcess, Qt, pyqtSignal
+from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import (
     QDialog,
     QHBoxLayout,
@@ -20,13 +23,14 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.generate.plan import RVIZ_FILE
-from process_visualizer.gui.toolkit.dialogs import message_box
+from process_visualizer.gui.toolkit.dialogs import message_box, show_aside
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
-from process_visualizer.launching.cell_owner import CellOwner
+from process_visualizer.launching.cell_owner import CELL_NODES, CellOwner
+from process_visualizer.launching.cell_watch import MASTER_OTHER, CellLook, CellWatch
 from process_visualizer.ros_names import PACKAGE, RVIZ
 from process_visualizer.rviz.views import onlooker_view, read_view
-from process_visualizer.rviz.window_geometry import moved_aside
+from process_visualizer.rviz.window_geometry import Rectangle, moved_aside
 from process_visualizer.shown_text import shown
 
 _NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
@@ -36,9 +40,15 @@ _OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to anoth
 
 
 class SecondLauncher(QObject):
-    """Offers to look on; emits ``ended`` when the user declines, or stops looking on."""
+    """Offers to look on; emits ``ended`` when the user declines, or stops looking on.
+
+    RViz keeps its last picture when the cell ends, and shows no sign of that. So a box in front of
+    it then tells how old the picture is.
+    """
 
     ended = pyqtSignal()
+    _looked = pyqtSignal(object)
+    """A CellLook, from the thread of the watch."""
 
     def __init__(self, owner: CellOwner) -> None:
         super().__init__()
@@ -48,6 +58,9 @@ class SecondLauncher(QObject):
         self._rviz.setProcessChannelMode(QProcess.ForwardedChannels)
         self._rviz.finished.connect(lambda *_: self.close())
         self._rviz.errorOccurred.connect(self._take_error)
+        self._watch = CellWatch(lambda: CELL_NODES, self._looked.emit, refuses_s=0.0)
+        self._looked.connect(self.take_look)
+        self.old: Optional[QMessageBox] = None
         self.box = message_box(None, self._text(), QMessageBox.Information)
         self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
         self.look_on.setObjectName('look_on')
@@ -58,8 +71,31 @@ class SecondLauncher(QObject):
         self._is_asking = True
         print(owner.text, file=sys.stderr, flush=True)
 
+    def take_look(self, look: CellLook) -> None:
+        """Tell from when on nothing has come from the cell, until it answers again."""
+        is_old = look.silent >= set(CELL_NODES) or look.master == MASTER_OTHER
+        if is_old and self.old is None:
+            self.old = self._picture_is_old()
+        elif not is_old and self.old is not None:
+            self.old.disconnect()
+            self.old.close()
+            self.old = None
+
+    def _picture_is_old(self) -> QMessageBox:
+        since = time.strftime('%H:%M:%S')
+        print(f'nothing has come from the cell since {since}', file=sys.stderr, flush=True)
+        box = message_box(None, 'This picture is old: nothing has come from the cell since '
+                          f'{since}. It was quit, or its ROS master was started again.')
+        box.setWindowFlag(Qt.WindowStaysOnTopHint)
+        stop = box.addButton('Stop looking on', QMessageBox.RejectRole)
+        stop.setObjectName('stop_looking_on')
+        box.finished.connect(lambda _code: self.close())
+        show_aside(box)
+        return box
+
     def close(self) -> None:
         """Close the question, or stop looking on."""
+        self._watch.close()
         if self._is_asking:
             self.box.reject()
         elif self._rviz.state() != QProcess.NotRunning:
@@ -92,7 +128,10 @@ class SecondLauncher(QObject):
         path = os.path.join(self._folder.name, 'looking_on.rviz')
         try:
             view = onlooker_view(read_view(self._view))
-            view['Window Geometry'] = moved_aside(view.get('Window Geometry'))
+            room = QGuiApplication.primaryScreen().availableGeometry()
+            view['Window Geometry'] = moved_aside(
+                view.get('Window Geometry'),
+                Rectangle(room.x(), room.y(), room.width(), room.height()))
             content = yaml.safe_dump(view, sort_keys=False)
             with open(path, 'w', encoding='utf-8') as file:
                 file.write(content)
@@ -101,6 +140,7 @@ class SecondLauncher(QObject):
             return
         self._rviz.start('rosrun', [PACKAGE, RVIZ, '-d', path,
                                     f'__name:=rviz_looking_on_{os.getpid()}'])
+        self._watch.begin()
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
         """Report a failed start; it is no problem if somebody ends a running RViz."""

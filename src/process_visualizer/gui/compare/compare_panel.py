@@ -65,6 +65,8 @@ class ComparePanel(QWidget):
 
     seek_wanted = pyqtSignal(float)
     """The operator wants to see this moment of the open recording [s from its beginning]."""
+    refused = pyqtSignal(str)
+    """The reason why a moment cannot be shown."""
 
     def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
                  folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
@@ -233,8 +235,14 @@ class ComparePanel(QWidget):
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
 
     def _seek(self, item: QTreeWidgetItem) -> None:
-        if not self._is_live and self._model.runs[self._row].path in self._model.recording[:1]:
+        if self._is_live:
+            return
+        listed = self._model.runs[self._row]
+        if listed.path in self._model.recording[:1]:
             self.seek_wanted.emit(item.data(0, Qt.UserRole))
+        else:
+            self.refused.emit(f'{listed.run.name} is in a recording that is not open: open '
+                              f'{listed.path} on the tab Playback to go there')
 
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
