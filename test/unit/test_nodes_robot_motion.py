@@ -160,6 +160,18 @@ def test_what_is_left_from_the_live_robot_grows_old_in_paused_playback(robot: Ro
     assert robot.text('joints').startswith('joints no data for 2.')
 
 
+def test_a_robot_without_joints_says_that_it_is_not_where_it_is_drawn(robot: RobotStage) -> None:
+    robot.run(1.9)
+    assert ('joints', 1) not in robot.markers()
+    robot.run(0.5)
+    marker = robot.markers()['joints', 1]
+    assert marker.text.strip() == 'no joints: it is not where it is drawn'
+    assert marker.header.frame_id == 'r/link0'  # no other frame of it is known
+    joints(robot, 0.1, 0.2)
+    robot.run(0.2)
+    assert robot.markers()['joints', 1].action == Marker.DELETE
+
+
 def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
     joints(robot, 0.1, 0.2)
     robot.run(1.0)

@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Collection, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.bagio.catalog import CatalogTopic
-from process_visualizer.cell.model import Device
+from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.health.figures import live_rate_text, rate_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, by_node, counted
 from process_visualizer.launching.part_report import (
@@ -131,7 +131,16 @@ def device_state(device: Device, report: Optional[PartReport],
     own = by_node(warnings, set(nodes))
     if report.state is PartState.RUNNING and not nodes and (device.nodes or device.launch_files):
         return DeviceState(_IDLE, nodes, topics, own)
-    return DeviceState(_summary(report, topics, own, sorted(silent)), nodes, topics, own)
+    summary = _summary(report, topics, own, sorted(silent))
+    if summary.level is Level.GOOD and _lacks_joints(device, topics):
+        summary = Line(Level.WARNING, 'The recording lacks its joints: it is not where it is drawn')
+    return DeviceState(summary, nodes, topics, own)
+
+
+def _lacks_joints(device: Device, topics: Mapping[str, Line]) -> bool:
+    """Return whether the recording has none of a robot's topics with joints."""
+    joints = [it.name for it in device.topics if it.function is TopicFunction.JOINT_STATES]
+    return bool(joints) and all(topics[it] == NOT_RECORDED for it in joints)
 
 
 def node_line(node: NodeReport) -> Line:
@@ -165,6 +174,10 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     if activity.is_stale:
         return Line(Level.WARNING, f'no data for {activity.silence_s:.1f} s')
     return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
+
+
+NOT_RECORDED = Line(Level.WAITING, 'not in the recording')
+"""State of a topic that the recording lacks."""
 
 
 def recorded_line(topic: CatalogTopic, is_played: bool) -> Line:

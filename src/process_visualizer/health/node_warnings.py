@@ -17,6 +17,9 @@ STATE_S = 5.0
 _MAX_TEXTS = 20
 _HARMLESS = 'terminated before handshake header received. 0 bytes'
 """Log line of rospy when a subscriber leaves while connecting: a program that starts or ends."""
+OUT_OF_ORDER = 'arrived out of order (will print only once)'
+"""Log line of message_filters, once in a node's life, when stamps go back. A driver must not send
+so, but a recording that is played backward, or from an earlier moment, does."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
 _About = Tuple[str, str, str]  # node, 'log' or 'state', and what
 

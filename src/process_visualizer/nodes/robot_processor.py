@@ -98,7 +98,8 @@ class RobotProcessor:
         self._force_times = MeasuringTime()
         self._joints_time_s: Optional[float] = None
         self._joints_s = -math.inf
-        self._patience = Patience(PATIENCE_S)
+        self._patience, self._joints_patience = Patience(PATIENCE_S), Patience(PATIENCE_S)
+        self._is_drawn_elsewhere = False
         self._tool_velocity = node.publisher('tool_velocity', TwistStamped)
         self._tool_force = node.publisher('tool_force', WrenchStamped)
         self._markers = node.publisher('marker_array', MarkerArray, queue_size=1)
@@ -165,9 +166,13 @@ class RobotProcessor:
             self._publish_velocity()
 
     def _joints_age_s(self, now_s: float) -> Optional[float]:
-        """Return the time since the last joint states [s]; None if there are none."""
+        """Return the time since the last joint states [s].
+
+        It is infinite if they do not come at all: RViz then draws the robot anywhere. It is None
+        if they have no topic, or may still come.
+        """
         if self._joints_time_s is None or not self._parameters.joint_states.name:
-            return None
+            return math.inf if self._is_drawn_elsewhere else None
         return self._playback.clock.age_s(self._joints_time_s, now_s)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
@@ -250,6 +255,9 @@ class RobotProcessor:
             self._frames.look()
             self._tool.look()
             self._look_at_recording()
+            self._is_drawn_elsewhere = self._joints_patience.is_over(
+                bool(self._parameters.joint_states.name) and self._joints_time_s is None,
+                self._node.monotonic_s())
             self._draw(now_s)
 
     def _look_at_recording(self) -> None:

@@ -2,6 +2,7 @@
 """The topics of the devices: as they come in real time, as they were recorded in playback."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, Iterator, List
@@ -11,15 +12,17 @@ import rosbag
 from genpy import Time
 from held_tasks import HeldTasks
 from recording_stand_in import seen
+from session_stand import open_cell
 from std_msgs.msg import Float64, String
 
 from process_visualizer.bagio.catalog import Catalog, read_catalog
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.cell.model import Cell, Device, DeviceType, Topic, TopicFunction
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel, WarningsModel
 from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.gui.session import Session
+from process_visualizer.health.device_state import Level, Line
 from process_visualizer.health.node_warnings import NodeWarnings
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
@@ -94,6 +97,22 @@ def test_what_cannot_be_played_is_told(states: DeviceStatesModel, session: Sessi
     session.take_player(player(recording, [100]))
     assert shown(states)[:2] == ['50 Hz', 'not played']
     assert states.state(OVEN).summary.text == 'running'
+
+
+def test_a_robot_whose_joints_the_recording_lacks(states: DeviceStatesModel, session: Session,
+                                                  recording: Catalog) -> None:
+    place = OVEN.location
+    oven = replace(OVEN, type=DeviceType.ROBOT, topics=(
+        Topic('/heat', None, None, True, place),
+        Topic('/q', TopicFunction.JOINT_STATES, None, True, place)))
+    open_cell(session, Cell('cell.xml', 'world', (oven,)))
+    session.set_recording(recording)
+    session.take_player(player(recording, [100, 1, 1]))
+    state = states.state(oven)
+    assert state.topics['/q'].text == 'not in the recording'
+    assert state.summary == Line(
+        Level.WARNING, 'The recording lacks its joints: it is not where it is drawn')
+    assert not states.silent(oven), 'a restart of the device does not help'
 
 
 def test_without_a_recorder_that_counts_rates_are_forgotten_and_silences_stay(

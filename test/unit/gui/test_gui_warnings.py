@@ -67,6 +67,16 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     rmtree(made.launch.folder)
 
 
+@pytest.mark.parametrize('mode, count', [(Mode.REALTIME, 1), (Mode.PLAYBACK, 0)])
+def test_stamps_that_go_back_are_no_problem_of_a_device_in_playback(
+        stand: Stand, mode: Mode, count: int) -> None:
+    run(stand.session, mode)
+    stand.said.take_log('/arm/driver', Severity.WARNING, 'Messages of type 0 arrived out of order '
+                        '(will print only once)', stand.now_s)
+    stand.warnings.look()
+    assert len(stand.warnings.present) == count
+
+
 def place(view: DevicesView, column: int) -> QPoint:
     return view.visualRect(view.model().index(0, column)).center()
 

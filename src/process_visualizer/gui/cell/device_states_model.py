@@ -7,7 +7,8 @@ from typing import Callable, Collection, Dict, FrozenSet, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from process_visualizer.cell.model import Device
+from process_visualizer.bagio.catalog import missing_topics
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.gui.cell.launch_model import LaunchModel
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
@@ -17,6 +18,7 @@ from process_visualizer.health.alarm_conditions import (
     silence_conditions,
 )
 from process_visualizer.health.device_state import (
+    NOT_RECORDED,
     DeviceState,
     Level,
     Line,
@@ -28,7 +30,12 @@ from process_visualizer.health.device_state import (
     said_of,
     worst,
 )
-from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings, by_node
+from process_visualizer.health.node_warnings import (
+    OUT_OF_ORDER,
+    NodeWarning,
+    NodeWarnings,
+    by_node,
+)
 from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
@@ -45,7 +52,7 @@ class WarningsModel(QObject):
     def __init__(self, warnings: NodeWarnings, session: Session, parent: Optional[QObject] = None,
                  clock_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(parent)
-        self._warnings, self._clock_s = warnings, clock_s
+        self._warnings, self._session, self._clock_s = warnings, session, clock_s
         self.present: Tuple[NodeWarning, ...] = ()
         self._timer = QTimer(self, interval=PERIOD_MS)
         self._timer.timeout.connect(self.look)
@@ -63,7 +70,9 @@ class WarningsModel(QObject):
 
     def look(self) -> None:
         """Update the warnings now."""
-        present = self._warnings.present(self._clock_s())
+        is_played = self._session.running_mode is Mode.PLAYBACK
+        present = tuple(it for it in self._warnings.present(self._clock_s())
+                        if not (is_played and OUT_OF_ORDER in it.text))
         if present != self.present:
             self.present = present
             self.changed.emit()
@@ -143,6 +152,9 @@ class DeviceStatesModel(QObject):
         played = {topic for topic, _ in player.topics}
         lines = {topic.name: recorded_line(topic, topic.name in played)
                  for topic in recorded.topics}
+        lines.update((topic, NOT_RECORDED)
+                     for topics in missing_topics(recorded, self._session.devices).values()
+                     for topic in topics)
         if lines != self._lines:
             self._lines = lines
             self.changed.emit()

@@ -44,6 +44,9 @@ class ShownMotion(NamedTuple):
     time_s: float
 
 
+_NO_JOINTS = 'no joints: it is not where it is drawn'
+
+
 class _Shown(NamedTuple):
     namespace: str
     style: ArrowStyle
@@ -72,14 +75,15 @@ class RobotDisplay:
             motion, force: the last ones; None if unknown.
             data_s: the present time [s] of the clock that times the data; it may be paused.
             wall_s: the present time [s] of a clock that is never paused, if it is another clock.
-            joints_age_s: the time since the last joint states [s]; None if there are none.
+            joints_age_s: the time since the last joint states [s]; infinite if they do not come;
+                None if there are none.
         """
         shown = self._shown(motion, force)
         markers = [vector_arrow(entry.namespace, entry.style, entry.sample,
                                 self._is_stale(entry.sample.age_s(data_s))) for entry in shown]
         if self._texts.is_due(data_s if wall_s is None else wall_s):
             texts = self._text_lines(shown, data_s, joints_age_s)
-            place = self._text_place(motion, force)
+            place = self._text_place(motion, force, joints_age_s == math.inf)
             markers += [
                 text_marker(namespace, *place, line_of_block(text, line, len(texts)),
                             self._parameters.text.height_m, text_color(color))
@@ -114,14 +118,20 @@ class RobotDisplay:
                               self._parameters.stale_after_s)
             lines[entry.namespace] = text, None if self._is_stale(age_s) else entry.style.color
         if joints_age_s is not None and self._is_stale(joints_age_s):
-            lines['joints'] = format_age('joints', joints_age_s), None
+            lines['joints'] = (_NO_JOINTS if joints_age_s == math.inf
+                               else format_age('joints', joints_age_s)), None
         names = ('velocity', 'force', 'joints') if 'joints' in lines else ('velocity', 'force')
         return [(name, *lines.get(name, ('', None))) for name in names]
 
-    def _text_place(self, motion: Optional[ShownMotion],
-                    force: Optional[VectorSample]) -> Tuple[str, Vector]:
-        """Return frame and position: at the tool if its pose is known, otherwise at the arrow."""
+    def _text_place(self, motion: Optional[ShownMotion], force: Optional[VectorSample],
+                    is_without_joints: bool) -> Tuple[str, Vector]:
+        """Return frame and position: at the tool if its pose is known, otherwise at the arrow.
+
+        Without joints no frame of the robot but its base is known.
+        """
         text = self._parameters.text
+        if motion is None and is_without_joints:
+            return self._parameters.base_frame, (0.0, 0.0, text.up_m)
         if motion is None:
             frame = force.frame if force else self._parameters.tool_frame
             return frame, (text.outward_m, 0.0, text.up_m)
