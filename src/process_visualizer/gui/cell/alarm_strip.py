@@ -194,7 +194,7 @@ class AlarmStrip(QWidget):
         new = len(alarms) - max(self._known, ROWS)
         self.more.setText(f'+{new}' if new > 0 else '')
         self.more.setAccessibleName(f'{new} new below' if new > 0 else '')
-        self.more.setToolTip(self.more.accessibleName())
+        self.more.setToolTip(plain_tip(self.more.accessibleName()))
         self.more.setEnabled(new > 0)
 
     def _put(self, row: int, alarm: Alarm) -> None:
