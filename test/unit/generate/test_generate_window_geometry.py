@@ -33,7 +33,8 @@ def test_docks_that_the_operator_has_chosen() -> None:
 def test_a_second_window_stays_on_its_screen() -> None:
     """Of screens to the left of the first one, and above it, places are below 0."""
     room = Rectangle(-1920, -1080, 1920, 1080)
-    assert moved_aside({'X': -1900, 'Y': -1080, 'Width': 1000, 'Height': 70, 'Views': {}}, room) == {
+    window = {'X': -1900, 'Y': -1080, 'Width': 1000, 'Height': 70, 'Views': {}}
+    assert moved_aside(window, room) == {
         'X': -1840, 'Y': -1020, 'Width': 940, 'Height': 60, 'Views': {}}
     for broken in (['X', 1], 'wide', None, {'X': 'left', 'Width': 'wide'}):
         assert moved_aside(broken, room) == (broken if isinstance(broken, dict) else {})
