@@ -2,7 +2,7 @@
 """Qt's tests on a machine that has other work: they wait for what shall happen, and long enough."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, List
 
 from pytestqt.qtbot import QtBot
 
@@ -11,6 +11,19 @@ LIMIT_MS = 60_000
 
 class PatientQtBot(QtBot):
     """pytest-qt gives up after 5 s, for windows after 1 s: that proves nothing of the program."""
+
+    def __init__(self, request: Any) -> None:
+        super().__init__(request)
+        self._widgets: List[Any] = []
+
+    def addWidget(self, widget: Any, **options: Any) -> None:
+        """Close a widget at the end of the test, and keep it until then.
+
+        pytest-qt does not keep it. If it is a local variable of the test, it may be destroyed while
+        it is painted afterwards, when the garbage collector happens to run.
+        """
+        super().addWidget(widget, **options)
+        self._widgets.append(widget)
 
     def waitUntil(self, callback: Any, *, timeout: int = LIMIT_MS) -> None:
         """Wait until a condition holds."""
