@@ -97,6 +97,8 @@ def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
     source = samples.source
     if source.quantity is Quantity.NUMBER and duration_s > 0.0:
         held = held_values(times_s, np.where(is_finite, values, np.nan), middles_s)
+        for begin_s, end_s in samples.holes_s.tolist():
+            held[(middles_s > begin_s) & (middles_s < end_s)] = np.nan
         low, high = (np.where(np.isnan(it), held, it) for it in (low, high))
     return Curve(source.device, source.label, source.unit, source.color, source.topic,
                  middles_s, low, high, source.limits)

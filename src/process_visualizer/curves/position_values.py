@@ -14,9 +14,10 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.number_columns import Numbers
-from process_visualizer.curves.samples import part_numbers
+from process_visualizer.curves.samples import holes_of, part_numbers
 from process_visualizer.curves.source_locators import certain, measured_s, source_locators
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
+from process_visualizer.parameters.reading import STALE_AFTER_S
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.kinematics import Joint
 from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity
@@ -61,8 +62,10 @@ class PositionValues:
             BagError: a file cannot be read as a bag.
         """
         self._recording = Recording(paths)
+        holes_s = holes_of(self._recording)
         self._topics = [topic for source in curve_sources(devices)
-                        for topic in [_Topic(self._recording, source, devices)] if topic.is_there]
+                        for topic in [_Topic(self._recording, source, devices, holes_s)]
+                        if topic.is_there]
 
     def close(self) -> None:
         """Close the files."""
@@ -77,9 +80,9 @@ class PositionValues:
 class _Topic:
     """A source and the numbers in its messages; those read last are kept."""
 
-    def __init__(self, recording: Recording, source: CurveSource,
-                 devices: Sequence[Device]) -> None:
-        self._recording, self._source = recording, source
+    def __init__(self, recording: Recording, source: CurveSource, devices: Sequence[Device],
+                 holes_s: np.ndarray) -> None:
+        self._recording, self._source, self._holes_s = recording, source, holes_s
         self.key = key_of(source.device, source.label, source.topic)
         self._locators = source_locators(recording, source, devices)
         self._positions = recording.index.positions_of(self._locators.connections)
@@ -94,7 +97,10 @@ class _Topic:
         return len(self._positions) > 0
 
     def value(self, time_ns: int) -> Optional[float]:
-        """Return the value at a bag time [ns]."""
+        """Return the value at a bag time [ns]; none in a hole of the recording."""
+        at_s = (time_ns - self._recording.begin_ns) / _NS_PER_S
+        if ((self._holes_s[:, 0] + STALE_AFTER_S < at_s) & (at_s < self._holes_s[:, 1])).any():
+            return None
         time_ns += round(self._source.latency_s * _NS_PER_S)  # numbers measured then arrive later
         if self._source.quantity is Quantity.SPEED:
             return self._speed(time_ns)

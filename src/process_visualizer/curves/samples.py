@@ -12,12 +12,14 @@ from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
+from process_visualizer.curves.sending_habit import holes
 from process_visualizer.curves.source_locators import (
     SourceLocators,
     certain,
     measured_s,
     source_locators,
 )
+from process_visualizer.parameters.reading import STALE_AFTER_S
 from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.ros_names import JOINT_STATE
 
@@ -38,12 +40,13 @@ class Samples(NamedTuple):
 
     For a tool, these are its positions x y z in its base, at the times of measurement, ascending;
     for a force or torque, its components; for a lag, the desired and the actual position of a
-    joint.
+    joint. ``holes_s`` (m, 2) are those of the recording.
     """
 
     source: CurveSource
     times_s: np.ndarray
     values: np.ndarray
+    holes_s: np.ndarray = np.empty((0, 2))
 
 
 def found_series(recording: Recording, sources: Sequence[CurveSource],
@@ -79,7 +82,9 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
                      for part in it.locators.parts) for it in series]
     _collect(recording, [part for parts in columns for part in parts], most,
              on_progress or (lambda _: None), is_canceled)
-    return [_samples(recording, it, parts, by_stamp) for it, parts in zip(series, columns)]
+    holes_s = holes_of(recording)
+    return [_samples(recording, it, parts, by_stamp, holes_s)
+            for it, parts in zip(series, columns)]
 
 
 def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
@@ -155,7 +160,8 @@ def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) ->
 
 
 def _samples(recording: Recording, series: Series,
-             parts: Sequence[Dict[int, NumberColumns]], by_stamp: bool) -> Samples:
+             parts: Sequence[Dict[int, NumberColumns]], by_stamp: bool,
+             holes_s: np.ndarray) -> Samples:
     numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
     with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         joined = series.locators.joined(partial(measured_s, recording), numbers)
@@ -164,7 +170,17 @@ def _samples(recording: Recording, series: Series,
     by_stamp = by_stamp and (series.source.quantity is Quantity.SPEED or bool(
         (joined.stamps_ns > 0).any()))
     times_s = _times_s(recording, by_stamp, joined) - series.source.latency_s
-    return Samples(series.source, times_s, joined.values)
+    return Samples(series.source, times_s, joined.values, holes_s)
+
+
+def holes_of(recording: Recording) -> np.ndarray:
+    """Return the holes (m, 2) of a recording [s from its beginning]; see holes.
+
+    The silence of a single topic may be that of its sender.
+    """
+    if len({it.topic for it in recording.index.connections}) < 2:
+        return np.empty((0, 2))
+    return holes((recording.index.time_ns - recording.begin_ns) / 1e9, STALE_AFTER_S)
 
 
 def _times_s(recording: Recording, by_stamp: bool, numbers: Numbers) -> np.ndarray:

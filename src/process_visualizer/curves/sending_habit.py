@@ -10,6 +10,8 @@ import math
 from collections import deque
 from typing import Deque, Optional, Sequence, Tuple
 
+import numpy as np
+
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
 _EVEN, _SLACK = 1.5, 3.0  # ratios: longest to a short interval; silence to longest interval
@@ -30,6 +32,30 @@ def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
     slow_s = [it for it in known_s if it > quick_s]  # between bursts, if there are any
     is_even = len(slow_s) >= _MIN_INTERVALS and slow_s[-1] <= _EVEN * slow_s[len(slow_s) // 4]
     return _SLACK * slow_s[-1] if is_even else math.inf
+
+
+_EVER_SILENT = 0.5  # of the shortest hole
+_MAX_HOLES = 0.02  # of all intervals
+
+
+def holes(times_s: np.ndarray, quick_s: float) -> np.ndarray:
+    """Return the holes (m, 2) of a recording, from the last message before to the first after [s].
+
+    In a hole nothing was recorded, as the recorder or the computer stood still. So no value holds
+    there, not even one that is sent only when it changes. A recording of which all topics are
+    silent now and then has no holes.
+
+    Args:
+        times_s: (n,), those of the messages of all topics, ascending.
+        quick_s: the duration of the shortest hole.
+    """
+    intervals_s = np.diff(times_s)
+    begins = np.flatnonzero(intervals_s > quick_s)
+    others_s = intervals_s[intervals_s <= quick_s]
+    if len(begins) > _MAX_HOLES * len(others_s) \
+            or others_s.max(initial=0.0) > _EVER_SILENT * quick_s:
+        return np.empty((0, 2))
+    return np.stack([times_s[begins], times_s[begins + 1]], axis=1)
 
 
 class SendingHabit:

@@ -277,6 +277,21 @@ def test_between_messages_the_value_of_a_variable_holds(
     assert np.isnan(feed.high[~is_known]).all() and np.isnan(feed.low[~is_known]).all()
 
 
+@pytest.mark.parametrize('end_s', [9.0, 16.0])
+def test_in_a_hole_of_the_recording_no_value_holds(tmp_path: Path, devices: Any,
+                                                   end_s: float) -> None:
+    """However long the hole is, and whatever the value: one that is sent on change, too."""
+    all_s = [it for it in np.arange(0.05, 20.0, 0.1) if not 4.2 < it < end_s]
+    for name, sent_s in (('rate', all_s), ('change', [0.05])):
+        path = write(tmp_path / f'{name}.bag', [
+            *(Row('/feed', it, Float64(1.0)) for it in sent_s),
+            *(Row('/other', it, String('a')) for it in all_s)])
+        (feed,) = read_curves([path], devices(FEED), columns=200)
+        missing_s = feed.times_s[np.isnan(feed.high)]
+        assert 4.1 < missing_s[0] < 4.5 and end_s - 0.3 < missing_s[-1] < end_s, name
+        assert (np.diff(missing_s) < 0.11).all()
+
+
 def test_where_a_value_that_is_sent_at_a_rate_is_no_number_it_is_missing(tmp_path: Path,
                                                                          devices: Any) -> None:
     rows = [Row('/feed', time_s, Float64(math.nan if 4.0 < time_s < 5.0 else 1.0))

@@ -50,6 +50,19 @@ def pose(time_s: float, stamped: bool) -> Any:
     return message
 
 
+def test_in_a_hole_of_the_recording_no_value_holds(tmp_path: Path) -> None:
+    path, config = tmp_path / 'a.bag', tmp_path / 'cell.xml'
+    config.write_text(CELL)
+    with rosbag.Bag(str(path), 'w') as bag:
+        bag.write('/heat', Float64(400.0), stamp(0.0))
+        for time_s in (it for it in np.arange(0.0, 12.0, 0.02) if not 4.0 < it < 9.0):
+            bag.write('/other', String('a'), stamp(time_s))
+    found = PositionValues([str(path)], XmlParser({}).parse(str(config)).devices)
+    assert [found.at(it)[HEAT] for it in (3.9, 4.5, 4.8, 8.9, 9.1)] == [
+        400.0, 400.0, None, None, 400.0]
+    found.close()
+
+
 @pytest.fixture(params=[False, True], ids=['arrays', 'poses with stamps'])
 def values(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[PositionValues]:
     """Eight seconds at 125 Hz; the force is its time, the heat begins at 0.1 s."""
