@@ -25,6 +25,7 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.cell.alarm_strip import EventsView
 from process_visualizer.gui.cell.devices_panel import WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.toolkit.dialogs import ask
 
 
 @pytest.fixture
@@ -164,9 +165,18 @@ def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
 def test_keys_of_rviz_answer_no_dialog(window: LauncherApp,
                                        monkeypatch: pytest.MonkeyPatch) -> None:
     rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
-    window._launcher.failed.emit('the disk is full')
+    question = ask(window, 'Quit all nodes?', 'Quit', lambda: None)
     window._launcher.link.key_pressed.emit('R')
     assert rviz.done == []
+    question.close()
+
+
+def test_keys_of_rviz_go_on_beside_a_message_that_nobody_asked_for(
+        window: LauncherApp, monkeypatch: pytest.MonkeyPatch) -> None:
+    rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
+    window._launcher.failed.emit('the disk is full')
+    window._launcher.link.key_pressed.emit('R')
+    assert rviz.done == ['R']
 
 
 def test_what_is_switched_is_switched_once_however_long_a_key_is_held(window: LauncherApp) -> None:

@@ -193,8 +193,8 @@ class AlarmStrip(QWidget):
         self._area.setVisible(bool(alarms))
         new = len(alarms) - max(self._known, ROWS)
         self.more.setText(f'+{new}' if new > 0 else '')
-        self.more.setAccessibleName(f'{new} new below' if new > 0 else '')
-        self.more.setToolTip(plain_tip(self.more.accessibleName()))
+        self.more.setAccessibleName(f'{new} new below' if new > 0 else 'No new alarms below')
+        self.more.setToolTip(plain_tip(self.more.accessibleName()) if new > 0 else '')
         self.more.setEnabled(new > 0)
 
     def _put(self, row: int, alarm: Alarm) -> None:
