@@ -191,7 +191,7 @@ class AlarmStrip(QWidget):
         self.summary.setText(self._model.summary)
         self.summary.setVisible(not alarms)
         self._area.setVisible(bool(alarms))
-        new = len(alarms) - max(self._known, ROWS)
+        new = sum(_key(it) in present for it in alarms[max(self._known, ROWS):])
         self.more.setText(f'+{new}' if new > 0 else '')
         self.more.setAccessibleName(f'{new} new below' if new > 0 else 'No new alarms below')
         self.more.setToolTip(plain_tip(self.more.accessibleName()) if new > 0 else '')
