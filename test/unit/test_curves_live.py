@@ -169,18 +169,36 @@ def test_what_has_stamps_is_where_it_was_though_it_came_late(tmp_path: Path) -> 
     assert np.abs(0.5 * (curve.low + curve.high)[known] - 5.0 * at_s).max() < 0.2
 
 
+def sent_seldom(path: str) -> 'Tuple[Connection, bytes]':
+    """Return the connection of the topic /feed, and a message of it."""
+    with Recording([path]) as recording:
+        number = [it.topic for it in recording.index.connections].index('/feed')
+        row = int(np.flatnonzero(recording.index.connection == number)[0])
+        return recording.index.connections[number], bytes(recording.message(row))
+
+
 def test_the_value_of_a_topic_that_is_sent_seldom_holds(bag: Tuple[str, Tuple[Device, ...]]
                                                          ) -> None:
     path, devices = bag
     live, begin_ns = LiveCurves(devices), 10 ** 12
-    with Recording([path]) as recording:
-        number = [it.topic for it in recording.index.connections].index('/feed')
-        connections = recording.index.connections
-        row = int(np.flatnonzero(recording.index.connection == number)[0])
-        data = bytes(recording.message(row))
-    live.add(part_of(connections, [(number, begin_ns, data), (number, begin_ns + 9 * 10 ** 9, data)
-                                   ], begin_ns + 90 * 10 ** 9))
+    feed, data = sent_seldom(path)
+    live.add(part_of((feed,), [(0, begin_ns, data), (0, begin_ns + 9 * 10 ** 9, data)],
+                     begin_ns + 90 * 10 ** 9))
     assert np.isfinite(by_label(live.window(120.0).curves)['feed'].value)
+
+
+def test_topics_without_a_variable_have_values_too(bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    """Each has a color of its own."""
+    path, devices = bag
+    feed, data = sent_seldom(path)
+    topic = next(it for it in devices[1].topics if it.name == '/feed')
+    live, begin_ns = LiveCurves([replace(devices[1], variables=(), topics=(
+        topic, replace(topic, name='/heat')))]), 10 ** 12
+    live.add(part_of((feed, feed._replace(topic='/heat')), [
+        (number, begin_ns, data) for number in (0, 1)], begin_ns + 10 ** 9))
+    curves = live.window(10.0).curves
+    assert len({it.source.color for it in curves}) == 2
+    assert all(np.isfinite(it.value) for it in curves)
 
 
 def test_marks_come_with_their_labels_and_time_may_go_back(tmp_path: Path) -> None:

@@ -333,9 +333,9 @@ class LiveCurves:
         now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
         # whole columns, whose contents stay the same while they scroll
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
-        curves = tuple(LiveCurve(source, *columns.window(end, count, joined),
+        curves = tuple(LiveCurve(shown, *self._columns[source].window(end, count, joined),
                                  *self._value(source, now_s))
-                       for source, columns in self._in_order())
+                       for source, shown in self._in_order())
         length_s = count * joined * COLUMN_S
         return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
                           self._begin_ns / 1e9)
@@ -347,15 +347,18 @@ class LiveCurves:
         holds = age_s <= _QUICK_S or age_s <= self._habits[source].holds_for_s(_QUICK_S)
         return value if holds else math.nan, age_s
 
-    def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
-        """Return the sources with data, in the order of the devices; each plain one has a color."""
+    def _in_order(self) -> List[Tuple[CurveSource, CurveSource]]:
+        """Return the sources with data, in the order of the devices, and each as it is shown.
+
+        A plain source is shown with a color of its own.
+        """
         found, plain = [], 0
         for source in self._sources:
             if source in self._columns:
                 shown = source
                 if source.plain:
                     shown, plain = source._replace(color=plain_color(plain)), plain + 1
-                found.append((shown, self._columns[source]))
+                found.append((source, shown))
         return found
 
     def _topics_of(self, source: CurveSource) -> Set[str]:
