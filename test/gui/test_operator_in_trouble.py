@@ -122,8 +122,8 @@ def master() -> int:
 
 
 def wait_for_offer(operator: Operator, text: str) -> None:
-    operator.wait(lambda: operator.text('lost_master_text').startswith(text), 'the offer')
-    assert operator.widget('lost_master_remedy').isVisible()
+    operator.wait(lambda: operator.widget('lost_master_remedy').isVisible()
+                  and operator.text('lost_master_text').startswith(text), 'the offer')
 
 
 def wait_for_question(operator: Operator, text: str) -> None:
@@ -173,8 +173,8 @@ def the_master_was_started_anew(operator: Operator) -> None:
     operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
     assert operator.messages() == ''
     operator.click('launch')
-    wait_for_question(operator, f'{anew}. Nothing can be launched until')
-    cancel(operator)
+    operator.wait(lambda: operator.launcher.launch.is_idle, 'all nodes have quit')
+    wait_for_offer(operator, anew)
     operator.click('launch')
     wait_for_question(operator, f'{anew}. Nothing can be launched until')
     operator.click('yes')
