@@ -279,6 +279,25 @@ def test_a_recording_is_played_by_what_runs_once_it_is_read(
     assert [(it.mode, it.bag) for it in applied] == [(Mode.PLAYBACK, path)]
 
 
+@pytest.mark.parametrize('is_other', [False, True])
+def test_nothing_is_played_or_applied_by_nodes_whose_master_is_lost(
+        loaded: Launcher, monkeypatch: pytest.MonkeyPatch, is_other: bool) -> None:
+    """The window would be in playback mode, and the nodes in real-time mode."""
+    applied: List[Any] = []
+    told: List[str] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    loaded.failed.connect(told.append)
+    run(loaded)
+    loaded.master.is_lost, loaded.master.is_other = True, is_other
+    loaded.master.problem = 'The ROS master was restarted'
+    loaded.play(('/seam.bag',))
+    loaded.apply()
+    assert loaded.session.mode is Mode.REALTIME and applied == []
+    assert not loaded.bag.is_loading
+    assert told == 2 * ['Nothing was changed: the ROS master was restarted' + is_other * (
+        ' and does not know the running nodes: stop the cell and start it again') + '.']
+
+
 def test_a_recording_that_is_gone_changes_nothing(
         loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     applied: List[Any] = []

@@ -232,6 +232,18 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
     assert window.restarts and not window.isVisible()
 
 
+def test_the_mode_of_nodes_whose_master_is_lost_cannot_be_chosen(
+        window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    run_nodes(window)
+    assert window.launch.playback.isEnabled()
+    lose_master(window, other=18)
+    assert not window.launch.playback.isEnabled()
+    assert 'does not know the running nodes' in window.launch.playback.toolTip()
+    window._launcher.launch._ended(None)
+    assert window.launch.playback.isEnabled(), 'the mode in which the nodes are launched again'
+
+
 def offer_remedy(window: LauncherApp) -> None:
     button = window.lost.findChild(QAbstractButton, 'lost_master_remedy')
     assert not window.lost.isHidden()

@@ -263,9 +263,10 @@ class Launcher(QObject):
 
     def play(self, paths: Sequence[str]) -> None:
         """Open a recording, and play it once it is read; running nodes change their mode."""
-        self.bag.open(paths)
-        self.session.set_mode(Mode.PLAYBACK)
-        self.when_ready(None, True)
+        if self._can_change_nodes():
+            self.bag.open(paths)
+            self.session.set_mode(Mode.PLAYBACK)
+            self.when_ready(None, True)
 
     def apply(self) -> None:
         """Apply the present choice; a recording must not be interrupted."""
@@ -273,8 +274,15 @@ class Launcher(QObject):
             self.failed.emit('A recording is in progress: stop it before you change devices.')
         elif self.session.mode is Mode.PLAYBACK and self.bag.is_foreign:
             self.failed.emit(f'Nothing to play: {self.bag.foreign_text}.')
-        else:
+        elif self._can_change_nodes():
             self.launch.apply(self.choice())
+
+    def _can_change_nodes(self) -> bool:
+        """Return whether running nodes, if any, can be changed; report a lost master."""
+        is_possible = self.launch.is_idle or not self.master.is_lost
+        if not is_possible:
+            self.failed.emit(f'Nothing was changed: {within_sentence(self.lost_master())}.')
+        return is_possible
 
     def show_replay(self, time_s: float) -> None:
         """Show a moment [s, on the recorder's clock] of the running cell."""

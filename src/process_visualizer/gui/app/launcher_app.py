@@ -449,9 +449,11 @@ class LauncherApp(QMainWindow):
         self._show_status()
 
     def _show_mode_choice(self) -> None:
-        launch = self._launcher.launch
-        self.launch.show_mode_choice(launch.is_idle or launch.is_running,
-                                     self._launcher.recording.is_recording)
+        launcher, launch = self._launcher, self._launcher.launch
+        obstacle = '' if launch.is_idle else launcher.lost_master()
+        if launcher.recording.is_recording:
+            obstacle = 'Stop the recording before you change the mode'
+        self.launch.show_mode_choice(launch.is_idle or launch.is_running, obstacle)
 
     def _show_states(self) -> None:
         for device in self._launcher.session.devices:

@@ -141,12 +141,12 @@ class LaunchView(QWidget):
         set_primary(self.launch, phase is LaunchPhase.IDLE)
         self.view.setEnabled(phase is LaunchPhase.RUNNING)
 
-    def show_mode_choice(self, is_settled: bool, is_recording: bool) -> None:
-        """Let the mode be chosen, unless something is being launched, quit or recorded."""
+    def show_mode_choice(self, is_settled: bool, obstacle: str) -> None:
+        """Let the mode be chosen, unless nodes are being launched or quit, or for an obstacle."""
         for button in self._modes.buttons():
-            button.setEnabled(is_settled and not is_recording)
-            button.setToolTip('Stop the recording before you change the mode' if is_recording
-                              else 'The same devices, view and place, in another mode')
+            button.setEnabled(is_settled and not obstacle)
+            button.setToolTip(plain_tip(
+                obstacle or 'The same devices, view and place, in another mode'))
 
     def show_changes(self, text: str, hint: str) -> None:
         """Offer to apply the present ticks and configuration; an empty text offers nothing."""
