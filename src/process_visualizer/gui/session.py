@@ -94,6 +94,16 @@ class Session(QObject):
         return self.running_mode or self.mode
 
     @property
+    def live_devices(self) -> Tuple[Device, ...]:
+        """The devices of the nodes in real-time mode; without any, those that would be launched.
+
+        Ticks that are not applied change neither what is recorded nor what is measured.
+        """
+        if self.launched is None or self.launched.mode is not Mode.REALTIME:
+            return self.chosen
+        return self.launched.devices
+
+    @property
     def nodes(self) -> List[str]:
         """The nodes that were launched here."""
         return [node.name for report in self.reports.values() for node in report.nodes]

@@ -124,6 +124,18 @@ def stand(qtbot: QtBot, tmp_path: Path) -> Stand:
     return Stand(qtbot, tmp_path)
 
 
+def test_ticks_that_are_not_applied_leave_the_curves_alone(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    lanes, restarts = len(stand.timeline.stack.lanes), stand.memory.restarts
+    stand.session.choose(())
+    stand.come(stand.parts[1])
+    assert (len(stand.timeline.stack.lanes), stand.memory.restarts) == (lanes, restarts)
+    assert lanes == 3
+    run(stand.session, Mode.REALTIME)  # applied
+    stand.tasks.end_all()
+    assert stand.memory.restarts == restarts + 1
+
+
 def test_curves_are_drawn_as_they_come(stand: Stand) -> None:
     assert 'Launch' in stand.panel.state.text()
     stand.come(stand.parts[0])

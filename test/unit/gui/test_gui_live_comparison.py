@@ -218,6 +218,7 @@ def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) 
     assert ('arm', 'tool force') not in run.by_key
     choose(compared.stand.session,
            XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
+    run_in(compared.stand.session, compared.stand.session.mode)
     compared.run(3, run)
     assert compared.model.text.startswith('Not compared: a.bag#1 has none of the variables')
     assert (compared.model.reference, compared.model.judged_with) == ('a.bag#1', '')

@@ -135,8 +135,25 @@ def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
 def test_the_same_topics_are_not_listed_anew(model, qtbot, session):
     with qtbot.assertNotEmitted(model.choices.topics_changed):
         choose(session, devices())
+    run(session, None)
     with qtbot.waitSignal(model.choices.topics_changed):
         choose(session, devices()[:1])
+
+
+@pytest.mark.parametrize('is_up', [True, False])
+def test_ticks_that_are_not_applied_leave_the_topics_alone(model, session, is_up):
+    def names() -> List[str]:
+        return [row.name for row in model.choices.topics]
+
+    all_names = names()
+    session.set_run(session.launched, is_up, session.reports)
+    session.choose(session.chosen[:1])
+    assert names() == all_names
+    run(session, Mode.REALTIME)  # applied
+    assert names() == ['/robot/q_act', '/robot/tcf']
+    run(session, Mode.PLAYBACK)
+    session.choose(session.devices)
+    assert names() == all_names, 'nothing is recorded: those that would be'
 
 
 def test_without_a_topic_nothing_is_started(model, client):

@@ -92,7 +92,8 @@ class LiveCurvesModel(QObject):
         self._is_late = False
         self._late = QTimer(self, singleShot=True, interval=_LATE_MS)
         self._late.timeout.connect(lambda: self._set_late(True))
-        session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
+        for other in (session.cell_changed, session.run_changed):
+            other.connect(lambda: self._follow_devices(session.live_devices))
         self._has_ended = False
         session.run_changed.connect(self._follow_run)
 
@@ -128,7 +129,7 @@ class LiveCurvesModel(QObject):
             return ''
         return _ENDED if self._has_ended else _SILENT if self._is_silent else ''
 
-    def _follow_cell(self, devices: Tuple[Device, ...]) -> None:
+    def _follow_devices(self, devices: Tuple[Device, ...]) -> None:
         if devices != self._devices:
             self._devices = devices
             self._begin_anew()

@@ -154,7 +154,7 @@ class TopicRow(NamedTuple):
 
 
 class TopicTicks:
-    """The topics of the chosen devices; the operator's ticks stay when the devices change."""
+    """The topics of devices; the operator's ticks stay when the devices change."""
 
     def __init__(self) -> None:
         self._topics: Dict[str, Tuple[str, bool]] = {}  # device, preset
@@ -164,7 +164,7 @@ class TopicTicks:
         self._stale: Set[str] = set()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
-        """Set the chosen devices; a topic of two devices is listed with the first."""
+        """Set the devices; a topic of two devices is listed with the first."""
         self._topics = {}
         for device in devices:
             for topic in device.topics:
@@ -239,7 +239,9 @@ class RecordingChoices(QObject):
         self._target = BagTarget()
         self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
                           'folder': os.path.expanduser('~/bags')}
-        session.cell_changed.connect(lambda: self._follow_cell(session.chosen))
+        self._devices: Tuple[Device, ...] = ()
+        for other in (session.cell_changed, session.run_changed):
+            other.connect(lambda: self._follow_devices(session.live_devices))
 
     @property
     def name_choice(self) -> NameChoice:
@@ -285,7 +287,7 @@ class RecordingChoices(QObject):
 
     @property
     def topics(self) -> List[TopicRow]:
-        """The topics of the chosen devices."""
+        """The topics of the running devices, or without any, of the chosen ones."""
         return self._ticks.rows()
 
     def choose_name(self, choice: NameChoice) -> None:
@@ -315,7 +317,10 @@ class RecordingChoices(QObject):
             known.pop('choice', None)
         self._set(known)
 
-    def _follow_cell(self, devices: Sequence[Device]) -> None:
+    def _follow_devices(self, devices: Tuple[Device, ...]) -> None:
+        if devices == self._devices:
+            return
+        self._devices = devices
         before = [(row.name, row.device) for row in self.topics]
         self._ticks.set_devices(devices)
         if [(row.name, row.device) for row in self.topics] != before:
