@@ -13,6 +13,7 @@ from PyQt5.QtWidgets import (
     QApplication,
     QDialog,
     QLabel,
+    QLineEdit,
     QShortcut,
     QTreeWidgetItem,
     QWidget,
@@ -25,7 +26,10 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.cell.alarm_strip import EventsView
 from process_visualizer.gui.cell.devices_panel import WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.toolkit.dialogs import ask
+from process_visualizer.gui.toolkit.widgets import MeaningGuard
 
 
 @pytest.fixture
@@ -177,6 +181,72 @@ def test_keys_of_rviz_go_on_beside_a_message_that_nobody_asked_for(
     window._launcher.failed.emit('the disk is full')
     window._launcher.link.key_pressed.emit('R')
     assert rviz.done == ['R']
+
+
+def press(window: LauncherApp, key: str) -> None:
+    [shortcut] = [it for it in window.findChildren(QShortcut) if it.key().toString() == key
+                  and it.isEnabled()]
+    shortcut.activated.emit()
+
+
+def test_a_record_key_that_is_pressed_twice_does_not_stop(
+        window: LauncherApp, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    launcher, done = window._launcher, []
+    monkeypatch.setattr(RecordingModel, 'toggle', lambda model: done.append(model.phase))
+    launcher.launch.phase = LaunchPhase.RUNNING
+    launcher.launch.changed.emit()
+    for phase in (RecordingPhase.IDLE, RecordingPhase.RECORDING):
+        launcher.recording._enter(launcher.recording.state._replace(phase=phase))
+        press(window, 'R')
+    assert done == [RecordingPhase.IDLE]
+    qtbot.waitUntil(lambda: not any(it.is_ignoring for it in window.findChildren(MeaningGuard)))
+    press(window, 'R')
+    assert done == [RecordingPhase.IDLE, RecordingPhase.RECORDING]
+
+
+def test_a_launch_key_that_is_pressed_twice_does_not_quit(window: LauncherApp) -> None:
+    done: List[str] = []
+    window.launch.quit_wanted.disconnect()
+    window.launch.quit_wanted.connect(lambda: done.append('quit'))
+    window.launch.show_phase(LaunchPhase.RUNNING, True, '')
+    press(window, 'Ctrl+L')
+    assert done == []
+
+
+@pytest.fixture
+def marks(monkeypatch: pytest.MonkeyPatch) -> List[float]:
+    """The moments that are marked."""
+    found: List[float] = []
+    monkeypatch.setattr(RecordingModel, 'mark', lambda model: found.append(model.elapsed_s))
+    return found
+
+
+def test_a_moment_is_marked_whatever_is_asked_meanwhile(marks: List[float], window: LauncherApp,
+                                                        qtbot: Any) -> None:
+    launcher = window._launcher
+    question = ask(window, 'Finish it and quit?', 'quit', lambda: None)
+    qtbot.waitUntil(lambda: QApplication.focusWidget() is not None
+                    and QApplication.focusWidget().window() is question)
+    for expected in (1, 2):
+        qtbot.keyClick(QApplication.focusWidget(), Qt.Key_M)
+        assert len(marks) == expected
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key_R)
+    assert question.isVisible() and launcher.recording.phase is RecordingPhase.OFF
+    launcher.launch.phase = LaunchPhase.RUNNING
+    launcher.launch.changed.emit()
+    launcher.recording._enter(launcher.recording.state._replace(phase=RecordingPhase.RECORDING))
+    for key in ('M', 'R'):
+        launcher.link.key_pressed.emit(key)
+    assert len(marks) == 3 and launcher.recording.is_recording
+
+
+def test_a_letter_that_is_written_in_a_dialog_is_no_mark(marks: List[float], window: LauncherApp,
+                                                         qtbot: Any) -> None:
+    window.playback.ask_for_mark(1.0)
+    qtbot.waitUntil(lambda: isinstance(QApplication.focusWidget(), QLineEdit))
+    text = QApplication.focusWidget()
+    qtbot.keyClicks(text, 'hem')
+    assert (text.text()[-3:], marks) == ('hem', [])
 
 
 def test_what_is_switched_is_switched_once_however_long_a_key_is_held(window: LauncherApp) -> None:

@@ -20,7 +20,7 @@ def keys_of(shortcuts: List[Shortcut]) -> List[str]:
 
 def test_no_key_means_two_things_at_once() -> None:
     general = keys_of(general_keys(Mock(), Mock(), Mock()))
-    for others in (playback_keys(Mock(), Mock(), Mock()), recording_keys(Mock())):
+    for others in (playback_keys(Mock(), Mock(), Mock()), recording_keys(Mock(), Mock())):
         keys = [*keys_of(others), *general]
         assert len(set(keys)) == len(keys)
 

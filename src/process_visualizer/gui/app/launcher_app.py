@@ -254,7 +254,7 @@ class LauncherApp(QMainWindow):
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
-        self._keys = WindowKeys(self, launcher, self.launch.launch.click,
+        self._keys = WindowKeys(self, launcher, self.launch.press, self.recording.bar.press,
                                 self._mark_playback, self.playback.timeline.zoom_in,
                                 self.playback.bag.choose_files)
         self._serve = ServeDialog(

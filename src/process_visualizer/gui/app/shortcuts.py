@@ -11,6 +11,8 @@ from PyQt5.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QDialog,
+    QFileDialog,
+    QInputDialog,
     QLineEdit,
     QShortcut,
     QWidget,
@@ -21,7 +23,6 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.toolkit.dialogs import KeysDialog
 from process_visualizer.gui.toolkit.theme import theme
 
@@ -74,11 +75,15 @@ def _transport_keys(playback: PlaybackModel) -> List[Shortcut]:
     ]
 
 
-def recording_keys(recording: RecordingModel) -> List[Shortcut]:
+_MARK = 'M'
+
+
+def recording_keys(record_or_stop: Callable[[], None], mark: Callable[[], None]
+                   ) -> List[Shortcut]:
     """Return the keys that work in real-time mode."""
     return [
-        Shortcut('R', 'start or stop recording', recording.toggle),
-        Shortcut('M', 'mark this moment', recording.mark),
+        Shortcut('R', 'start or stop recording', record_or_stop),
+        Shortcut(_MARK, 'mark this moment', mark),
     ]
 
 
@@ -127,6 +132,27 @@ class EnterPresses(QObject):
         return super().eventFilter(window, event)
 
 
+class MarksInDialogs(QObject):
+    """Lets the key mark the moment while a dialog has the keyboard: the moment does not return.
+
+    No other key passes a dialog: it would change what the dialog asks about.
+    """
+
+    def __init__(self, window: QWidget, mark: Callable[[], None]) -> None:
+        super().__init__(window)
+        self._window, self._key = window, Shortcut(_MARK, 'mark this moment', mark)
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        app.focusChanged.connect(self._follow_focus)
+
+    def _follow_focus(self, _before: Optional[QWidget], now: Optional[QWidget]) -> None:
+        dialog = None if now is None else now.window()
+        if (isinstance(dialog, QDialog) and dialog in self._window.findChildren(QDialog)
+                and not isinstance(dialog, (QFileDialog, QInputDialog))
+                and not dialog.findChildren(QShortcut)):
+            bind(dialog, [self._key])
+
+
 def help_text(groups: Mapping[str, List[Shortcut]]) -> str:
     """Return the keys in HTML: the longest group on the left, the others beside it."""
     first, *others = (f'<p><b>{title}</b></p>{_table(keys)}' for title, keys in groups.items())
@@ -156,13 +182,13 @@ class WindowKeys:
     """Binds the keys of a window."""
 
     def __init__(self, window: QWidget, launcher: Launcher, launch_or_quit: Callable[[], None],
-                 add_mark: Callable[[], None], zoom_in: Callable[[float], None],
-                 open_recording: Callable[[], None]) -> None:
+                 record_or_stop: Callable[[], None], add_mark: Callable[[], None],
+                 zoom_in: Callable[[float], None], open_recording: Callable[[], None]) -> None:
         """``add_mark`` and ``zoom_in`` are those of ``playback_keys``."""
         self._window = window
         self._launcher = launcher
         playback = playback_keys(launcher.playback, add_mark, zoom_in)
-        recording = recording_keys(launcher.recording)
+        recording = recording_keys(record_or_stop, launcher.recording.mark)
         replay = replay_keys(launcher.replay)
         general = general_keys(launcher, launch_or_quit, self.show)
         choice = [Shortcut('Ctrl+O', 'open a recording', open_recording)]
@@ -176,6 +202,7 @@ class WindowKeys:
         self._general: List[QShortcut] = bind(window, general)
         launcher.link.key_pressed.connect(self.press)
         EnterPresses(window)
+        MarksInDialogs(window, launcher.recording.mark)
 
     def show(self) -> None:
         """Show all keys."""
@@ -196,8 +223,10 @@ class WindowKeys:
         self._launcher.link.take_keys([it.key().toString() for it in self._enabled()])
 
     def press(self, key: str) -> None:
-        """Carry out a key that was pressed in RViz, unless a dialog waits for an answer."""
-        if any(it.isModal() and it.isVisible() for it in self._window.findChildren(QDialog)):
+        """Carry out a key pressed in RViz; while a dialog waits for an answer, only a mark."""
+        is_asked = any(it.isModal() and it.isVisible()
+                       for it in self._window.findChildren(QDialog))
+        if is_asked and not (key == _MARK and self._launcher.recording.is_recording):
             return
         for shortcut in self._enabled():
             if shortcut.key().toString() == key:

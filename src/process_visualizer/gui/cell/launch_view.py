@@ -110,6 +110,11 @@ class LaunchView(QWidget):
         self.view.setMenu(self.rviz)
         self._lay_out()
 
+    def press(self) -> None:
+        """Launch or quit for a key, unless that had the other meaning just before."""
+        if not self._meaning.is_ignoring:
+            self.launch.click()
+
     def show_mode(self, mode: Mode) -> None:
         """Check the button of a mode."""
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)

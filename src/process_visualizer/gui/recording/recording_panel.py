@@ -99,6 +99,11 @@ class RecordBar(QFrame):
         ThemeFollower(self, self.refresh)
         self.refresh()
 
+    def press(self) -> None:
+        """Record or stop for a key, unless that had the other meaning just before."""
+        if not self._meaning.is_ignoring:
+            self._model.toggle()
+
     def refresh(self) -> None:
         """Show the state of the recorder."""
         phase = self._model.phase
