@@ -52,6 +52,27 @@ def test_changed_is_told_for_changes_alone_and_moved_for_positions(stand: Playba
         stand.state(rate=2.0)
 
 
+def test_a_player_that_no_longer_reports_stands_where_it_was_last(stand: PlaybackStand,
+                                                                  qtbot: QtBot) -> None:
+    """As the scene does, whatever it is asked for meanwhile."""
+    stand.play(position_s=3.0)
+    stand.now_s += 10.0
+    stand.model.seek(12.0)
+    assert stand.model.position_s == 12.0
+    with qtbot.waitSignal(stand.model.changed):
+        pass
+    assert stand.model.state.is_silent and stand.model.position_s == 3.0
+    stand.model.seek(15.0)
+    assert stand.model.position_s == 3.0
+    with qtbot.waitSignal(stand.model.changed):
+        stand.play(position_s=3.1)
+    assert not stand.model.state.is_silent and stand.model.position_s == 15.0
+    assert stand.commands() == [('seek', 12.0), ('seek', 15.0)], 'it is done when it responds'
+    stand.state(position_s=15.0, segment=2)
+    stand.model.take_state(None)
+    assert not stand.model.state.is_silent
+
+
 def test_while_playing_the_position_is_told_at_the_rate_of_a_screen(stand: PlaybackStand,
                                                                     qtbot: QtBot) -> None:
     stand.play()

@@ -44,12 +44,14 @@ def test_status(text: str, expected: str) -> None:
 
 
 def test_what_recorder_and_player_do() -> None:
-    assert recorder_activity(RecordingPhase.RECORDING) == 'Recording'
-    assert recorder_activity(RecordingPhase.IDLE) == ''
-    assert player_activity(None) == ''
-    assert player_activity(player(0.5)) == 'Playing at 0.5×'
-    assert player_activity(player(-2.0)) == 'Playing backwards at 2×'
-    assert player_activity(player(1.0, paused=True)) == 'Paused'
+    assert recorder_activity(RecordingPhase.RECORDING, False) == 'Recording'
+    assert recorder_activity(RecordingPhase.RECORDING, True) == 'The recorder is not responding'
+    assert recorder_activity(RecordingPhase.IDLE, False) == ''
+    assert player_activity(None, False) == ''
+    assert player_activity(player(0.5), False) == 'Playing at 0.5×'
+    assert player_activity(player(-2.0), False) == 'Playing backwards at 2×'
+    assert player_activity(player(1.0, paused=True), False) == 'Paused'
+    assert player_activity(player(0.5), True) == 'The player is not responding'
 
 
 def test_a_second_click_that_is_meant_for_launch_does_not_quit(qtbot: Any) -> None:

@@ -43,6 +43,7 @@ from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.recording.recording_choices import is_for_anybody
 from process_visualizer.gui.recording.recording_model import RecordingModel
+from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink
@@ -79,15 +80,19 @@ def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble
     return '\n'.join(filter(None, [text, compared, worst]))
 
 
-def recorder_activity(phase: RecordingPhase) -> str:
+def recorder_activity(phase: RecordingPhase, is_silent: bool) -> str:
     """Return the activity of the recorder."""
+    if is_silent:
+        return NOT_RESPONDING
     return _RECORDING.get(phase, '')
 
 
-def player_activity(player: Optional[PlayerSnapshot]) -> str:
+def player_activity(player: Optional[PlayerSnapshot], is_silent: bool) -> str:
     """Return the activity of the player."""
     if player is None:
         return ''
+    if is_silent:
+        return 'The player is not responding'
     if player.paused:
         return 'Paused'
     direction = '' if player.rate > 0.0 else ' backwards'
@@ -299,8 +304,10 @@ class Launcher(QObject):
             return self._waits_for()
         running = self.launch.running
         mode = None if running is None else running.mode
-        activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
-                    else player_activity(self.session.player))
+        activity = (
+            recorder_activity(self.recording.phase, self.recording.state.is_silent)
+            if mode is Mode.REALTIME
+            else player_activity(self.session.player, self.playback.state.is_silent))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         reason = self.blocked_reason() if self.launch.is_idle else ''

@@ -23,7 +23,7 @@ from process_visualizer.gui.playback.playback_state import (
     StepUnit,
 )
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
-from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
+from process_visualizer.gui.toolkit.tasks import NewestCall, SilenceWatch, Tasks
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, faster, slower
 
 _READY_S = 10.0
@@ -110,11 +110,14 @@ class PlaybackModel(QObject):
         self._steps = StepCommands(client, self._newest)
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.PreciseTimer)
         self._frames.timeout.connect(self.moved)
+        self._silence = SilenceWatch(self)
+        self._silence.silent.connect(self._take_silence)
 
     # The player's state.
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Take the newest state of the player; None if there is no player any more."""
+        self._silence.stop() if snapshot is None else self._silence.hear()
         before = self.state
         self.state = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
         self._arrive()
@@ -130,6 +133,13 @@ class PlaybackModel(QObject):
             self.seek(spot.position_s)
             self._run(lambda: go_on(self._client, spot))
 
+    def _take_silence(self) -> None:
+        """Stay at the last position of a player that no longer reports: the scene stands there."""
+        self.state = self.state._replace(is_silent=True)
+        self._frames.stop()
+        self.changed.emit()
+        self.moved.emit()
+
     def follow_player(self, is_up: bool) -> None:
         """Take whether the player runs; a restarted player continues at the last position."""
         self._return.follow(is_up)
@@ -142,8 +152,13 @@ class PlaybackModel(QObject):
 
     @property
     def position_s(self) -> float:
-        """The current position [s from the beginning], or the target of a pending seek."""
-        sought = self.state.sought
+        """The current position [s from the beginning], or the target of a pending seek.
+
+        While the player is silent, it is the last position that the player reported.
+        """
+        sought, snapshot = self.state.sought, self.state.snapshot
+        if self.state.is_silent and snapshot is not None:
+            return snapshot.position_s
         return self._position.at(self._clock()) if sought is None else sought.position_s
 
     @property

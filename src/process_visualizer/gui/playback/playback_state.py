@@ -127,7 +127,7 @@ class PlaybackState(NamedTuple):
 
     ``sought`` is the target of a seek that no state of the player includes yet. ``points`` stay
     while the loop is off. ``resumes`` says whether playback continues after dragging. ``files`` are
-    the files of the last player.
+    the files of the last player. ``is_silent`` says that the player no longer reports.
     """
 
     snapshot: Optional[PlayerSnapshot] = None
@@ -137,6 +137,7 @@ class PlaybackState(NamedTuple):
     unit: StepUnit = MESSAGE
     marks: Marks = Marks()
     files: Tuple[str, ...] = ()
+    is_silent: bool = False
 
     @property
     def is_available(self) -> bool:
@@ -192,7 +193,7 @@ class PlaybackState(NamedTuple):
         A loop set by another client is adopted, unless a loop is being requested here.
         """
         files = self.files if self.snapshot is None else self.snapshot.files
-        before, state = self, self._replace(snapshot=snapshot, files=files)
+        before, state = self, self._replace(snapshot=snapshot, files=files, is_silent=False)
         if _files(self.snapshot) != _files(snapshot):
             before = PlaybackState()
         if snapshot is not None and snapshot.files != files:
@@ -227,7 +228,8 @@ class PlaybackState(NamedTuple):
 
     def differs_from(self, other: PlaybackState) -> bool:
         """Return whether the player's state differs in more than the position."""
-        return _without_position(self.snapshot) != _without_position(other.snapshot)
+        return (self.is_silent != other.is_silent
+                or _without_position(self.snapshot) != _without_position(other.snapshot))
 
 
 def _files(snapshot: Optional[PlayerSnapshot]) -> Optional[Tuple[str, ...]]:

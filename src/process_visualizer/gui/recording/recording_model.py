@@ -33,12 +33,11 @@ from process_visualizer.gui.recording.recording_types import (
     RecorderClient,
     RecordingPhase,
     SenderClock,
-    SilenceWatch,
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.sentences import listing
-from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.toolkit.tasks import SilenceWatch, Tasks
 
 _VERDICT_LINE = 'verdict'
 

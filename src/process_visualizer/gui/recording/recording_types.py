@@ -6,8 +6,6 @@ import math
 from enum import Enum
 from typing import List, NamedTuple, Optional, Protocol, Tuple
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
-
 from process_visualizer.clients.bag_recorder import RecordingOptions
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 
@@ -134,37 +132,3 @@ class SenderClock:
     def stamp_s(self, now_s: float) -> float:
         """Return the sender's time, never ahead of its clock; 0 before its first message."""
         return max(now_s - self._offset_s, 0.0)
-
-
-_SILENCE_MS, _SILENCES = 1000, 3
-
-
-class SilenceWatch(QObject):
-    """Counts periods without a message, instead of measuring one long silence.
-
-    So a window that was blocked itself does not take messages that wait for it for a silence.
-    """
-
-    silent = pyqtSignal()
-    """No message has come for long; the next ``hear`` ends the silence."""
-
-    def __init__(self, parent: Optional[QObject] = None) -> None:
-        super().__init__(parent)
-        self._count = 0
-        self._timer = QTimer(self, interval=_SILENCE_MS)
-        self._timer.timeout.connect(self._wait)
-
-    def hear(self) -> None:
-        """Start waiting for the next message."""
-        self._count = 0
-        self._timer.start()
-
-    def stop(self) -> None:
-        """Stop waiting."""
-        self._timer.stop()
-
-    def _wait(self) -> None:
-        self._count += 1
-        if self._count >= _SILENCES:
-            self.stop()
-            self.silent.emit()

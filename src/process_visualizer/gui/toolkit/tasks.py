@@ -190,6 +190,40 @@ class DelayedAct(QObject):
             self.changed.emit()
 
 
+_SILENCE_MS, _SILENCES = 1000, 3
+
+
+class SilenceWatch(QObject):
+    """Counts periods without a message, instead of measuring one long silence.
+
+    So a window that was blocked itself does not take messages that wait for it for a silence.
+    """
+
+    silent = pyqtSignal()
+    """No message has come for long; the next ``hear`` ends the silence."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._count = 0
+        self._timer = QTimer(self, interval=_SILENCE_MS)
+        self._timer.timeout.connect(self._wait)
+
+    def hear(self) -> None:
+        """Start waiting for the next message."""
+        self._count = 0
+        self._timer.start()
+
+    def stop(self) -> None:
+        """Stop waiting."""
+        self._timer.stop()
+
+    def _wait(self) -> None:
+        self._count += 1
+        if self._count >= _SILENCES:
+            self.stop()
+            self.silent.emit()
+
+
 Value = TypeVar('Value')
 
 
