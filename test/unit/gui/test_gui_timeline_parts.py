@@ -13,6 +13,7 @@ from PyQt5.QtGui import QColor, QFont, QImage
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.model import WarningLimits
+from process_visualizer.curves.value_scale import ValueScale
 from process_visualizer.gui.lanes.lane_picture import lane_picture
 from process_visualizer.gui.lanes.lane_scale import (
     LANE_HEIGHT,
@@ -207,6 +208,39 @@ def test_what_is_visible_decides_the_scale() -> None:
     whole, close = (visible_scales(lane, [part], {})[lane.scale_name] for part in parts)
     assert (close.low, close.high) == (19.6, 20.0)
     assert whole.low <= 0.0
+
+
+def scale_of(lane: Lane) -> ValueScale:
+    look = LaneLook(TimeAxis(10.0, 0.0, 100.0), 100, 46, 1.0, QFont(), 10.0)
+    return visible_scales(lane, [visible_part(lane, look)], {})[lane.scale_name]
+
+
+def test_a_band_is_in_the_scale_where_it_is_visible() -> None:
+    values, low = np.full(100, 0.0625), np.full(100, 0.05)
+    low[50:] = NAN
+    lane = Lane('', 'm/s', (1.0, 0.0, 0.0), values, values + 0.001)
+    assert scale_of(lane).low > 0.05
+    banded = replace(lane, band=TimelineBand(low, low + 0.05, np.zeros(100, bool)))
+    assert (scale_of(banded).low, scale_of(banded).high) == (0.0, 0.1)
+    nowhere = replace(lane, band=TimelineBand(low + NAN, low + NAN, np.zeros(100, bool)))
+    assert scale_of(nowhere) == scale_of(lane)
+
+
+def test_there_is_no_band_where_a_live_lane_has_no_values() -> None:
+    values = np.where(np.arange(100) < 30, NAN, 0.5)
+    lane = Lane('', 'm/s', (1.0, 0.0, 0.0), values, values)
+    band = lane.with_band(TimelineBand(np.zeros(100), np.ones(100), np.zeros(100, bool))).band
+    assert band is not None
+    assert np.isnan(band.low[:30]).all() and np.isnan(band.high[:30]).all()
+    assert (band.low[30:] == 0.0).all() and (band.high[30:] == 1.0).all()
+    assert lane.with_band(None).band is None
+
+
+def test_the_noise_of_a_steady_value_does_not_fill_the_lane() -> None:
+    noise = 0.0625 + 0.0005 * np.sin(np.linspace(0.0, 40.0, 100))
+    lane = Lane('', 'm/s', (1.0, 0.0, 0.0), noise, noise)
+    assert scale_of(lane).span < 0.002
+    assert scale_of(replace(lane, steady=0.1)).span > 0.006
 
 
 class TestPicture:

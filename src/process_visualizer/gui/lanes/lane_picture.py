@@ -56,18 +56,17 @@ _HALO_PX = 6.0  # makes a band visible that is narrower than the curve's line
 _SHARED_ALPHA, _SHARED_LINE_ALPHA = 45, 120  # of a band in the color of its curve
 
 
-def draw_band(painter: QPainter, curve: Lane, look: LaneLook, scale: ValueScale,
-              is_shared: bool) -> None:
+def draw_band(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePart,
+              scale: ValueScale, is_shared: bool) -> None:
     """Draw the band of good runs behind a curve, and the middle of the band as a thin line.
 
     In a shared lane the band has the color of its curve.
     """
-    rect, band = look.curve_rect, curve.band
-    count = max(int(rect.width() * look.dots), 0)
-    if band is None or not count:
+    rect = look.curve_rect
+    if part.band is None or not len(part.low):
         return
-    low, high = extremes(band.low, band.high, count, look.shares)
-    step = rect.width() / count
+    low, high = part.band
+    step = rect.width() / len(low)
     area, line = _band_colors(curve, is_shared)
     painter.save()
     painter.setClipRect(rect)
@@ -154,8 +153,8 @@ def lane_picture(lane: Lane, look: LaneLook, parts: Sequence[VisiblePart],
     if not lane.is_folded:
         painter.setFont(look.font)
         _draw_scale(painter, lane, look.curve_rect, scales)
-        for curve in lane.curves:
-            draw_band(painter, curve, look, scales[curve.scale_name], bool(lane.overlaid))
+        for curve, part in zip(lane.curves, parts):
+            draw_band(painter, curve, look, part, scales[curve.scale_name], bool(lane.overlaid))
         for curve, part in zip(lane.curves, parts):
             is_alone = not lane.overlaid and lane.band is None  # a filled area would hide the band
             _draw_curve(painter, curve, look, part, scales[curve.scale_name], is_alone)

@@ -89,16 +89,27 @@ Scales = Mapping[Tuple[str, ...], ValueScale]
 
 
 class VisiblePart(NamedTuple):
-    """The extreme values in each column of dots; NaN without a value."""
+    """The extreme values in each column of dots, and those of the band; NaN without a value."""
 
     low: np.ndarray
     high: np.ndarray
+    band: Optional[Tuple[np.ndarray, np.ndarray]] = None
+
+    def extent(self) -> Optional[Tuple[float, float]]:
+        """Return the least and the greatest value, with the band; None without values."""
+        if np.isnan(self.low).all():
+            return None
+        low, high = self.band or (self.low, self.high)
+        return (float(np.nanmin(np.concatenate((self.low, low)))),
+                float(np.nanmax(np.concatenate((self.high, high)))))
 
 
 def visible_part(curve: Lane, look: LaneLook) -> VisiblePart:
     """Return the visible part of a curve, without holes between its columns."""
     columns = max(int(look.curve_rect.width() * look.dots), 0)
-    return _connected(*extremes(curve.low, curve.high, columns, look.shares))
+    part = _connected(*extremes(curve.low, curve.high, columns, look.shares))
+    return part if curve.band is None else part._replace(
+        band=extremes(curve.band.low, curve.band.high, columns, look.shares))
 
 
 def visible_scales(lane: Lane, parts: Sequence[VisiblePart], before: Scales) -> Scales:
@@ -110,9 +121,8 @@ def visible_scales(lane: Lane, parts: Sequence[VisiblePart], before: Scales) -> 
 
 
 def _scale(seen: Sequence[Tuple[Lane, VisiblePart]], before: Optional[ValueScale]) -> ValueScale:
-    ends = [with_near_limits(float(np.nanmin(part.low)), float(np.nanmax(part.high)),
-                             curve.limit_values)
-            for curve, part in seen if not np.isnan(part.low).all()]
+    ends = [with_near_limits(*extent, curve.limit_values) for curve, extent in
+            ((curve, part.extent()) for curve, part in seen) if extent is not None]
     if not ends:
         return tidy_scale(float('nan'), float('nan'), before=before)
     return tidy_scale(min(low for low, _ in ends), max(high for _, high in ends),

@@ -27,7 +27,8 @@ class Lane:
 
     ``low`` and ``high`` are the extreme values in each column, NaN without a value. ``key`` is used
     to find the value at the position. Beyond its ``limits`` the curve has their color. The ``band``
-    of good runs has the same number of columns. Other variables may be ``overlaid``: they share the
+    of good runs has the same number of columns. Changes of less than the share ``steady`` of the
+    largest value do not fill the lane. Other variables may be ``overlaid``: they share the
     lane. A folded lane shows only names and values.
     """
 
@@ -41,11 +42,19 @@ class Lane:
     band: Optional[TimelineBand] = None
     overlaid: Tuple[Lane, ...] = ()
     is_folded: bool = False
+    steady: float = 0.0
 
     @property
     def curves(self) -> Tuple[Lane, ...]:
         """All variables in this lane."""
         return (self, *self.overlaid)
+
+    def with_band(self, band: Optional[TimelineBand]) -> Lane:
+        """Return the lane with a band, which is left out where the lane has no values."""
+        if band is None:
+            return self
+        low, high = (np.where(np.isnan(self.low), np.nan, it) for it in (band.low, band.high))
+        return replace(self, band=band._replace(low=low, high=high))
 
     @property
     def arrangement(self) -> Tuple[Tuple[Key, ...], bool]:
@@ -82,7 +91,9 @@ class Lane:
     def least_span(self) -> float:
         """Return the minimum range of values that fills the lane."""
         low, high = self.extent
-        return 0.0 if math.isnan(low) else _MIN_SPAN * (high - low)
+        if math.isnan(low):
+            return 0.0
+        return max(_MIN_SPAN * (high - low), self.steady * max(abs(low), abs(high)))
 
     @cached_property
     def is_whole(self) -> bool:

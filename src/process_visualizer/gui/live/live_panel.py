@@ -36,6 +36,8 @@ from process_visualizer.gui.toolkit.widgets import ElidedLabel, in_column, in_ro
 from process_visualizer.health.near_objects import NearSpan
 
 _ICON = QSize(18, 18)
+_STEADY = 0.1
+"""Share of a value: just after a start, nothing but noise of a steady value may be known."""
 
 
 class ReplayBar(QWidget):
@@ -225,7 +227,7 @@ class LivePanel(QWidget):
 
     def _show_window(self, window: LiveWindow) -> None:
         self._lanes = {lane.key: lane for lane in (
-            replace(_lane(curve, window.duration_s), band=self._comparison.band(curve, window))
+            _lane(curve, window.duration_s).with_band(self._comparison.band(curve, window))
             for curve in window.curves)}
         self.timeline.show_lanes(
             window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
@@ -274,4 +276,4 @@ def _lane(curve: LiveCurve, duration_s: float) -> Lane:
     source = curve.source
     lane = lane_of(lane_label(source.device, source.label), source.unit, source.color, curve.low,
                    curve.high, duration_s / len(curve.low))
-    return replace(lane, key=_key(curve), limits=source.limits)
+    return replace(lane, key=_key(curve), limits=source.limits, steady=_STEADY)
