@@ -12,11 +12,11 @@ from PyQt5.QtWidgets import QApplication, QLabel, QPushButton
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import player_activity, recorder_activity, status_text
 from process_visualizer.gui.cell.launch_model import LaunchPhase
-from process_visualizer.gui.cell.launch_view import LaunchView
+from process_visualizer.gui.cell.launch_view import LaunchView, status_lines
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.scrolling import TextPlace
-from process_visualizer.gui.toolkit.widgets import MeaningGuard
+from process_visualizer.gui.toolkit.widgets import MeaningGuard, NoticeFrame
 from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')
@@ -98,6 +98,19 @@ def test_a_long_line_does_not_move_the_buttons(qtbot: Any) -> None:
     view.show_status(text)
     assert view.status.text() == view.status.toolTip() == text
     assert view.minimumSizeHint() == before
+
+
+@pytest.mark.parametrize('screen_px, is_whole', [(1080 - 48, True), (768, False)])
+def test_a_notice_of_four_lines_is_whole_on_a_tall_screen(qtbot: Any, screen_px: int,
+                                                          is_whole: bool) -> None:
+    notice = NoticeFrame('mixture', 'bad')
+    notice._text.setText('\n'.join(['a line'] * 4))
+    place = TextPlace(status_lines(screen_px), notice)
+    qtbot.addWidget(place)
+    place.resize(400, place.sizeHint().height())
+    place.show()
+    qtbot.waitUntil(lambda: notice.height() >= 4 * notice.fontMetrics().lineSpacing())
+    assert (place.verticalScrollBar().maximum() == 0) is is_whole
 
 
 def test_the_last_line_that_is_seen_is_not_cut(qtbot: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Optional, Tuple
 
 from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import (
     QActionGroup,
     QButtonGroup,
@@ -72,7 +73,12 @@ class RvizMenu(QMenu):
 
 _LAUNCH_TEXT = {LaunchPhase.IDLE: 'Launch nodes', LaunchPhase.LAUNCHING: 'Quit all nodes',
                 LaunchPhase.RUNNING: 'Quit all nodes', LaunchPhase.QUITTING: 'Quitting…'}
-_STATUS_LINES = 3
+_TALL_PX = 1025
+
+
+def status_lines(screen_px: int) -> int:
+    """Return the number of lines of the status; on a tall screen, a notice of four lines fits."""
+    return 5 if screen_px >= _TALL_PX else 3
 
 
 class LaunchView(QWidget):
@@ -90,7 +96,8 @@ class LaunchView(QWidget):
         self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
         self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
         self.status = WrappedLabel('status')
-        self._texts = TextPlace(_STATUS_LINES, self.status)
+        self._texts = TextPlace(status_lines(
+            QGuiApplication.primaryScreen().availableGeometry().height()), self.status)
         self.launch = QPushButton('Launch nodes')
         self.launch.setObjectName('launch')
         self.launch.setMinimumHeight(34)
