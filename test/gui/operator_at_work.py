@@ -54,12 +54,16 @@ class Operator:
         assert found is not None, f'there is no {kind.__name__} "{name}"'
         return found
 
+    def let_it_be_meant(self, name: str) -> None:
+        """Wait until a button, or its key, is no longer taken for a second click."""
+        guard = self.widget(name, QAbstractButton).findChild(MeaningGuard)
+        if guard is not None:
+            self.wait(lambda: not guard.is_ignoring, f'"{name}" takes clicks again')
+
     def click(self, name: str) -> None:
         """Click a button that is on the screen and can be clicked."""
         button = self.widget(name, QAbstractButton)
-        guard = button.findChild(MeaningGuard)
-        if guard is not None:
-            self.wait(lambda: not guard.is_ignoring, f'"{name}" takes clicks again')
+        self.let_it_be_meant(name)
         assert button.isVisible(), f'"{name}" is not visible'
         assert button.isEnabled(), f'"{name}" cannot be clicked: {button.toolTip()}'
         self._qtbot.mouseClick(button, Qt.LeftButton)

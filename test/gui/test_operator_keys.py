@@ -29,6 +29,7 @@ def test_keys_work_in_rviz_and_rviz_can_be_closed(operator: Operator, tmp_path: 
                   'R begins to record')
     press_key_in(RVIZ, 'm')
     operator.wait(lambda: [it.label for it in recording.state.marks] == ['mark 1'], 'M marks')
+    operator.let_it_be_meant('record')
     press_key_in(RVIZ, 'r')
     operator.wait(lambda: recording.phase is RecordingPhase.IDLE, 'R ends the recording')
     close_rviz(operator)
