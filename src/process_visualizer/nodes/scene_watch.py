@@ -110,7 +110,7 @@ class SceneWatch:
     def _report_old_points(self) -> None:
         """Report the clouds that do not come; a cloud without a reported age keeps its state."""
         now_s = self._node.monotonic_s()
-        for device, (age_s, reported_s) in self._ages.items():
+        for device, (age_s, reported_s) in tuple(self._ages.items()):  # others add to it
             if now_s - reported_s >= _AGE_HOLDS_S:
                 continue
             if age_s > max(self._stale_after_s, ALARM_AGE_S):

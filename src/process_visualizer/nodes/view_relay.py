@@ -107,6 +107,7 @@ class ViewRelay:
             return
         try:
             offer, files = self._offer(self._view())
+            topics = self._topics()
         except (ValueError, OSError, rosgraph.MasterException) as error:
             _refuse(connection, f'the cell cannot be shown: {error}')
             return
@@ -115,7 +116,7 @@ class ViewRelay:
             self._links.add(link)
         rospy.loginfo('%s watches', name)
         try:
-            link.start(offer, files, self._topics())
+            link.start(offer, files, topics)
         except OSError:
             self._forget(link)
         self._changed.set()
@@ -174,9 +175,10 @@ class ViewRelay:
             if self._ended.wait(_TOPICS_PERIOD_S):
                 return
             try:
-                before, view = view or self._view(), self._view()
-                offer = self._offer(view) if view != before else None
+                present = self._view()
+                offer = self._offer(present) if view and present != view else None
                 topics = self._topics()
+                view = present
             except (OSError, ValueError, rosgraph.MasterException):
                 continue  # the master will be back, or the cell ends
             for link in self._present():

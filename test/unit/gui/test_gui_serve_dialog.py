@@ -2,14 +2,17 @@
 """The running cell in browsers: the switch, the address with its QR code, and who is looking."""
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Callable
+from typing import Any, Callable, List
 
 import pytest
+from PyQt5.QtCore import QProcess
 from PyQt5.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.app.serve_dialog import ServeDialog
+from process_visualizer.gui.toolkit.desktop import output_lines
 
 URL = 'http://192.168.1.10:11480/aVeryLongToken/'
 
@@ -83,3 +86,18 @@ def test_what_is_wrong_is_shown(qtbot: QtBot, dialog: Callable[[str], ServeDialo
     qtbot.waitUntil(lambda: not it.is_serving)
     assert it.lines.toPlainText() == 'no cell runs'
     assert it.button.text() == 'Show'
+
+
+def test_a_line_that_comes_in_parts_is_one(qtbot: Any) -> None:
+    process = QProcess()
+    lines: List[str] = []
+    process.readyReadStandardOutput.connect(lambda: lines.extend(output_lines(process)))
+    process.finished.connect(lambda *_: lines.extend(output_lines(process)))
+    script = ('import sys; out = sys.stdout.buffer; out.write("http://ö".encode()[:-1]); '
+              'out.flush(); sys.stdin.readline(); out.write("ö/\\n end".encode()[1:])')
+    process.start(sys.executable, ['-c', script])
+    qtbot.waitUntil(lambda: process.bytesAvailable() > 0)
+    assert lines == []
+    process.write(b'\n')
+    qtbot.waitUntil(lambda: process.state() == QProcess.NotRunning)
+    qtbot.waitUntil(lambda: lines == ['http://ö/', ' end'])

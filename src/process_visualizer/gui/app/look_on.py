@@ -23,6 +23,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.generate.plan import RVIZ_FILE
+from process_visualizer.gui.toolkit.desktop import output_lines
 from process_visualizer.gui.toolkit.dialogs import message_box, show_aside
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
@@ -183,6 +184,7 @@ class WatchDialog(QDialog):
         self._process.setProcessChannelMode(QProcess.MergedChannels)
         self._process.readyReadStandardOutput.connect(self._read)
         self._process.stateChanged.connect(self._update)
+        self._process.finished.connect(lambda *_: self._read())
         self._process.finished.connect(lambda *_: self.lines.appendPlainText(_ENDED))
         self._process.errorOccurred.connect(
             lambda *_: self.lines.appendPlainText(self._process.errorString()))
@@ -227,8 +229,7 @@ class WatchDialog(QDialog):
         self._process.start(self._program, [PACKAGE, 'cell', 'view', f'--master={host}'])
 
     def _read(self) -> None:
-        text = bytes(self._process.readAllStandardOutput().data()).decode('utf-8', 'replace')
-        for line in text.splitlines():
+        for line in output_lines(self._process):
             self.lines.appendPlainText(shown(line[6:] if line.startswith('cell: ') else line))
 
     def _update(self) -> None:

@@ -16,6 +16,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.gui.toolkit.desktop import output_lines
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.ros_names import PACKAGE
@@ -78,6 +79,7 @@ class ServeDialog(QDialog):
         self._process = QProcess(self)
         self._process.setProcessChannelMode(QProcess.MergedChannels)
         self._process.readyReadStandardOutput.connect(self._read)
+        self._process.finished.connect(lambda *_: self._read())
         self._process.stateChanged.connect(self._update)
         self._process.errorOccurred.connect(self._take_error)
         self.button.clicked.connect(self._toggle)
@@ -130,8 +132,7 @@ class ServeDialog(QDialog):
             *([f'--address={address}'] if address else [])])
 
     def _read(self) -> None:
-        text = bytes(self._process.readAllStandardOutput().data()).decode('utf-8', 'replace')
-        for line in text.splitlines():
+        for line in output_lines(self._process):
             self._take(line)
         self._show_viewers()
 

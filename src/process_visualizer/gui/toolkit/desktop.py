@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's desktop: the editor, and the folder from which the program was called."""
+"""The operator's desktop: the editor, the working folder, and the output of programs."""
 from __future__ import annotations
 
 import os
@@ -7,6 +7,8 @@ import shlex
 import shutil
 import subprocess
 from typing import Iterator, List, Mapping, Optional
+
+from PyQt5.QtCore import QProcess
 
 # Opening a file at a line in the operator's own editor.
 
@@ -85,3 +87,10 @@ def working_folder(environment: Mapping[str, str] = os.environ) -> str:
     folder = environment.get('PWD', '')
     is_usable = os.path.isabs(folder) and os.path.isdir(folder) and os.access(folder, os.W_OK)
     return folder if is_usable else os.path.expanduser('~')
+
+
+def output_lines(process: QProcess) -> Iterator[str]:
+    """Yield the lines that a program has written completely; after its end, also the last part."""
+    while process.canReadLine() or (process.state() == QProcess.NotRunning
+                                    and process.bytesAvailable()):
+        yield bytes(process.readLine().data()).decode('utf-8', 'replace').rstrip('\r\n')

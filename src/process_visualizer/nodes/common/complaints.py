@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Set
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -100,7 +100,6 @@ class ComplaintBook:
 DIAGNOSTICS = '/diagnostics'
 PERIOD_S = 0.5
 LOG_PERIOD_S = 5.0
-_Said = Tuple[str, Complaint]
 
 
 class Complaints:
