@@ -32,7 +32,8 @@ class BusyMaster(ThreadingMixIn, SimpleXMLRPCServer):
         self.subscribed, self.left, self.may_answer = (threading.Event() for _ in range(3))
 
     def _dispatch(self, method: str, arguments: Tuple[Any, ...]) -> Any:
-        if method.startswith('unregister'):
+        # before, roscpp's own services for loggers are replaced
+        if self.subscribed.is_set() and method.startswith('unregister'):
             self.left.set()
             self.may_answer.wait(PATIENCE_S)
         with ServerProxy(self._master_uri) as master:
