@@ -7,7 +7,8 @@ import queue
 import socket
 import struct
 from contextlib import suppress
-from typing import Any
+from functools import partial
+from typing import Any, Optional
 
 import pytest
 
@@ -55,8 +56,12 @@ def test_other_nodes_are_still_connected(shortage: Exception) -> None:
         server.shutdown()
 
 
-def test_who_says_nothing_keeps_nobody_waiting() -> None:
-    """One such connection was enough."""
+@pytest.mark.parametrize('default_s', [None, 60.0])
+def test_who_says_nothing_keeps_nobody_waiting(default_s: Optional[float],
+                                               request: pytest.FixtureRequest) -> None:
+    """One such connection was enough; rospy sets a default timeout when it subscribes."""
+    request.addfinalizer(partial(socket.setdefaulttimeout, socket.getdefaulttimeout()))
+    socket.setdefaulttimeout(default_s)
     taken: 'queue.Queue[bytes]' = queue.Queue()
     server = NodeServer(lambda connection, _: taken.put(connection.recv(100)))
     server.start()

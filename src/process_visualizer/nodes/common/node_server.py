@@ -68,7 +68,9 @@ class NodeServer(TCPServer):
 def _has_header(connection: socket.socket) -> bool:
     """Wait a limited time for the whole header of a connection, and leave it to be read."""
     whole = socket.MSG_PEEK | socket.MSG_WAITALL
+    timeout_s = connection.gettimeout()  # rospy sets a default for all sockets when it subscribes
     try:
+        connection.settimeout(None)  # with one, Python does not wait for the whole
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(
             _HEADER_WITHIN_S, 0))
         size = connection.recv(_LENGTH.size, whole)
@@ -77,6 +79,7 @@ def _has_header(connection: socket.socket) -> bool:
         end = _LENGTH.size + _LENGTH.unpack(size)[0]
         is_whole = len(connection.recv(end, whole)) == end
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(0, 0))
+        connection.settimeout(timeout_s)
     except OSError:  # the other side has gone, or sent nothing
         return False
     return is_whole
