@@ -149,7 +149,7 @@ class Faults:
         end_s = time.monotonic() + 10.0
         while self.processes() and time.monotonic() < end_s:
             time.sleep(0.1)
-        log = self.program.lines[-1].text  # kept when it has failed
+        log = '\n'.join(it.text for it in self.program.lines)  # kept when it has failed
         left = [it for it in self.left() if it not in log]
         if left or found is None or (code is not None and found != code):
             self.failures.append(f'{fault}: code {found}, left {left}')

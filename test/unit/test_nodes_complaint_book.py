@@ -6,8 +6,9 @@ from typing import List, Tuple
 
 from hypothesis import given
 from hypothesis import strategies as st
+from simulated_node import SimulatedNode
 
-from process_visualizer.nodes.common.complaints import HOLD_S, ComplaintBook
+from process_visualizer.nodes.common.complaints import HOLD_S, ComplaintBook, Complaints
 
 MESSAGES = st.lists(st.tuples(st.floats(0.001, 5.0), st.booleans()), min_size=1, max_size=40)
 """When each message comes, after the one before [s], and whether it is good."""
@@ -34,7 +35,7 @@ def test_what_is_mended_is_told_once() -> None:
     assert dict(book.present(2.0)['frame'].values) == {'frame': 'a'}
     book.end('frame')
     book.end('frame')
-    assert (book.present(2.1), book.take_ended(), book.take_ended()) == ({}, ['frame'], [])
+    assert (book.present(2.1), list(book.take_ended()), book.take_ended()) == ({}, ['frame'], {})
 
 
 def test_what_begins_again_has_not_ended() -> None:
@@ -42,7 +43,7 @@ def test_what_begins_again_has_not_ended() -> None:
     book.state('frame', 'not in tf', 1.0)
     book.end('frame')
     book.state('frame', 'not in tf', 2.0)
-    assert (list(book.present(2.0)), book.take_ended()) == (['frame'], [])
+    assert (list(book.present(2.0)), book.take_ended()) == (['frame'], {})
 
 
 @given(MESSAGES)
@@ -61,3 +62,14 @@ def test_a_complaint_stands_until_good_messages_come_for_some_time(
         assert ('/tcf' in book.present(now_s)) == holds
         if not holds:
             bad_s = None
+
+
+def test_the_log_tells_that_a_complaint_is_over() -> None:
+    node = SimulatedNode()
+    complaints = Complaints(node, 'robot')
+    complaints.state('frame', 'frame a is not in tf')
+    node.advance(2.0)
+    complaints.end('frame')
+    node.advance(1.0)
+    assert node.log == [('warn', 'robot: frame a is not in tf'),
+                        ('warn', 'robot: frame a is not in tf: over after 2.0 s')]

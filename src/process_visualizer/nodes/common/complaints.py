@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, NamedTuple, Optional, Set
+from typing import Dict, List, Mapping, NamedTuple, Optional
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -43,8 +43,8 @@ class ComplaintBook:
     def __init__(self) -> None:
         """Begin without complaints."""
         self._complaints: Dict[str, Complaint] = {}
-        self._ended: List[str] = []
-        self._dropped: Set[str] = set()
+        self._ended: Dict[str, Complaint] = {}
+        self._dropped: Dict[str, Complaint] = {}
 
     def add(self, key: str, text: str, now_s: float, is_error: bool = False,
             values: Optional[Mapping[str, str]] = None) -> None:
@@ -65,17 +65,17 @@ class ComplaintBook:
 
     def end(self, key: str) -> bool:
         """End the complaint with a key; return whether there was one."""
-        was_dropped = key in self._dropped
-        self._dropped.discard(key)
-        was_there = self._complaints.pop(key, None) is not None or was_dropped
-        if was_there:
-            self._ended.append(key)
-        return was_there
+        complaint = self._complaints.pop(key, None) or self._dropped.pop(key, None)
+        if complaint is None:
+            return False
+        self._ended[key] = complaint
+        return True
 
     def drop(self, key: str) -> None:
         """Stop reporting a complaint, as nobody knows whether it is over; `end` still ends it."""
-        if self._complaints.pop(key, None) is not None:
-            self._dropped.add(key)
+        complaint = self._complaints.pop(key, None)
+        if complaint is not None:
+            self._dropped[key] = complaint
 
     def present(self, now_s: float) -> Dict[str, Complaint]:
         """Return the present complaints."""
@@ -84,13 +84,13 @@ class ComplaintBook:
             self.end(key)
         return self._complaints
 
-    def take_ended(self) -> List[str]:
-        """Return the keys of complaints that have ended since the last call."""
-        ended, self._ended = self._ended, []
-        return [key for key in ended if key not in self._complaints]
+    def take_ended(self) -> Dict[str, Complaint]:
+        """Return the complaints that have ended since the last call."""
+        ended, self._ended = self._ended, {}
+        return {key: it for key, it in ended.items() if key not in self._complaints}
 
     def _write(self, key: str, text: str, now_s: float, is_error: bool = False) -> Complaint:
-        self._dropped.discard(key)
+        self._dropped.pop(key, None)
         complaint = self._complaints.setdefault(key, Complaint(text, now_s, now_s))
         complaint.text, complaint.last_s = text, now_s
         complaint.is_error, complaint.good_s = is_error, None
@@ -105,8 +105,8 @@ LOG_PERIOD_S = 5.0
 class Complaints:
     """The complaints of this node about a device; any thread may call it.
 
-    Each complaint is logged when it begins, and repeatedly while it lasts; see `ComplaintBook` for
-    its end. Without a problem nothing is published.
+    Each complaint is logged when it begins, repeatedly while it lasts, and when it is over; see
+    `ComplaintBook` for its end. Without a problem nothing is published.
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
@@ -188,10 +188,11 @@ class Complaints:
             present = self._book.present(now_s)
             statuses = [self._status(key, it, now_s) for key, it in present.items()]
             ended = self._book.take_ended()
-            statuses += [DiagnosticStatus(DiagnosticStatus.OK, self._name(key), 'all is well',
-                                          self._device, []) for key in ended]
-            for key in ended:
-                self._next_log_s.pop(key, None)
+        statuses += [DiagnosticStatus(DiagnosticStatus.OK, self._name(key), 'all is well',
+                                      self._device, []) for key in ended]
+        for key, it in ended.items():
+            if self._next_log_s.pop(key, None) is not None:
+                self._node.warn(f'{self._device}: {it.text}: over after {now_s - it.since_s:.1f} s')
         return statuses
 
     def _status(self, key: str, complaint: Complaint, now_s: float) -> DiagnosticStatus:
