@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Verdicts on recorded screws: torque while each was loosened, those that came off as good runs.
 
-    bench/run unfastening FOLDER [--references 25] [--good 20]
+    bench/run unfastening FOLDER [--references 25] [--good 20] [--sets 1]
 
 FOLDER is dataset1 of https://github.com/AAAipa/dataset_unfastening (Fraunhofer IPA), which is not
-part of this repository. Of each head and size, good runs are drawn evenly from its programs.
+part of this repository. Of each head and size, good runs are drawn evenly from its programs, as
+many times as ``--sets`` says.
 """
 from __future__ import annotations
 
@@ -62,22 +63,24 @@ def main() -> None:
     parser.add_argument('folder', type=Path)
     parser.add_argument('--references', type=int, default=25)
     parser.add_argument('--good', type=int, default=20)
+    parser.add_argument('--sets', type=int, default=1)
     options = parser.parse_args()
     print('| screws | not released: found | DTW | released: "leave" | DTW |\n|---|---|---|---|---|')
     for head, size in _SCREWS:
         good, bad = ([it for it in map(screw, sorted(options.folder.glob(f'*/{kind}/*.json')))
                       if head in it.program and it.program.endswith(size)]
                      for kind in ('loesbar', 'nicht_loesbar'))
-        references, others = balanced([it for it in good if 'NIO' not in it.program],
-                                      options.references, 1)
-        ours, theirs = GoodRuns(references[0], references[1:]), WarpedDistance(references)
-        others = others[:options.good]
-        found = [sum(bool(ours.compare(it.run).departures) for it in bad),
-                 sum(theirs.cause(it.run) is not None for it in bad),
-                 sum(bool(ours.compare(it).departures) for it in others),
-                 sum(theirs.cause(it) is not None for it in others)]
-        print(f'| {head} {size} | {found[0]} of {len(bad)} | {found[1]} | '
-              f'{found[2]} of {len(others)} | {found[3]} |', flush=True)
+        ours, theirs = np.zeros(2, int), np.zeros(2, int)
+        for seed in range(1, options.sets + 1):
+            references, others = balanced([it for it in good if 'NIO' not in it.program],
+                                          options.references, seed)
+            learned, peer = GoodRuns(references[0], references[1:]), WarpedDistance(references)
+            judged = [it.run for it in bad], others[:options.good]
+            ours += [sum(bool(learned.compare(it).departures) for it in runs) for runs in judged]
+            theirs += [sum(peer.cause(it) is not None for it in runs) for runs in judged]
+        poor, left = (options.sets * len(runs) for runs in judged)
+        print(f'| {head} {size} | {ours[0]} of {poor} | {theirs[0]} | {ours[1]} of {left} | '
+              f'{theirs[1]} |', flush=True)
 
 
 if __name__ == '__main__':

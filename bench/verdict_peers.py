@@ -2,7 +2,7 @@
 """Three usual ways to judge a run by good ones, for comparison with ours.
 
 Each takes the good runs, and returns the channel of a run that is out of range, or None. A place
-counts as three channels of each tool. The limits are those of textbooks.
+counts as three channels of each tool. The limits are those of textbooks; ``scale`` multiplies them.
 """
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ Series = Tuple[np.ndarray, np.ndarray]
 class Peer(Protocol):
     """A way to judge runs."""
 
-    def cause(self, run: Run) -> Optional[str]:
+    def excess(self, run: Run) -> float:
+        """Return the largest deviation of a run as a share of its limit."""
+
+    def cause(self, run: Run, scale: float = 1.0) -> Optional[str]:
         """Return the channel that is out of range, or None."""
 
 
@@ -61,14 +64,20 @@ class EventsAndSigmas:
         run_s = _by_events(self._reference, run).to_run(self._times_s)
         return {name: _at(it, run_s) for name, it in _series(run).items()}
 
-    def cause(self, run: Run) -> Optional[str]:
-        columns, first = self._columns(run), {}
-        for name in self._names:
-            if name in columns:
-                out = np.abs(columns[name] - self._mean[name]) > self._limit[name]
-                lasting = np.flatnonzero(np.convolve(out, np.ones(_LASTING), 'valid') == _LASTING)
-                if len(lasting):
-                    first[name] = int(lasting[0])
+    def _lasting(self, run: Run) -> Dict[str, np.ndarray]:
+        """Return the share of the limit that each channel exceeds for several rows (n,)."""
+        columns = self._columns(run)
+        shares = {name: np.abs(columns[name] - self._mean[name]) / self._limit[name]
+                  for name in self._names if name in columns}
+        return {name: np.lib.stride_tricks.sliding_window_view(it, _LASTING).min(axis=1)
+                for name, it in shares.items()}
+
+    def excess(self, run: Run) -> float:
+        return max(float(it.max()) for it in self._lasting(run).values())
+
+    def cause(self, run: Run, scale: float = 1.0) -> Optional[str]:
+        first = {name: int(np.argmax(it > scale)) for name, it in self._lasting(run).items()
+                 if (it > scale).any()}
         return min(first, key=lambda it: first[it]) if first else None
 
 
@@ -105,10 +114,13 @@ class WarpedDistance:
                 np.minimum(total[:, i, j + 1], total[:, i + 1, j]), total[:, i, j])
         return np.sqrt(total[:, -1, -1])
 
-    def cause(self, run: Run) -> Optional[str]:
+    def excess(self, run: Run) -> float:
+        return float(self._distances(self._columns(run) / self._scale).min() / self._threshold)
+
+    def cause(self, run: Run, scale: float = 1.0) -> Optional[str]:
         values = self._columns(run) / self._scale
         distances = self._distances(values)
-        if distances.min() <= self._threshold:
+        if distances.min() <= scale * self._threshold:
             return None
         away = np.square(values - self._good[int(distances.argmin())]).sum(axis=0)
         return self._names[int(away.argmax())]
@@ -138,13 +150,21 @@ class FeatureTable:
                                   f'{name}|{row} largest': float(inside.max())})
         return found
 
-    def cause(self, run: Run) -> Optional[str]:
+    def _shares(self, run: Run) -> np.ndarray:
+        """Return the deviation of each feature as a share of its limit (f,); missing: infinite."""
         found = self._features(run)
         values = np.array([found.get(name, np.nan) for name in self._names])
-        ratio = np.nan_to_num(np.abs(values - self._mean) / self._limit, nan=np.inf)
-        if not (ratio > 1.0).any():
+        shares: np.ndarray = np.abs(values - self._mean) / self._limit
+        return np.nan_to_num(shares, nan=np.inf)
+
+    def excess(self, run: Run) -> float:
+        return float(self._shares(run).max())
+
+    def cause(self, run: Run, scale: float = 1.0) -> Optional[str]:
+        shares = self._shares(run)
+        if not (shares > scale).any():
             return None
-        return self._names[int(ratio.argmax())].partition('|')[0]
+        return self._names[int(shares.argmax())].partition('|')[0]
 
 
 PEERS = {'event alignment, 3 sigma': EventsAndSigmas, 'DTW and a threshold': WarpedDistance,
