@@ -23,6 +23,7 @@ add_library(process_visualizer_rviz
   src/displays/label_store.cpp
   src/displays/labeled_markers.cpp
   src/displays/overlay.cpp
+  src/displays/placed_robot_model.cpp
   src/displays/replay_band.cpp
   src/displays/replay_text.cpp
   src/displays/replay_window.cpp

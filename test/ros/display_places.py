@@ -27,6 +27,8 @@ ROBOT = f"""<robot name="r">
 _COLUMNS = 6
 _PIXELS_PER_M = 90.0
 _BACKGROUND = (12, 34, 56)
+ORIGIN = 'origin'
+"""The place of no display: the origin of the fixed frame."""
 _HALF_PLACE_M = 0.4
 _SQUARES = '<property name="Style" value="Flat Squares"/><property name="Size (m)" value="0.1"/>'
 _SMALL_GRID = """<property name="Cell Size" value="0.2"/>
@@ -102,7 +104,7 @@ def _place_m(name: str) -> Tuple[float, float]:
 
 
 def drawn_pixels(picture: str) -> Dict[str, int]:
-    """For each display the number of pixels at its place that are not the background.
+    """For each display, and the origin, the number of pixels there that are not the background.
 
     Images have panels of their own instead; there it is the number of pixels of their color.
     """
@@ -112,8 +114,7 @@ def drawn_pixels(picture: str) -> Dict[str, int]:
     middle = 0.5 * (columns.min() + columns.max() + 1), 0.5 * (rows.min() + rows.max() + 1)
     half = int(_HALF_PLACE_M * _PIXELS_PER_M)
     counts = {}
-    for name in DISPLAY_TYPES:
-        x, y = _place_m(name)
+    for name, (x, y) in {ORIGIN: (0.0, 0.0), **{it: _place_m(it) for it in DISPLAY_TYPES}}.items():
         column, row = int(middle[0] + _PIXELS_PER_M * x), int(middle[1] - _PIXELS_PER_M * y)
         counts[name] = int(drawn[row - half:row + half, column - half:column + half].sum())
     counts.update((name, int((pixels == color).all(axis=2).sum()))

@@ -19,7 +19,7 @@ import rostest
 from cloud_testing import Listener
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from display_data import DisplayData
-from display_places import DEVICE, ROBOT, drawn_pixels, frames, topic, view_text
+from display_places import DEVICE, ORIGIN, ROBOT, drawn_pixels, frames, topic, view_text
 from surroundings import SOFTWARE_GRAPHICS, virtual_screen
 from tf2_ros import StaticTransformBroadcaster
 
@@ -117,21 +117,24 @@ class RvizDisplaysTest(unittest.TestCase):
         with contextlib.ExitStack() as stack:
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             broadcaster = StaticTransformBroadcaster()
-            broadcaster.sendTransform(frames())
+            robot_less = [it for it in frames() if it.child_frame_id != 'robotmodel']
+            broadcaster.sendTransform(robot_less)
             rospy.set_param(topic('RobotModel'), ROBOT)
             with open(f'{folder}/all.rviz', 'w', encoding='utf-8') as file:
                 file.write(view_text(folder))
             stack.enter_context(rviz(f'{folder}/all.rviz'))
             reports = Reports(stack.enter_context(Listener(DISPLAY_STATUS_TOPIC, DiagnosticArray)))
-            cls._look(reports, f'{folder}/view.png')
+            cls._look(reports, broadcaster, f'{folder}/view.png')
 
     @classmethod
-    def _look(cls, reports: Reports, picture: str) -> None:
+    def _look(cls, reports: Reports, broadcaster: StaticTransformBroadcaster,
+              picture: str) -> None:
         reports.wait(lambda report: all(name in report for name in DISPLAY_TYPES))
         reports.wait_for_frames()
         cls.silent = reports.newest()
         save_picture(picture)
         cls.silent_pixels = drawn_pixels(picture)
+        broadcaster.sendTransform(frames())
         data = DisplayData(f'/{DEVICE}')
         cls.shown = reports.wait(lambda report: all(
             report[name].level == DiagnosticStatus.OK and says_received(name, report)
@@ -152,6 +155,11 @@ class RvizDisplaysTest(unittest.TestCase):
 
     def test_nothing_is_drawn_of_what_was_not_received(self) -> None:
         for name in WITH_TOPIC:
+            with self.subTest(name):
+                self.assertLess(self.silent_pixels[name], MIN_PIXELS)
+
+    def test_a_link_without_a_place_is_not_drawn(self) -> None:
+        for name in ('RobotModel', ORIGIN):
             with self.subTest(name):
                 self.assertLess(self.silent_pixels[name], MIN_PIXELS)
 

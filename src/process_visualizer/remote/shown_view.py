@@ -23,7 +23,7 @@ LINK_TOPIC = '/view_link/marker_array'
 _LINK_DISPLAY = {'Class': 'process_visualizer/MarkerArray', 'Name': 'Connection', 'Enabled': True,
                  'Always In Sight': True, 'Marker Topic': LINK_TOPIC}
 _GROUP = 'rviz/Group'
-_KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray',
+_KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray', 'process_visualizer/RobotModel',
                     *(f'rviz/{name}' for name in DISPLAY_TYPES)))
 _MAX_VIEW_TEXT, _MAX_VALUES, _DEEPEST = 2 << 20, 100_000, 24
 _LIMITS = {'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,

@@ -13,7 +13,7 @@ from process_visualizer.ros_names import OBJECTS_MARKERS, ROI_FILTER
 DisplayConfig = Dict[str, Any]
 
 _NUMBER = re.compile(r'-?(0|[1-9][0-9]{0,15})(\.[0-9]{1,15})?')
-_OWN_DISPLAYS = ('MarkerArray',)
+_OWN_DISPLAYS = ('MarkerArray', 'RobotModel')
 """Types for which our own RViz plugin has a display of the same name and the same properties."""
 _SETTLED = ('Class', 'Name', 'Displays')
 """Keys set by the ``<rviz>`` element itself; properties do not change them."""

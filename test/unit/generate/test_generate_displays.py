@@ -203,7 +203,7 @@ def test_region_of_interest_is_drawn(topics: str, parse: Parse) -> None:
 def test_explicit_display_replaces_the_default_like_it(parse: Parse) -> None:
     found = robot(parse, '<rviz type="RobotModel" name="Mine">'
                          '<property name="Alpha" value="0.5"/></rviz>')
-    assert classes(found) == ['process_visualizer/MarkerArray', 'rviz/RobotModel']
+    assert classes(found) == ['process_visualizer/MarkerArray', 'process_visualizer/RobotModel']
     assert (found[1]['Name'], found[1]['Alpha']) == ('Mine', 0.5)
 
 
