@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <OgreSceneNode.h>
-#include <pluginlib/class_list_macros.hpp>
 #include <rviz/default_plugin/robot_model_display.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
@@ -8,6 +7,7 @@
 #include <rviz/robot/robot.h>
 #include <rviz/robot/robot_link.h>
 
+#include <pluginlib/class_list_macros.hpp>
 #include <set>
 #include <string>
 
