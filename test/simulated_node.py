@@ -242,6 +242,10 @@ class SimulatedNode:
         """Have something done after the callbacks."""
         return SimulatedWorker(step, self.call_in)
 
+    def info(self, text: str) -> None:
+        """Keep what is no problem."""
+        self.log.append(('info', text))
+
     def warn(self, text: str) -> None:
         """Keep a warning."""
         self.log.append(('warn', text))

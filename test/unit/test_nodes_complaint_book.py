@@ -72,4 +72,4 @@ def test_the_log_tells_that_a_complaint_is_over() -> None:
     complaints.end('frame')
     node.advance(1.0)
     assert node.log == [('warn', 'robot: frame a is not in tf'),
-                        ('warn', 'robot: frame a is not in tf: over after 2.0 s')]
+                        ('info', 'robot: frame a is not in tf: over after 2.0 s')]

@@ -14,6 +14,7 @@ from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.alarm_board import AlarmBoard
 from process_visualizer.health.alarm_conditions import part_of_node, watch_conditions
 from process_visualizer.health.mixed_sources import explanation, others_beside
+from process_visualizer.health.node_warnings import OVER
 from process_visualizer.health.other_publishers import Others, PublisherWatch
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import refuse_other_cell
@@ -31,6 +32,7 @@ from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_
 from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
+_SHOWN = ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]', OVER)
 _NODE_TAIL = 6  # last lines of a failed required node
 _LOG_TAIL = 20  # last lines of roslaunch if it could start nothing
 
@@ -78,7 +80,7 @@ class _Reporter:
         self._print(str(report))
 
     def line(self, line: str) -> None:
-        if any(word in line for word in ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]')):
+        if any(word in line for word in _SHOWN):
             self._print(line)
 
     def others(self, others: Others) -> None:

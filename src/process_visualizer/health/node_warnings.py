@@ -20,6 +20,8 @@ _HARMLESS = 'terminated before handshake header received. 0 bytes'
 OUT_OF_ORDER = 'arrived out of order (will print only once)'
 """Log line of message_filters, once in a node's life, when stamps go back. A driver must not send
 so, but a recording that is played backward, or from an earlier moment, does."""
+OVER = ': over after '
+"""Part of the log line, of level INFO, by which a node says that a problem is over."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
 _About = Tuple[str, str, str]  # node, 'log' or 'state', and what
 

@@ -10,6 +10,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from process_visualizer.health.node_warnings import OVER
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.robot.limit_alarms import Limits, LimitWatch
 from process_visualizer.ros_names import CONCERNED_KEY, EXCESS_KEY, LIMIT_KEY, SILENT_NODE_KEY
@@ -192,7 +193,7 @@ class Complaints:
                                       self._device, []) for key in ended]
         for key, it in ended.items():
             if self._next_log_s.pop(key, None) is not None:
-                self._node.warn(f'{self._device}: {it.text}: over after {now_s - it.since_s:.1f} s')
+                self._node.info(f'{self._device}: {it.text}{OVER}{now_s - it.since_s:.1f} s')
         return statuses
 
     def _status(self, key: str, complaint: Complaint, now_s: float) -> DiagnosticStatus:

@@ -272,6 +272,10 @@ class NodeHandle:
         thread.start()
         return thread
 
+    def info(self, text: str) -> None:
+        """Log something that is no problem."""
+        rospy.loginfo('%s', shown(text))
+
     def warn(self, text: str) -> None:
         """Log a warning."""
         rospy.logwarn('%s', shown(text))
