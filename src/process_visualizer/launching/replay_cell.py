@@ -6,7 +6,7 @@ import contextlib
 import shutil
 import socket
 from dataclasses import replace
-from typing import Mapping, Optional
+from typing import Callable, Mapping, Optional
 
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
@@ -28,22 +28,20 @@ class ReplayCell:
     """
 
     def __init__(self, on_change: OnChange,
-                 variables: Optional[Mapping[str, str]] = None) -> None:
+                 variables: Optional[Mapping[str, str]] = None,
+                 make_master: Callable[[str], RosMaster] = RosMaster) -> None:
         """``on_change`` is called in other threads with the reports of the parts.
 
-        ``variables`` are environment variables of its nodes that differ from those of this process.
+        ``variables`` are environment variables of its nodes that differ from those of this process;
+        ``make_master`` returns the master at an address.
         """
         self._on_change, self._variables = on_change, variables
+        self._make_master = make_master
         self._folder = ''
         self._record = RunRecord()
-        self._master = RosMaster(f'http://localhost:{_free_port()}')
+        self._master: Optional[RosMaster] = None
         self._launched: Optional[LaunchedCell] = None
         self._choice: Optional[Choice] = None
-
-    @property
-    def master_uri(self) -> str:
-        """The address of the replay's master."""
-        return self._master.uri
 
     @property
     def folder(self) -> str:
@@ -62,10 +60,15 @@ class ReplayCell:
             RosMasterError: there is no master.
             ConfigurationError, PlanError, OSError: the nodes cannot be started.
         """
-        self._master.ensure()
-        if self._launched is None:
+        if self._launched is None or self._master is None:
+            if self._master is not None:
+                self._master.stop()
+            # A port that was free when the window was opened may be another node's by now.
+            self._master = self._make_master(f'http://localhost:{_free_port()}')
+            self._master.ensure()
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri,
                                           _NICENESS, self._variables)
+        self._master.ensure()
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
         playing = [] if self._choice is None else [BAG_PART]
@@ -80,15 +83,16 @@ class ReplayCell:
         """Stop everything, and remove all written files."""
         if self._launched is not None:
             self._launched.stop()
-        self._launched = self._choice = None
-        self._master.stop()
+        if self._master is not None:
+            self._master.stop()
+        self._launched = self._choice = self._master = None
         shutil.rmtree(self._folder, ignore_errors=True)
         self._record.remove()
         self._folder = ''
 
 
 def _free_port() -> int:
-    """Return a port that is currently free."""
+    """Return a port that is currently free at all addresses of this computer."""
     with contextlib.closing(socket.socket()) as probe:
-        probe.bind(('localhost', 0))
+        probe.bind(('', 0))
         return int(probe.getsockname()[1])
