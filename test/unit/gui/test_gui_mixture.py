@@ -152,3 +152,18 @@ def test_nobody_is_known_while_the_master_does_not_answer(qtbot: Any, session: S
         model._timer.timeout.emit()
         tasks.end_all()
     assert model.sentences == ()
+
+
+def test_our_own_player_that_is_being_stopped_is_no_mixture(qtbot: Any, session: Session,
+                                                            choice: Choice) -> None:
+    model, tasks, seen = beside(session)
+    seen[0] = (DRIVER,)
+    session.set_run(choice, False, {})  # it is being launched, and the nodes of before still end
+    model._timer.timeout.emit()
+    tasks.end_all()
+    assert model.sentences == ()
+    session.set_run(choice, True, {})
+    model._timer.timeout.emit()
+    session.set_run(choice, False, {})  # what was asked meanwhile no longer counts
+    tasks.end_all()
+    assert model.sentences == ()

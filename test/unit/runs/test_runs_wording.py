@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from process_visualizer.runs.comparison.comparison import Unjudged
+from process_visualizer.runs.comparison.comparison import Missing, Unjudged
 from process_visualizer.runs.comparison.wording import said, unjudged_texts
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
@@ -39,3 +39,15 @@ def test_where_the_pace_was_not_judged_is_a_sentence() -> None:
     assert unjudged_texts(found) == [  # type: ignore[arg-type]
         'not judged: pace from 0:01.00 to 0:01.50, 0:02.00 to 0:02.50, 0:03.00 to 0:03.50 and 1 '
         'more (no data)']
+
+
+def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> None:
+    force, current, flow = (Signal('arm', it, '', SignalKind.VARIABLE)
+                            for it in ('force', 'current', 'flow'))
+    found = SimpleNamespace(unjudged=(
+        Unjudged(force, 1.0, 1.5, Missing.MOTION), Unjudged(current, 1.0, 1.5, Missing.MOTION),
+        Unjudged(flow, 1.0, 3.0), Unjudged(force, 4.0, 4.5, Missing.MOTION)))
+    assert unjudged_texts(found) == [  # type: ignore[arg-type]
+        'not judged: anything from 0:01.00 to 0:01.50, 0:04.00 to 0:04.50 (the motion lacks data '
+        'there, so the moment of the process is unknown)',
+        'not judged: arm flow from 0:01.00 to 0:03.00 (no data)']

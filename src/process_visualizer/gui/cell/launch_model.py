@@ -308,7 +308,10 @@ class LaunchGuard(QObject):
 
 
 class MixtureModel(QObject):
-    """Looks for other publishers each second while nodes run; the player reports its own."""
+    """Looks for other publishers each second while nodes run; the player reports its own.
+
+    While nodes are launched or quit it does not look: our own player of before may still be there.
+    """
 
     changed = pyqtSignal()
     begun = pyqtSignal()
@@ -360,14 +363,14 @@ class MixtureModel(QObject):
 
     def _begin_look(self) -> None:
         choice, own = self._choice, frozenset(self._session.nodes)
-        if choice is not None and not self._is_looking:
+        if choice is not None and self._session.running is choice and not self._is_looking:
             self._is_looking = True
             self._tasks.run(LINE, lambda: self._look(choice, own),
                             lambda others: self._take(choice, others), self._keep_result)
 
     def _take(self, choice: Choice, others: Others) -> None:
         self._is_looking = False
-        if choice is not self._choice or others == self._others:
+        if choice is not self._session.running or others == self._others:
             return
         new, self._others = set(others) - set(self._others), others
         self.changed.emit()

@@ -2,6 +2,7 @@
 """Comparison of a run with good ones."""
 from __future__ import annotations
 
+from enum import Enum
 from typing import (
     Dict,
     Iterable,
@@ -67,6 +68,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     grid_s,
     signals,
+    unknown_moments,
     tool_speed,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
@@ -106,16 +108,24 @@ _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """Minimum difference in duration [s], and as a share of the reference, that is reported."""
 
 
-class Unjudged(NamedTuple):
-    """A signal for which the run has no data between two times of the recording [s].
+class Missing(Enum):
+    """The reason why a signal is not judged, as a text."""
 
-    A signal that comes ``too_seldom`` is judged nowhere.
+    DATA = 'no data'
+    MOTION = 'the motion lacks data there, so the moment of the process is unknown'
+    SELDOM = 'fewer than two values a second'
+
+
+class Unjudged(NamedTuple):
+    """A signal that is not judged between two times of the recording [s].
+
+    One that comes too seldom is judged nowhere.
     """
 
     signal: Signal
     begin_s: float
     end_s: float
-    too_seldom: bool = False
+    why: Missing = Missing.DATA
 
 
 class Comparison(NamedTuple):
@@ -136,7 +146,7 @@ class Comparison(NamedTuple):
     @property
     def has_gaps(self) -> bool:
         """Return whether the run lacks data somewhere where good runs have data."""
-        return any(not it.too_seldom for it in self.unjudged)
+        return any(it.why is not Missing.SELDOM for it in self.unjudged)
 
     @property
     def nearest(self) -> Optional[Nearness]:
@@ -324,7 +334,7 @@ class GoodRuns:
         found = tuple(self._with_frequency(it, run, alignment) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),
-                          _unjudged(run, alignment, self.times_s, columns, band))
+                          _unjudged(self.reference, run, alignment, columns, band))
 
     def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
         """Return a departure; if it is noise, with the frequency of a vibration, if any."""
@@ -669,11 +679,13 @@ def _state_departure(key: Key, fault: StateFault, end_s: float) -> Departure:
                      since_s, deviation, limit, fault.words, bool(fault.limit_s))
 
 
-def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Columns,
+def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
               band: Band) -> Tuple[Unjudged, ...]:
     """Return where good runs have data for a channel or tool, and the run has none."""
+    times_s = grid_s(reference)
     run_s = alignment.time_map.to_run(times_s)
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
+    is_unknown = unknown_moments(reference, run, times_s, run_s)
     found: List[Unjudged] = []
     for signal, limits in band.signals.items():
         if signal.kind is SignalKind.STATE:
@@ -683,7 +695,8 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
             continue
         known = np.isfinite(limits.middle)
         if known.mean() < _MIN_KNOWN:
-            found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s, True))
+            found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s,
+                                  Missing.SELDOM))
             continue
         missing = is_there & known
         if signal in columns:
@@ -691,8 +704,9 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
         for begin, end in spans(missing):
             if end - begin >= _MIN_UNJUDGED_ROWS and run_s[end - 1] - run_s[begin] >= \
                     _MIN_UNJUDGED_S:
-                found.append(Unjudged(signal, run.begin_s + float(run_s[begin]),
-                                      run.begin_s + float(run_s[end - 1])))
+                found.append(Unjudged(
+                    signal, run.begin_s + float(run_s[begin]), run.begin_s + float(run_s[end - 1]),
+                    Missing.MOTION if is_unknown[begin:end].all() else Missing.DATA))
     return tuple(sorted(found, key=lambda it: it.begin_s))
 
 

@@ -93,7 +93,8 @@ def _run(comparison: Comparison) -> Dict[str, Any]:
                 'time_s': round(run.begin_s + comparison.run_s(nearest.time_s), 3),
                 'phase': phase_at(run, comparison.run_s(nearest.time_s))},
             'not_judged': [{'device': it.signal.device, 'signal': it.signal.label,
-                            'from_s': round(it.begin_s, 3), 'to_s': round(it.end_s, 3)}
+                            'from_s': round(it.begin_s, 3), 'to_s': round(it.end_s, 3),
+                            'why': it.why.value}
                            for it in comparison.unjudged],
             'departures': [_departure(comparison, it) for it in comparison.departures]}
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List, Optional
+from typing import Dict, List, Optional, Tuple
 
-from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.comparison import Comparison, Missing
 from process_visualizer.runs.comparison.features import phase_at
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.deviation.departures import Departure
@@ -40,19 +40,23 @@ def moment(comparison: Comparison, reference_s: float) -> str:
 
 
 def unjudged_texts(comparison: Comparison) -> List[str]:
-    """Return a sentence for each signal for which the run lacks data somewhere."""
-    stretches: Dict[str, List[str]] = {}
-    seldom = [_named(it.signal) for it in comparison.unjudged if it.too_seldom]
+    """Return sentences about what is not judged, one for each signal that lacks data somewhere.
+
+    Where the motion lacks data, nothing is judged: that is one sentence for all signals.
+    """
+    stretches: Dict[Tuple[str, Missing], List[str]] = {}
     for it in comparison.unjudged:
-        if it.too_seldom:
-            continue
-        stretches.setdefault(_named(it.signal), []).append(f'{clock(it.begin_s)} to '
-                                                           f'{clock(it.end_s)}')
+        name = 'anything' if it.why is Missing.MOTION else _named(it.signal)
+        text = f'{clock(it.begin_s)} to {clock(it.end_s)}'
+        known = stretches.setdefault((name, it.why), [])
+        if text not in known:
+            known.append(text)
     texts = [f'not judged: {name} from {", ".join(found[:3])}'
-             f'{f" and {len(found) - 3} more" if len(found) > 3 else ""} (no data)'
-             for name, found in stretches.items()]
+             f'{f" and {len(found) - 3} more" if len(found) > 3 else ""} ({why.value})'
+             for (name, why), found in stretches.items() if why is not Missing.SELDOM]
+    seldom = [name for name, why in stretches if why is Missing.SELDOM]
     if seldom:
-        texts.append(f'not judged: {", ".join(seldom)} (fewer than two values a second)')
+        texts.append(f'not judged: {", ".join(seldom)} ({Missing.SELDOM.value})')
     return texts
 
 

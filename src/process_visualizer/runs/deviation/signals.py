@@ -77,8 +77,9 @@ _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
 """A clock this slow stands still; by motion, one clock is at least a third as fast as the other."""
-_NEAR_GAP_S = 0.4
-"""Time around a gap in the motion in which the moment of the reference is uncertain [s]."""
+_NEAR_GAP, _MAX_NEAR_GAP_S = 1.0, 0.4
+"""Time around a gap in the motion in which the moment of the reference is uncertain, as a share of
+the gap's length, and its maximum [s]: the path across a short gap is known well."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
@@ -148,7 +149,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
     run_s = time_map.to_run(times_s)
     run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
     others = {motion.device: motion for motion in run.motions}
-    unsure = _unsure(reference, run, times_s, run_s)
+    unsure = unknown_moments(reference, run, times_s, run_s)
     found = _timing(times_s, run_s, times_s if usual is None else usual.to_run(times_s), unsure,
                     _waits(reference, times_s, 0.0))
     run_s = np.where(unsure | _passed_over(run_s), np.nan, run_s)
@@ -174,15 +175,26 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
-def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) -> np.ndarray:
-    """Return where (t,) (bool) missing data of all tools make the moment of the run uncertain."""
+def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
+                    run_s: np.ndarray) -> np.ndarray:
+    """Return where (t,) (bool) missing data of all tools make the moment of the run uncertain.
+
+    Args:
+        times_s, run_s: (t,), times of the reference, and those of the run that correspond to them.
+    """
     found = np.zeros(len(times_s), bool)
     for moments_s, motions in ((times_s, reference.motions), (run_s, run.motions)):
-        gaps = [inside(moments_s, data_gaps(it.times_s), _NEAR_GAP_S) for it in motions
-                if len(it.times_s)]
+        gaps = [_near_gaps(moments_s, it.times_s) for it in motions if len(it.times_s)]
         if gaps:
             found |= np.logical_and.reduce(gaps)
     return found
+
+
+def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+    """Return which moments (m,) lie in a gap of a series, or near one (bool)."""
+    gaps = data_gaps(times_s)
+    near_s = np.minimum(_NEAR_GAP * np.diff(gaps, axis=1), _MAX_NEAR_GAP_S)
+    return inside(moments_s, gaps + near_s * (-1.0, 1.0))
 
 
 def _passed_over(run_s: np.ndarray) -> np.ndarray:
