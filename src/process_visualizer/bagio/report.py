@@ -317,11 +317,12 @@ def _topic_report(topic: str, connections: Sequence[Connection], stream: Stream,
     # A latching publisher sends when something changes, so it has no usual interval.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
+    dropped = _dropped(accounted, topic)
     return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(times_ns),
                        (len(times_ns) - 1) / duration_s if duration_s else 0.0,
-                       *largest_interval(times_ns), gaps, _dropped(accounted, topic),
-                       0 if accounted is None else _lost(gaps, len(times_ns), untimed),
-                       untimed)
+                       *largest_interval(times_ns), gaps, dropped,
+                       0 if accounted is None else
+                       _lost(gaps, len(times_ns), untimed + (dropped or 0)), untimed)
 
 
 def _publishers(connections: Sequence[Connection]) -> np.ndarray:
@@ -331,16 +332,16 @@ def _publishers(connections: Sequence[Connection]) -> np.ndarray:
                      for number, it in enumerate(connections)], np.int64)
 
 
-def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
+def _lost(gaps: Tuple[StreamGap, ...], message_count: int, others: int) -> int:
     """Return the number of messages that never arrived; 0 if numbers are missing regularly.
 
-    A throttled topic has the sequence numbers of its source. Messages without a usable time did
-    arrive.
+    A throttled topic has the sequence numbers of its source. ``others`` counts messages that did
+    arrive, but are not among the messages: without a usable time, or dropped by the recorder.
     """
     left_out = [gap.missing for gap in gaps if gap.is_numbered]
     if len(left_out) > max(_RARE * message_count, 1):
         return 0
-    return max(sum(left_out) - untimed, 0)
+    return max(sum(left_out) - others, 0)
 
 
 def _dropped(accounted: Optional[Dict[str, Any]], topic: str) -> Optional[int]:

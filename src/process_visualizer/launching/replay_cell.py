@@ -2,11 +2,10 @@
 """A second cell that plays a recording beside the first one, on its own ROS master."""
 from __future__ import annotations
 
-import contextlib
 import shutil
 import socket
 from dataclasses import replace
-from typing import Callable, Mapping, Optional
+from typing import Mapping, Optional
 
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
@@ -28,20 +27,23 @@ class ReplayCell:
     """
 
     def __init__(self, on_change: OnChange,
-                 variables: Optional[Mapping[str, str]] = None,
-                 make_master: Callable[[str], RosMaster] = RosMaster) -> None:
+                 variables: Optional[Mapping[str, str]] = None) -> None:
         """``on_change`` is called in other threads with the reports of the parts.
 
-        ``variables`` are environment variables of its nodes that differ from those of this process;
-        ``make_master`` returns the master at an address.
+        ``variables`` are environment variables of its nodes that differ from those of this process.
         """
         self._on_change, self._variables = on_change, variables
-        self._make_master = make_master
         self._folder = ''
         self._record = RunRecord()
-        self._master: Optional[RosMaster] = None
+        self._held_port = _held_port()
+        self._master = RosMaster(f'http://localhost:{self._held_port.getsockname()[1]}')
         self._launched: Optional[LaunchedCell] = None
         self._choice: Optional[Choice] = None
+
+    @property
+    def master_uri(self) -> str:
+        """The address of the replay's master."""
+        return self._master.uri
 
     @property
     def folder(self) -> str:
@@ -60,15 +62,11 @@ class ReplayCell:
             RosMasterError: there is no master.
             ConfigurationError, PlanError, OSError: the nodes cannot be started.
         """
-        if self._launched is None or self._master is None:
-            if self._master is not None:
-                self._master.stop()
-            # A port that was free when the window was opened may be another node's by now.
-            self._master = self._make_master(f'http://localhost:{_free_port()}')
-            self._master.ensure()
+        self._held_port.close()
+        self._master.ensure()
+        if self._launched is None:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri,
                                           _NICENESS, self._variables)
-        self._master.ensure()
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
         playing = [] if self._choice is None else [BAG_PART]
@@ -83,16 +81,16 @@ class ReplayCell:
         """Stop everything, and remove all written files."""
         if self._launched is not None:
             self._launched.stop()
-        if self._master is not None:
-            self._master.stop()
-        self._launched = self._choice = self._master = None
+        self._launched = self._choice = None
+        self._held_port.close()
+        self._master.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
         self._record.remove()
         self._folder = ''
 
 
-def _free_port() -> int:
-    """Return a port that is currently free at all addresses of this computer."""
-    with contextlib.closing(socket.socket()) as probe:
-        probe.bind(('', 0))
-        return int(probe.getsockname()[1])
+def _held_port() -> socket.socket:
+    """Return a socket with a free port: while it is open, no node is given the same port."""
+    held = socket.socket()
+    held.bind(('', 0))
+    return held

@@ -245,6 +245,12 @@ def test_numbers_left_out_now_and_then_are_lost(tmp_path: Path) -> None:
     assert json.loads(as_json(report))['complete'] is False
 
 
+def test_what_the_recorder_dropped_is_not_lost_as_well(tmp_path: Path) -> None:
+    account = {'topics': {'/h': {'received': 59, 'dropped': 4}}, 'clock_jumps': []}
+    path = write_numbered(tmp_path / 'a.bag', [*range(30), *range(35, 60)], account)
+    assert verdict(report_of(path)) == 'not complete: 1 lost on /h; 4 dropped by the recorder'
+
+
 def test_a_chunk_that_cannot_be_read_is_told_whatever_it_holds(tmp_path: Path) -> None:
     path = tmp_path / 'a.bag'
     with rosbag.Bag(str(path), 'w', compression='bz2', chunk_threshold=500) as bag:

@@ -1,28 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The master of a replay gets a port when it is needed, as other programs take ports meanwhile."""
+"""No node of the running cell gets the port of a replay's master before the replay starts."""
 from __future__ import annotations
 
-from typing import Any, List
+import contextlib
+import socket
 from unittest import mock
+from urllib.parse import urlparse
 
 import pytest
 
 from process_visualizer.launching.replay_cell import ReplayCell
-from process_visualizer.launching.ros_master import RosMasterError
 
 
-def test_each_attempt_to_start_has_a_port_of_its_own() -> None:
-    masters: List[Any] = []
-
-    def taken_meanwhile(uri: str) -> Any:
-        masters.append(mock.Mock(uri=uri, **{'ensure.side_effect': RosMasterError('taken')}))
-        return masters[-1]
-
-    cell = ReplayCell(mock.Mock(), make_master=taken_meanwhile)
-    assert not masters
-    for _ in range(2):
-        with pytest.raises(RosMasterError):
-            cell.show(mock.Mock())
-    assert len({it.uri for it in masters}) == 2
+def test_the_port_of_its_master_is_held() -> None:
+    cell = ReplayCell(mock.Mock())
+    port = urlparse(cell.master_uri).port
+    with contextlib.closing(socket.socket()) as other, pytest.raises(OSError):
+        other.bind(('', port))
     cell.stop()
-    assert all(it.stop.called for it in masters)
+    with contextlib.closing(socket.socket()) as other:
+        other.bind(('', port))

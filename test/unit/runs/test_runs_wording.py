@@ -45,7 +45,7 @@ def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> N
     force, current, flow = (Signal('arm', it, '', SignalKind.VARIABLE)
                             for it in ('force', 'current', 'flow'))
     found = SimpleNamespace(unjudged=(
-        Unjudged(force, 1.0, 1.5, Missing.MOTION), Unjudged(current, 1.0, 1.5, Missing.MOTION),
+        Unjudged(force, 1.0, 1.5, Missing.MOTION), Unjudged(current, 1.1, 1.48, Missing.MOTION),
         Unjudged(flow, 1.0, 3.0), Unjudged(force, 4.0, 4.5, Missing.MOTION)))
     assert unjudged_texts(found) == [  # type: ignore[arg-type]
         'not judged: anything from 0:01.00 to 0:01.50, 0:04.00 to 0:04.50 (the motion lacks data '

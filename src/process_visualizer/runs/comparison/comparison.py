@@ -68,8 +68,8 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     grid_s,
     signals,
-    unknown_moments,
     tool_speed,
+    unknown_moments,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import DAMAGED, Context, Key, Run, fingerprint
@@ -685,7 +685,8 @@ def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
     times_s = grid_s(reference)
     run_s = alignment.time_map.to_run(times_s)
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
-    is_unknown = unknown_moments(reference, run, times_s, run_s)
+    is_unknown = moving_maximum(unknown_moments(reference, run, times_s, run_s).astype(float),
+                                2 * _AROUND_ROWS) > 0.0
     found: List[Unjudged] = []
     for signal, limits in band.signals.items():
         if signal.kind is SignalKind.STATE:

@@ -44,16 +44,21 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
 
     Where the motion lacks data, nothing is judged: that is one sentence for all signals.
     """
-    stretches: Dict[Tuple[str, Missing], List[str]] = {}
-    for it in comparison.unjudged:
+    stretches: Dict[Tuple[str, Missing], List[Tuple[float, float]]] = {}
+    for it in sorted(comparison.unjudged, key=lambda it: it.begin_s):
         name = 'anything' if it.why is Missing.MOTION else _named(it.signal)
-        text = f'{clock(it.begin_s)} to {clock(it.end_s)}'
         known = stretches.setdefault((name, it.why), [])
-        if text not in known:
-            known.append(text)
-    texts = [f'not judged: {name} from {", ".join(found[:3])}'
-             f'{f" and {len(found) - 3} more" if len(found) > 3 else ""} ({why.value})'
-             for (name, why), found in stretches.items() if why is not Missing.SELDOM]
+        begin_s, end_s = it.begin_s, it.end_s
+        if known and begin_s <= known[-1][1]:
+            begin_s, before_s = known.pop()
+            end_s = max(end_s, before_s)
+        known.append((begin_s, end_s))
+    texts = []
+    for (name, why), known in stretches.items():
+        if why is not Missing.SELDOM:
+            named = ', '.join(f'{clock(begin_s)} to {clock(end_s)}' for begin_s, end_s in known[:3])
+            more = f' and {len(known) - 3} more' if len(known) > 3 else ''
+            texts.append(f'not judged: {name} from {named}{more} ({why.value})')
     seldom = [name for name, why in stretches if why is Missing.SELDOM]
     if seldom:
         texts.append(f'not judged: {", ".join(seldom)} ({Missing.SELDOM.value})')

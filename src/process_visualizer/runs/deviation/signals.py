@@ -77,9 +77,10 @@ _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
 """A clock this slow stands still; by motion, one clock is at least a third as fast as the other."""
-_NEAR_GAP, _MAX_NEAR_GAP_S = 1.0, 0.4
-"""Time around a gap in the motion in which the moment of the reference is uncertain, as a share of
-the gap's length, and its maximum [s]: the path across a short gap is known well."""
+_NEAR_GAP_S = 0.4
+"""Time around a gap in the motion in which the moment of the reference is uncertain [s].
+
+At most the length of the gap if nothing came late: the path across a short gap is known well."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
@@ -193,8 +194,13 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
 def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
     """Return which moments (m,) lie in a gap of a series, or near one (bool)."""
     gaps = data_gaps(times_s)
-    near_s = np.minimum(_NEAR_GAP * np.diff(gaps, axis=1), _MAX_NEAR_GAP_S)
-    return inside(moments_s, gaps + near_s * (-1.0, 1.0))
+    if not len(gaps):
+        return np.zeros(len(moments_s), bool)
+    begin_s, end_s = gaps.T
+    is_late = np.array([np.count_nonzero((times_s > begin) & (times_s <= end)) > 1
+                        for begin, end in gaps])  # values that came at once belong to the gap
+    near_s = np.where(is_late, _NEAR_GAP_S, np.minimum(end_s - begin_s, _NEAR_GAP_S))
+    return inside(moments_s, np.column_stack((begin_s - near_s, end_s + near_s)))
 
 
 def _passed_over(run_s: np.ndarray) -> np.ndarray:
