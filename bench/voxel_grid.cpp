@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kPoints = 50000;
 constexpr float kVoxel = 0.005f;  // m
-constexpr int kMostSensors = 4;
+constexpr int kMaxSensors = 4;
 constexpr double kLimit = 1.0;
 
 /// A plane of 1 m x 0.8 m, 3 mm between pixels, with a Kinect's noise.
@@ -40,7 +40,7 @@ int main() {
   std::vector<sensor_msgs::PointCloud2> messages;
   process_visualizer::cloud::VoxelGrid grid(kVoxel);
   bool is_kept = false;
-  for (int sensor = 0; sensor < kMostSensors; ++sensor) {
+  for (int sensor = 0; sensor < kMaxSensors; ++sensor) {
     clouds.push_back(anyPlane(sensor));
     messages.push_back(toMessage(*clouds.back()));
     unsigned points = 0;

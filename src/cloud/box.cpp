@@ -36,7 +36,7 @@ geometry_msgs::Point toPoint(const Eigen::Vector3d& place) {
   return point;
 }
 
-/// The edges join the corners whose numbers differ in one bit.
+/// Edges join the corners whose numbers differ in one bit.
 void addEdges(Marker& outline, const Box& box) {
   const auto corners = box.corners();
   for (int begin = 0; begin < 8; ++begin) {

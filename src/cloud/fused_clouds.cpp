@@ -7,7 +7,7 @@
 namespace process_visualizer::cloud {
 namespace {
 
-constexpr double kLostAfter = 1;  ///< without a state of the player, which sends ten a second, s
+constexpr double kLostAfter = 1;  ///< s without a state of the player, which sends ten per second
 
 }  // namespace
 

@@ -13,19 +13,19 @@
 namespace process_visualizer::cloud {
 namespace {
 
-/// The directions in which a sensor looks, in cells of about the same size.
+/// Directions from a sensor, in cells of about the same size.
 class DirectionGrid {
  public:
   /// \param place  of the sensor, m
   /// \param width  of a cell, rad
   DirectionGrid(Eigen::Vector3f place, double width) : place_(std::move(place)), width_(width) {}
 
-  /// The number of the cell in which a point is seen.
+  /// The number of the cell in which a point appears.
   std::uint64_t cell(const Eigen::Vector3f& point) const {
     const Eigen::Vector3d ray = (point - place_).cast<double>();
     const double slope = std::atan2(std::hypot(ray.x(), ray.y()), ray.z());
     const double azimuth = std::atan2(ray.y(), ray.x()) + M_PI;
-    // Rings of equal height about z, each cut into equal cells that are about as wide as high.
+    // Rings of equal height around z, each divided into cells about as wide as high.
     const double ring = std::floor(slope / width_);
     const double count =
         std::max(std::floor(2.0 * M_PI * std::sin((ring + 0.5) * width_) / width_), 1.0);
@@ -44,9 +44,9 @@ class DirectionGrid {
 };
 
 constexpr double kCellRad = 0.007;  ///< 4 pixels of a Kinect, 13 mm at 1.9 m
-constexpr float kJump = 0.015F;     ///< of the range, in a cell; more than a Kinect's depth steps
+constexpr float kJump = 0.015F;     ///< relative jump in range; more than a Kinect's depth steps
 
-/// A point as its sensor sees it.
+/// A point from the sensor's point of view.
 struct Sight {
   std::uint64_t cell;
   float range_m;
@@ -57,7 +57,7 @@ struct Sight {
   }
 };
 
-/// Cells of directions, not of space: noise is along the ray.
+/// Points by cells of directions, not of space, because noise is along the rays.
 std::vector<Sight> sights(const pcl::PointCloud<pcl::PointXYZ>& cloud,
                           const Eigen::Vector3f& sensor) {
   const DirectionGrid grid(sensor, kCellRad);
@@ -93,9 +93,9 @@ std::vector<Neighbors> neighborsOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
 namespace {
 
 constexpr double kSpacingsPerCell = 3.5;  ///< so that a surface has a point in nearly every cell
-constexpr float kDepthPerCell = 2.0;      ///< within a cell a slanting surface gets this deep
+constexpr float kDepthPerCell = 2.0;  ///< depth of a slanting surface within a cell, in cell widths
 
-/// The width of a cell on the farthest point, as an angle in rad.
+/// The angle of a cell, rad, for its width at the farthest point.
 double cellWidth(const Eigen::Vector3f& place, const SurfaceCloud& points, double spacing_m) {
   float farthest = 1e-3F;
   for (const auto& point : points) farthest = std::max(farthest, (placeOf(point) - place).norm());

@@ -19,15 +19,15 @@ using sensor_msgs::CameraInfo;
 constexpr int kMaxSteps = 100;       ///< of the search for a pixel's ray
 constexpr double kTolerance = 1e-8;  ///< of a ray's slope: a few millionths of a pixel
 
-constexpr double kMinDepth = 0.01;  ///< depth from which on a corner has a place in the image, m
-constexpr double kMargin = 2;       ///< around a range, for what is rounded, px
+constexpr double kMinDepth = 0.01;  ///< minimum depth of a corner with a place in the image, m
+constexpr double kMargin = 2;       ///< around a range, for rounding, px
 
 struct Pinhole {
   Eigen::Vector2d focal;   ///< px
   Eigen::Vector2d center;  ///< the principal point, px
 };
 
-/// A lens as the model plumb_bob describes it, for slopes (x/z, y/z).
+/// A lens by the model plumb_bob, for slopes (x/z, y/z).
 struct Distortion {
   double k1, k2, p1, p2, k3;
 
@@ -43,7 +43,7 @@ struct Distortion {
             p1 * (r2 + 2 * slope.y() * slope.y()) + 2 * p2 * xy};
   }
 
-  /// Finds the slope that the lens shows at `seen`; NaN if there is none.
+  /// Finds the slope that the lens maps to `seen`; NaN if there is none.
   Eigen::Vector2d undo(const Eigen::Vector2d& seen) const {
     Eigen::Vector2d slope = seen;
     for (int step = 0; step < kMaxSteps; ++step) {
@@ -73,7 +73,7 @@ Distortion readDistortion(const CameraInfo& info) {
   return {info.D[0], info.D[1], info.D[2], info.D[3], info.D.size() == 5 ? info.D[4] : 0};
 }
 
-/// P of the camera info, or K where images are raw or there is no P.
+/// P of the camera info, or K if images are raw or there is no P.
 Pinhole readPinhole(const CameraInfo& info, bool is_distorted) {
   if (is_distorted || info.P[0] == 0) return {{info.K[0], info.K[4]}, {info.K[2], info.K[5]}};
   return {{info.P[0], info.P[5]}, {info.P[2], info.P[6]}};
@@ -81,14 +81,14 @@ Pinhole readPinhole(const CameraInfo& info, bool is_distorted) {
 
 double atLeastOne(std::uint32_t binning) { return std::max<std::uint32_t>(binning, 1); }
 
-/// The pinhole of images as the camera sends them: K and P are those of its full resolution.
+/// The pinhole of images as sent by the camera: K and P are for its full resolution.
 Pinhole asSent(Pinhole pinhole, const CameraInfo& info) {
   const Eigen::Array2d binning(atLeastOne(info.binning_x), atLeastOne(info.binning_y));
   pinhole.center -= Eigen::Vector2d(info.roi.x_offset, info.roi.y_offset);
   return {pinhole.focal.array() / binning, pinhole.center.array() / binning};
 }
 
-/// The size of images as the camera sends them, px; zero if the info does not say.
+/// The size of images as sent by the camera, px; zero if the info does not have it.
 Eigen::Vector2d sentSize(const CameraInfo& info) {
   const double width = info.roi.width != 0 ? info.roi.width : info.width;
   const double height = info.roi.height != 0 ? info.roi.height : info.height;
@@ -113,7 +113,7 @@ void check(const Pinhole& pinhole) {
   require(pinhole.center.allFinite(), "the camera info's principal point is not finite");
 }
 
-/// A column or row, limited to those of the image and the one behind them; NaN is the first one.
+/// A column or row, limited to those of the image and its end; the first one for NaN.
 std::uint32_t pixelWithin(double place, std::uint32_t end) {
   return static_cast<std::uint32_t>(std::min<double>(std::max(0.0, place), end));
 }
@@ -130,7 +130,7 @@ PixelRays::PixelRays(const CameraInfo& info, std::uint32_t width, std::uint32_t 
   check(pinhole);
   focal_ = pinhole.focal;
   center_ = pinhole.center;
-  // In float, as depth_image_proc subtracts: the points are to be equal to the last bit.
+  // In float, as in depth_image_proc, so that points are equal to the last bit.
   const Eigen::Vector2f center = pinhole.center.cast<float>();
   for (std::size_t pixel = 0; pixel < rays_.size(); ++pixel)
     rays_[pixel] = Eigen::Vector2f(pixel % width, pixel / width) - center;

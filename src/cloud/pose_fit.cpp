@@ -37,14 +37,14 @@ Eigen::Vector3d center(const SurfaceCloud& points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Root of the mean squared distance of points from a place; never 0.
+/// Root mean square distance of points from a place; never 0.
 double radius(const SurfaceCloud& points, const Eigen::Vector3d& place) {
   double sum = 0.0;
   for (const auto& point : points) sum += (placeOf(point).cast<double>() - place).squaredNorm();
   return std::max(std::sqrt(sum / static_cast<double>(points.size())), 1e-6);
 }
 
-/// A direction as an axis, or its components if it is none.
+/// The name of the axis along a direction, or its components if it is along none.
 std::string axis(const Eigen::Vector3d& direction) {
   Eigen::Index largest;
   const Eigen::Vector3d unit = direction.normalized();
@@ -85,18 +85,18 @@ using Tree = pcl::search::KdTree<pcl::PointNormal>;
 using Points = pcl::PointCloud<pcl::PointXYZ>;
 using Icp = pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal, double>;
 
-constexpr double kReachM = 0.0035;    ///< mean distance of a group that lies on the model
-constexpr double kNoiseM = 0.03;      ///< distance of a point of it
-constexpr double kBeside = 1.4;       ///< spacings, along the surface: farther is beyond its rim
-constexpr double kEdge = 2.0;         ///< spacings from an edge that a point must have to count
+constexpr double kReachM = 0.0035;    ///< maximum mean distance of a group that lies on the model
+constexpr double kNoiseM = 0.03;      ///< maximum distance of one of its points
+constexpr double kBeside = 1.4;       ///< maximum distance along the surface, in spacings
+constexpr double kEdge = 2.0;         ///< minimum distance of a point from an edge, in spacings
 constexpr float kEvenCosine = 0.94F;  ///< of normals without an edge between them: 20 degrees
 constexpr std::size_t kMinInGroup = 4;
 constexpr std::size_t kMinPairs = 2000;  ///< points in all
-constexpr double kHeld = 1e-3;           ///< `Determination::weakest` of pairs that suffice
+constexpr double kHeld = 1e-3;           ///< minimum `Determination::weakest` of pairs
 constexpr int kSteps = 8;
 constexpr double kStill = 1e-5;  ///< m and rad
 
-/// A point of the cloud, and the point of the model next to it.
+/// A point of the cloud and the nearest point of the model.
 struct Pair {
   Eigen::Vector3d place;
   const pcl::PointNormal* model;
@@ -105,7 +105,7 @@ struct Pair {
 
 using Pairs = std::vector<Pair>;
 
-/// The points of a model around which it has no edge; found when they are asked for.
+/// The points of a model that are not near an edge; computed on demand.
 class EvenParts {
  public:
   EvenParts(const SurfaceCloud& model, const Tree& tree, double radius_m)
@@ -140,7 +140,7 @@ class Refinement {
         beside_m_(kBeside * spacing_m),
         even_(model, tree, kEdge * spacing_m) {}
 
-  /// Pairs of the points that lie on even parts of the model when they are moved.
+  /// Pairs of the points that, when moved, lie on even parts of the model.
   Pairs pairs(const std::vector<Neighbors>& groups, const Eigen::Isometry3d& motion) {
     Pairs found;
     for (const Neighbors& group : groups) {
@@ -186,7 +186,7 @@ class Refinement {
   std::vector<float> squares_{0.0F};
 };
 
-/// Returns whether pairs determine the place of the cloud.
+/// Returns whether pairs determine the pose of the cloud.
 bool suffice(const Pairs& pairs) {
   if (pairs.size() < kMinPairs) return false;
   SurfaceCloud surface;
@@ -194,7 +194,7 @@ bool suffice(const Pairs& pairs) {
   return Determination(surface).weakest() > kHeld;
 }
 
-/// The small motion that makes the squares of the pairs' distances least: a Gauss-Newton step.
+/// The small motion that minimizes the squared distances of the pairs: a Gauss-Newton step.
 Vector6 step(const Pairs& pairs) {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
@@ -208,7 +208,7 @@ Vector6 step(const Pairs& pairs) {
   return -information.ldlt().solve(gradient);
 }
 
-/// The motion of a small turn vector and a shift.
+/// The motion for a small rotation vector and a shift.
 Eigen::Isometry3d motionOf(const Vector6& step) {
   const Eigen::Vector3d turn = step.head<3>();
   Eigen::Isometry3d motion(Eigen::Translation3d(step.tail<3>()));
@@ -217,19 +217,19 @@ Eigen::Isometry3d motionOf(const Vector6& step) {
 }
 
 /// Moves a cloud that nearly lies on a model onto it: least squares of the distances of single
-/// points from the planes of the model's points next to them.
+/// points from the planes through the nearest points of the model.
 ///
-/// Means of neighbors have little noise, but they lie inside of what bulges or has an edge, so
-/// that ICP with them leaves a cloud some tenths of a millimeter beside the model. Here the mean
-/// distance of neighbors only decides whether they lie on it. What is near an edge is left out.
+/// Means of neighbors have little noise, but lie inside convex surfaces and edges, so ICP with them
+/// leaves a cloud some tenths of a millimeter off the model. Here the mean distance of neighbors
+/// only decides whether they lie on it. Points near an edge are left out.
 ///
-/// \param groups  of the cloud's points, in the model's frame but for `start`
-/// \param model   points with normals, which are seen
+/// \param groups  of the cloud's points; `start` moves them into the model's frame
+/// \param model   visible points with normals
 /// \param tree    of the model
 /// \param spacing_m  of the model's points
-/// \param start   what moves the cloud nearly onto the model
-/// \return what moves it onto the model; `start` if too little of it lies on parts without edges,
-///         or if these do not hold it in all directions
+/// \param start   the motion that puts the cloud nearly onto the model
+/// \return the motion that puts it onto the model; `start` if too little of it lies on parts
+///         without edges, or if these do not constrain it in all directions
 Eigen::Isometry3d refined(const std::vector<Neighbors>& groups, const SurfaceCloud& model,
                           const Tree& tree, double spacing_m, const Eigen::Isometry3d& start) {
   Refinement refinement(model, tree, spacing_m);
@@ -252,14 +252,14 @@ struct Round {
 constexpr std::array<Round, 7> kRounds{
     {{0.12, 25}, {0.06, 20}, {0.03, 20}, {0.015, 30}, {0.008, 50}, {0.005, 50}, {0.0035, 50}}};
 
-constexpr double kSourceReach = 1.5;  ///< times that of a round: what ICP looks at in it
-constexpr double kStillM = 1e-6;      ///< ICP ends when it moves the cloud less
+constexpr double kSourceReach = 1.5;  ///< reach of the points given to ICP, relative to the round's
+constexpr double kStillM = 1e-6;      ///< ICP ends when it moves the cloud by less
 
 constexpr std::size_t kMinPoints = 300;     ///< 0.03 m² of the model
-constexpr double kSolvable = 1e-3;          ///< `Determination::weakest` that ICP needs
-constexpr double kMinDetermination = 0.01;  ///< `Determination::weakest`
-constexpr double kMaxResidualM = 0.006;     ///< a cloud of noise has about half of the reach
-constexpr double kMaxShiftM = 0.25;         ///< a correction of more is a wrong one
+constexpr double kSolvable = 1e-3;          ///< minimum `Determination::weakest` for ICP
+constexpr double kMinDetermination = 0.01;  ///< minimum `Determination::weakest` of a fit
+constexpr double kMaxResidualM = 0.006;     ///< that of a cloud of noise is about half of the reach
+constexpr double kMaxShiftM = 0.25;         ///< a larger correction is wrong
 
 pcl::PointNormal pointAt(const Eigen::Vector3f& place) {
   pcl::PointNormal point;
@@ -267,7 +267,7 @@ pcl::PointNormal pointAt(const Eigen::Vector3f& place) {
   return point;
 }
 
-/// The points of a cloud within a reach of a model's extent.
+/// The points of a cloud within reach of a model's extent.
 Points::Ptr near(const Points& cloud, const SurfaceCloud& model) {
   Eigen::Vector4f low, high;
   pcl::getMinMax3D(model, low, high);
@@ -284,7 +284,7 @@ Points::Ptr near(const Points& cloud, const SurfaceCloud& model) {
   return found;
 }
 
-/// The means of neighbors, which have less noise.
+/// The means of groups of neighbors, which have less noise.
 SurfaceCloud meansOf(const std::vector<Neighbors>& groups) {
   SurfaceCloud means;
   for (const Neighbors& group : groups) {
@@ -295,7 +295,7 @@ SurfaceCloud meansOf(const std::vector<Neighbors>& groups) {
   return means;
 }
 
-/// Pairs of a cloud's points and the model's, and the model's points in them.
+/// The points of a model that are paired with points of a cloud.
 struct Contact {
   SurfaceCloud surface;
   double rms_m = 0.0;  ///< distance from the surfaces
@@ -332,7 +332,7 @@ std::unique_ptr<Icp> pointToPlane(const SurfaceCloud& model, const Tree::Ptr& tr
   return icp;
 }
 
-/// The points of a cloud that lie within a distance of the model when they are moved.
+/// The points of a cloud that, when moved, lie within a distance of the model.
 SurfaceCloud::Ptr within(double distance_m, const SurfaceCloud& cloud, const SurfaceCloud& moved,
                          const Tree& tree) {
   auto found = std::make_shared<SurfaceCloud>();
@@ -371,14 +371,14 @@ void refuseBadFit(const PoseFit& fit, const Determination& determination, double
         "; move the sensor closer to where it is by hand first");
 }
 
-/// A round of ICP is solvable only if it has points, and they hold the cloud in all directions.
+/// Refuses a round of ICP without enough points, or whose points do not constrain the cloud.
 void refuseUnsolvable(const Contact& contact) {
   refuseFewPoints(contact.surface.size());
   const Determination determination(contact.surface);
   if (determination.weakest() < kSolvable) refuseFreeMotion(determination);
 }
 
-/// ICP from point to plane in rounds; returns what moves the cloud onto the model.
+/// Point-to-plane ICP in rounds; returns the motion that puts the cloud onto the model.
 Eigen::Isometry3d aligned(const SurfaceCloud& cloud, const SurfaceCloud& model,
                           const Tree::Ptr& tree) {
   const std::unique_ptr<Icp> icp = pointToPlane(model, tree);

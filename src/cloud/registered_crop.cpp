@@ -40,7 +40,7 @@ std::string size(const Image& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height) + " px";
 }
 
-/// \param name  how the image is called in a message
+/// \param name  of the image in a problem's text
 void checkData(const Image& image, std::size_t pixel_size, const std::string& name) {
   require(image.width > 0 && image.height > 0, "the " + name + " has no pixels: " + size(image));
   const std::uint64_t row_size = std::uint64_t{image.width} * pixel_size;
@@ -60,7 +60,7 @@ void checkFrame(const std::string& frame, const std::string& depth_frame, const 
               "depth_image_proc/register");
 }
 
-/// Checks a depth image, so that every byte that is read later on exists.
+/// Checks a depth image, so that every byte read later exists.
 /// \throws std::invalid_argument that says what is wrong
 void checkDepthImage(const Image& depth) {
   const bool is_float = depth.encoding == encodings::TYPE_32FC1;
@@ -71,7 +71,7 @@ void checkDepthImage(const Image& depth) {
   checkData(depth, is_float ? sizeof(float) : sizeof(std::uint16_t), "depth image");
 }
 
-/// The same for a color image, which must cover the depth image when it is scaled to its width.
+/// The same for a color image; scaled to the width of the depth image, it must cover that.
 ColorLayout checkColorImage(const Image& color, const Image& depth) {
   const auto layout = kColorLayouts.find(color.encoding);
   require(layout != kColorLayouts.end(), "the color image's encoding is '" + color.encoding +
@@ -115,7 +115,7 @@ Value read(const std::uint8_t* bytes) {
   return value;
 }
 
-/// Places of the colors of depth pixels, at the nearest pixel of the color image.
+/// The colors of depth pixels: those of the nearest pixels of the color image.
 class ColorPlaces {
  public:
   ColorPlaces(const Image& color, const Image& depth, const ColorLayout& layout)
@@ -144,7 +144,7 @@ class ColorPlaces {
   const Image& color_;
   std::uint32_t depth_width_;
   ColorLayout layout_;
-  std::vector<std::size_t> columns_;  ///< bytes from the begin of a row
+  std::vector<std::size_t> columns_;  ///< bytes from the beginning of a row
 };
 
 /// The crop of one pair of images, row by row.
@@ -184,7 +184,7 @@ class ImageCrop {
     return count;
   }
 
-  /// In the order of depth_image_proc, so that the results are equal to the last bit.
+  /// The operations in the order of depth_image_proc, so that results are equal to the last bit.
   Eigen::Vector3f pointAt(const Eigen::Vector2f& ray, float depth) const {
     return {ray.x() * depth * meters_per_pixel_.x(), ray.y() * depth * meters_per_pixel_.y(),
             depth * Depth<Value>::kUnit};

@@ -10,13 +10,13 @@
 namespace process_visualizer::cloud {
 namespace {
 
-/// Neighboring bytes of points that are all kept.
+/// Contiguous bytes of points that are all kept.
 struct Run {
   const std::uint8_t* begin;
   const std::uint8_t* end;
 };
 
-/// Tells whether a point lies in the box, for the bytes of a point.
+/// Tests the bytes of a point for lying in the box.
 class InsideTest {
  public:
   InsideTest(InsideBox is_inside, const CoordinateOffsets& offsets)

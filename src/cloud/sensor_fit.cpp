@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node sensor_fit: its service ~fit finds the pose of a sensor from its cloud and models.
+// The node sensor_fit: its service ~fit finds the pose of a sensor from its cloud and from models.
 
 #include <process_visualizer/FitSensor.h>
 #include <ros/callback_queue.h>
@@ -38,26 +38,25 @@ using sensor_msgs::PointCloud2;
 using visualization_msgs::Marker;
 
 constexpr double kPatience = 5.0;   ///< s
-constexpr double kBeginning = 0.5;  ///< until the transforms of a cloud are heard as well, s
-constexpr double kQuiet = 1.0;      ///< after which no newer cloud is to be expected, s
+constexpr double kBeginning = 0.5;  ///< until the transforms for a cloud are received too, s
+constexpr double kQuiet = 1.0;      ///< after which no newer cloud is expected, s
 constexpr double kPeriod = 0.05;    ///< s
 constexpr double kUnitTolerance = 0.01;
-constexpr std::size_t kMostModels = 10'000;
+constexpr std::size_t kMaxModels = 10'000;
 
-// as in ros_names.py
+// As in ros_names.py.
 constexpr char kRepeat[] = "/bag_player/repeat";
 
-/// Lets a player that is paused publish what it shows once more.
+/// Lets a paused player publish its scene again.
 void askForRepetition() {
   std_srvs::Trigger request;
   if (ros::service::exists(kRepeat, /*print_failure_reason=*/false))
     ros::service::call(kRepeat, request);
 }
 
-/// Waits for a cloud that is taken after the call; of a player that stands still, that is the one
-/// that it shows.
+/// Waits for a cloud taken after the call; from a paused player, for the one that it shows.
 /// \param topic  of sensor_msgs/PointCloud2
-/// \throws std::runtime_error if none comes; the text says why
+/// \throws std::runtime_error if none arrives; the text says why
 PointCloud2::ConstPtr nextCloud(const std::string& topic) {
   const ros::Time begin = ros::Time::now() + ros::Duration(kBeginning);
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(kPatience);
@@ -90,8 +89,8 @@ Eigen::Vector3f vectorOf(const geometry_msgs::Vector3& vector) {
   return Eigen::Vector3d(vector.x, vector.y, vector.z).cast<float>();
 }
 
-/// The surface that a marker shows, in the marker's own coordinates.
-/// \throws std::invalid_argument that says why it has none, with the address of its mesh
+/// The surface shown by a marker, in the marker's own coordinates.
+/// \throws std::invalid_argument that says why there is none, with the address of its mesh
 Surface surfaceOf(const Marker& marker) {
   switch (marker.type) {
     case Marker::CUBE:
@@ -112,11 +111,11 @@ Surface surfaceOf(const Marker& marker) {
   }
 }
 
-/// \throws std::invalid_argument if it is none
+/// \throws std::invalid_argument if the marker has no valid pose
 Eigen::Isometry3d poseOf(const Marker& marker) {
   Eigen::Isometry3d pose;
   tf2::fromMsg(marker.pose, pose);
-  // Four numbers that are no rotation would be a scale, too, which makes a model of any size.
+  // A quaternion that is not normalized would also scale the model, to any size.
   const Eigen::Quaterniond turn(marker.pose.orientation.w, marker.pose.orientation.x,
                                 marker.pose.orientation.y, marker.pose.orientation.z);
   require(
@@ -127,10 +126,10 @@ Eigen::Isometry3d poseOf(const Marker& marker) {
 }
 
 constexpr double kTransformWait = 0.5;      ///< s
-constexpr double kMaxAge = 0.5;             ///< of a transform that stands for one at the stamp, s
-constexpr double kSpacingM = 0.005;         ///< of points on models, at least
+constexpr double kMaxAge = 0.5;             ///< of a transform used instead of one at the stamp, s
+constexpr double kSpacingM = 0.005;         ///< minimum spacing of points on models
 constexpr double kMaxPoints = 1'000'000;    ///< on models
-const Box kRange({0, 0, 0}, {40, 40, 40});  ///< in which points of a sensor lie, m
+const Box kRange({0, 0, 0}, {40, 40, 40});  ///< of a sensor's points, m
 
 /// Places of frames at a time.
 class Places {
@@ -141,7 +140,7 @@ class Places {
         stamp_(stamp),
         deadline_(ros::WallTime::now() + ros::WallDuration(kTransformWait)) {}
 
-  /// The place of a frame at the time. While playback stands still the newest one may be a moment
+  /// The place of a frame at that time. While playback is paused, the newest one may be slightly
   /// older, and no other comes.
   /// \throws tf2::TransformException
   Eigen::Isometry3d of(const std::string& name) const {
@@ -157,7 +156,8 @@ class Places {
     return tf2::transformToEigen(newest);
   }
 
-  /// Returns whether a frame hangs on another one, over others. What is the newest may be a circle.
+  /// Returns whether a frame is below another one in the tree. The newest transforms may form a
+  /// loop.
   bool hangsOn(const std::string& name, const std::string& base) const {
     std::string frame = withoutLeadingSlash(name), next;
     for (unsigned links = 0; links < tf2::BufferCore::MAX_GRAPH_DEPTH && frame != base &&
@@ -194,7 +194,7 @@ struct PlacedSurface {
   Eigen::Affine3d place;
 };
 
-/// The models of which it is known where they were; the frames of others are named.
+/// The models with known places; the frames of the others are added to `left_out`.
 std::vector<PlacedSurface> placed(const std::vector<Marker>& models, const Places& places,
                                   std::vector<std::string>& left_out) {
   std::vector<PlacedSurface> found;
@@ -234,8 +234,8 @@ std::string describe(const PoseFit& fit) {
 }
 
 void fitSensor(const FitSensor::Request& request, FitSensor::Response& response) {
-  require(request.models.size() <= kMostModels,
-          "there are more than " + std::to_string(kMostModels) + " models");
+  require(request.models.size() <= kMaxModels,
+          "there are more than " + std::to_string(kMaxModels) + " models");
   for (const std::string& name : {request.cloud, request.base, request.parent}) requiredName(name);
   tf2_ros::Buffer buffer;
   const tf2_ros::TransformListener listener(buffer);
@@ -247,8 +247,7 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
                                 cloud->header.frame_id + ", which does not hang on " +
                                 request.base);
   const auto surfaces = placed(request.models, places, response.left_out);
-  if (surfaces.empty())
-    throw std::invalid_argument("there is no model of which it is known where it is");
+  if (surfaces.empty()) throw std::invalid_argument("no model has a known pose");
   const double spacing_m = spacingFor(surfaces);
   SurfaceCloud model;
   for (const auto& [surface, place] : surfaces) addPoints(surface, place, spacing_m, model);
@@ -261,15 +260,15 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
   response.message = describe(fit);
 }
 
-/// Takes the next cloud and finds the pose of its sensor; a refusal is an answer, too. Listens to
-/// clouds and transforms for no longer than this takes.
+/// Takes the next cloud and finds the pose of its sensor; a refusal is an answer too. Subscribes to
+/// clouds and transforms only meanwhile.
 bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
   try {
     fitSensor(request, response);
     response.success = true;
   } catch (const tf2::TransformException& error) {
     response.message =
-        "it is not known where the sensor is in " + request.parent + ": " + error.what();
+        "the pose of the sensor is not known in " + request.parent + ": " + error.what();
   } catch (const std::exception& error) {
     response.message = error.what();
   }

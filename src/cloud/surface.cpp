@@ -13,16 +13,16 @@
 namespace process_visualizer::cloud {
 namespace {
 
-constexpr int kSides = 48;  ///< of a round shape; a tube of 10 cm is 0.1 mm beside its circle
+constexpr int kSides = 48;  ///< of a round shape; a tube of 10 cm is within 0.1 mm of its circle
 
-/// The corners of a quadrilateral, anticlockwise, as two triangles.
+/// Adds a quadrilateral as two triangles; its corners are counterclockwise.
 void addFace(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c,
              const Eigen::Vector3f& d, Surface& surface) {
   surface.push_back({a, b, c});
   surface.push_back({a, c, d});
 }
 
-/// A point of a round shape. \param turn  from 0 to kSides about z, \param height  its z
+/// A point of a round shape. `turn`, from 0 to kSides, is the angle about z; `height` is z.
 Eigen::Vector3f onCircle(int turn, double radius, double height) {
   const double angle = 2.0 * M_PI * turn / kSides;
   return Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), height).cast<float>();
@@ -34,18 +34,18 @@ Surface scaled(Surface surface, const Eigen::Vector3f& size) {
   return surface;
 }
 
-/// Six times the volume that a surface encloses: below 0 if its triangles are clockwise.
+/// Six times the volume inside a surface; negative if its triangles are clockwise.
 double signedVolume(const Surface& surface) {
   double volume = 0.0;
   for (const auto& [a, b, c] : surface) volume += a.dot(b.cross(c));
   return volume;
 }
 
-/// Places of a sequence that fills the unit square evenly, the k-th of which is (k a, k b) mod 1
-/// (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018: the sequence R2).
+/// A sequence that fills the unit square evenly; its k-th point is (k a, k b) mod 1 (M. Roberts,
+/// The unreasonable effectiveness of quasirandom sequences, 2018: the sequence R2).
 class EvenSequence {
  public:
-  /// The next place as weights of two edges of a triangle.
+  /// The next point, as weights of two edges of a triangle.
   Eigen::Vector2d next() {
     constexpr double kStepA = 0.7548776662466927, kStepB = 0.5698402909980532;
     a_ = std::fmod(a_ + kStepA, 1.0);
@@ -109,7 +109,7 @@ void addPoints(const Surface& surface, const Eigen::Affine3d& pose, double spaci
                SurfaceCloud& cloud) {
   const double outward = signedVolume(surface) * pose.linear().determinant() < 0.0 ? -1.0 : 1.0;
   EvenSequence sequence;
-  double owed = 0.5;  // points, of the triangles so far
+  double owed = 0.5;  // points that the triangles so far have not got yet
   for (const auto& triangle : surface) {
     const Eigen::Vector3d a = pose * triangle[0].cast<double>();
     const Eigen::Vector3d u = pose * triangle[1].cast<double>() - a;

@@ -15,11 +15,11 @@ namespace {
 using sensor_msgs::PointCloud2;
 
 constexpr std::size_t kFirstSlots = 1 << 12;
-constexpr int kBits = 21;  ///< of a cube's place along an axis
+constexpr int kBits = 21;  ///< of a cube's coordinate along an axis
 constexpr float kReach = 1 << (kBits - 1);
 constexpr std::uint8_t kGray[] = {200, 200, 200};
 
-/// A number for the cube at a place of whole numbers, each of which has `kBits` bits.
+/// The number of the cube at integer coordinates of `kBits` bits each.
 std::uint64_t keyOf(const Eigen::Vector3f& place) {
   std::uint64_t key = 0;
   for (int axis = 0; axis < 3; ++axis)
@@ -77,8 +77,8 @@ VoxelGrid::Cube& VoxelGrid::cubeAt(std::uint64_t key) {
   return cubes_[slots_[slot] - 1];
 }
 
-/// Returns the slot of the cube in the table, or the free one for it. Neighbors lie far apart: a
-/// product with the golden ratio scatters them (Knuth, The Art of Computer Programming 3, 6.4).
+/// Returns the slot of a cube in the table, or the free one for it. The multiplication with the
+/// golden ratio scatters neighbors (Knuth, The Art of Computer Programming 3, 6.4).
 std::size_t VoxelGrid::slotOf(std::uint64_t key) const {
   constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15;
   constexpr int kUpperHalf = 32;

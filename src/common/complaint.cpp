@@ -6,7 +6,7 @@
 namespace process_visualizer {
 namespace {
 
-constexpr std::chrono::seconds kHold{3};  // it must not blink
+constexpr std::chrono::seconds kHold{3};  // so that it does not blink
 
 }  // namespace
 

@@ -25,7 +25,7 @@ namespace {
 
 using ros::console::levels::Level;
 
-constexpr std::size_t kMostLoggers = 100;
+constexpr std::size_t kMaxLoggers = 100;
 
 const std::map<std::string, Level>& levels() {
   static const std::map<std::string, Level> levels = {{"debug", ros::console::levels::Debug},
@@ -36,7 +36,7 @@ const std::map<std::string, Level>& levels() {
   return levels;
 }
 
-/// The loggers of which the level can be asked and set.
+/// The services for the levels of loggers.
 class LoggerServices {
  public:
   LoggerServices() {
@@ -60,7 +60,7 @@ class LoggerServices {
     return true;
   }
 
-  /// The lowest level that the logger writes.
+  /// The lowest level that a logger writes.
   static std::string levelOf(const std::string& name) {
     void* const handle = ros::console::impl::getHandle(name);
     std::string lowest = "fatal";
@@ -73,9 +73,9 @@ class LoggerServices {
     return lowest;
   }
 
-  /// Throws std::invalid_argument, which roscpp logs and answers.
+  /// Throws std::invalid_argument, which roscpp logs and turns into an error for the caller.
   bool set(const roscpp::SetLoggerLevel::Request& request) {
-    std::string word = request.level.substr(0, kMostNameCharacters);
+    std::string word = request.level.substr(0, kMaxNameCharacters);
     for (char& letter : word)
       letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
     const auto level = levels().find(word);
@@ -83,8 +83,8 @@ class LoggerServices {
       throw std::invalid_argument("the level must be debug, info, warn, error or fatal");
     requiredName(request.logger);
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (names_.size() >= kMostLoggers && names_.count(request.logger) == 0)
-      throw std::invalid_argument("the levels of " + std::to_string(kMostLoggers) +
+    if (names_.size() >= kMaxLoggers && names_.count(request.logger) == 0)
+      throw std::invalid_argument("the levels of " + std::to_string(kMaxLoggers) +
                                   " loggers are set; no other can be");
     if (!ros::console::set_logger_level(request.logger, level->second)) return false;
     names_.insert(request.logger);
@@ -102,7 +102,7 @@ class LoggerServices {
 }  // namespace
 
 void replaceLoggerServices() {
-  static const auto* const services = new LoggerServices;  // roscpp ends them at its shutdown
+  static const auto* const services = new LoggerServices;  // removed by roscpp at its shutdown
   static_cast<void>(services);
 }
 

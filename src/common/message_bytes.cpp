@@ -20,7 +20,7 @@ const std::map<std::string, std::size_t>& primitiveBytes() {
   return bytes;
 }
 
-/// The whole name of a type in a definition of a message of a package.
+/// The full name of a type in the definition of a package's message.
 std::string wholeName(const std::string& name, const std::string& package) {
   if (name == kString || primitiveBytes().count(name) != 0 || name.find('/') != std::string::npos)
     return name;
@@ -30,14 +30,14 @@ std::string wholeName(const std::string& name, const std::string& package) {
 }  // namespace
 
 ClaimedLengths::ClaimedLengths(const std::string& type, const std::string& definition)
-    : type_(type), least_bytes_(primitiveBytes()) {
-  least_bytes_[kString] = kLengthBytes;
-  for (const auto& [name, bytes] : least_bytes_) is_fixed_[name] = name != kString;
+    : type_(type), min_bytes_(primitiveBytes()) {
+  min_bytes_[kString] = kLengthBytes;
+  for (const auto& [name, bytes] : min_bytes_) is_fixed_[name] = name != kString;
   read(type, definition);
   measure(type, 0);
 }
 
-/// Takes the fields of all messages of a definition.
+/// Reads the fields of all messages in a definition.
 void ClaimedLengths::read(const std::string& type, const std::string& definition) {
   std::string current = type;
   fields_[current];
@@ -51,7 +51,7 @@ void ClaimedLengths::read(const std::string& type, const std::string& definition
       continue;
     }
     std::string kind, name;
-    // A constant has its "=" in the rest of the line; a line of "=" separates messages.
+    // Constants and separators between messages have a "=".
     if (!(words >> kind >> name) || line.find('=') != std::string::npos) continue;
     Field field;
     const std::size_t bracket = kind.find('[');
@@ -63,9 +63,9 @@ void ClaimedLengths::read(const std::string& type, const std::string& definition
   }
 }
 
-/// Finds out how many bytes a message of a type takes at least.
+/// Computes the minimum size of a message of a type.
 void ClaimedLengths::measure(const std::string& type, int depth) {
-  if (least_bytes_.count(type) != 0) return;
+  if (min_bytes_.count(type) != 0) return;
   const auto fields = fields_.find(type);
   if (fields == fields_.end() || depth > kMaxDepth)
     throw std::invalid_argument("the definition of " + type + " is missing, or contains itself");
@@ -74,14 +74,14 @@ void ClaimedLengths::measure(const std::string& type, int depth) {
   for (const Field& field : fields->second) {
     measure(field.type, depth + 1);
     const bool is_counted = field.is_array && !field.length;
-    bytes += is_counted ? kLengthBytes : field.length.value_or(1) * least_bytes_.at(field.type);
+    bytes += is_counted ? kLengthBytes : field.length.value_or(1) * min_bytes_.at(field.type);
     is_fixed = is_fixed && !is_counted && is_fixed_.at(field.type);
   }
-  least_bytes_[type] = bytes;
+  min_bytes_[type] = bytes;
   is_fixed_[type] = is_fixed;
 }
 
-/// Goes over the bytes of a message from front to back.
+/// Walks through the bytes of a message.
 class ClaimedLengths::Walk {
  public:
   Walk(const ClaimedLengths& lengths, WireReader reader) : lengths_(lengths), reader_(reader) {}
@@ -95,8 +95,8 @@ class ClaimedLengths::Walk {
 
  private:
   void elements(const std::string& type, std::size_t count) {
-    const std::size_t least = lengths_.least_bytes_.at(type);
-    // Elements without a byte take memory, too: one that claims them has to have bytes for that.
+    const std::size_t least = lengths_.min_bytes_.at(type);
+    // Elements of zero bytes take memory too, so each counts as one byte here.
     if (count > reader_.left() / (least > 0 ? least : 1))
       throw std::invalid_argument("it claims " + std::to_string(count) + " of " + type +
                                   ", and only " + std::to_string(reader_.left()) + " bytes follow");

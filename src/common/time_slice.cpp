@@ -12,7 +12,7 @@
 namespace process_visualizer {
 namespace {
 
-/// The kernel's struct sched_attr (sched_setattr(2)), which libc does not declare everywhere.
+/// The kernel's struct sched_attr (sched_setattr(2)), which not every libc declares.
 struct SchedulingAttributes {
   std::uint32_t size = sizeof(SchedulingAttributes);
   std::uint32_t policy = SCHED_OTHER;
@@ -30,7 +30,7 @@ void takeSlices(std::chrono::nanoseconds slice) {
   SchedulingAttributes attributes;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   attributes.runtime_ns = static_cast<std::uint64_t>(slice.count());
-  syscall(SYS_sched_setattr, 0, &attributes, 0);  // without it, all works, only less punctually
+  syscall(SYS_sched_setattr, 0, &attributes, 0);  // if this fails, threads are only less punctual
 }
 
 bool takeRealTimePriority() {

@@ -13,10 +13,10 @@
 namespace process_visualizer {
 namespace {
 
-constexpr int kDeepest = 200;
+constexpr int kMaxNesting = 200;
 constexpr std::size_t kPiece = 1 << 20;  // bytes; expat counts them as int
 
-/// What the functions that expat calls share. No exception may pass through expat, which is C.
+/// State shared by expat's callbacks. No exception may pass through expat, which is C.
 struct XmlWalk {
   XML_Parser parser;
   const std::function<void(const std::string&, XmlAttributes)>& begin;
@@ -39,9 +39,9 @@ struct XmlWalk {
   static void onBegin(void* data, const char* tag, const char** attributes) {
     XmlWalk& walk = of(data);
     walk.run([&] {
-      if (++walk.depth > kDeepest)
+      if (++walk.depth > kMaxNesting)
         throw std::invalid_argument("its elements are nested more than " +
-                                    std::to_string(kDeepest) + " deep");
+                                    std::to_string(kMaxNesting) + " deep");
       if (walk.begin) walk.begin(tag, attributes);
     });
   }
@@ -72,7 +72,7 @@ void walkXml(const char* text, std::size_t size,
   XML_SetUserData(walk.parser, &walk);
   XML_SetElementHandler(walk.parser, &XmlWalk::onBegin, &XmlWalk::onEnd);
   XML_SetStartDoctypeDeclHandler(walk.parser, &XmlWalk::onDoctype);
-  // Other readers bear space in front of the declaration.
+  // Other parsers accept space in front of the declaration.
   const char* const last = text + size;
   text = std::find_if_not(text, last, [](unsigned char it) { return std::isspace(it) != 0; });
   XML_Status status = XML_STATUS_OK;

@@ -25,7 +25,7 @@ QString adoptCamera(const std::string& text, rviz::ViewManager& views) {
   if (reader.error()) return reader.errorMessage();
   QString type;
   if (!config.mapGetString("Class", &type)) return "it has no class";
-  // In place of a class that is unknown RViz would put a camera that only opens a window.
+  // For an unknown class RViz would create a camera that only shows an error window.
   if (!views.getFactory()->getDeclaredClassIds().contains(type)) return "no class " + type;
   const std::unique_ptr<rviz::ViewController> camera(views.create(type));
   camera->load(config);

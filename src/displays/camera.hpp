@@ -10,11 +10,11 @@ class ViewManager;
 
 namespace process_visualizer::displays {
 
-/// RViz's present camera as it stands in a file of RViz under Views/Current: YAML with class,
-/// target frame and all other properties. Call this and the following only in RViz's GUI thread.
+/// RViz's current camera as YAML, as under Views/Current in RViz's files: class, target frame and
+/// all other properties. Call this and the following only in RViz's GUI thread.
 std::string cameraText(const rviz::ViewManager& views);
 
-/// Looks as the text says; returns why that cannot be done, else nothing.
+/// Adopts a camera from such a text; returns the problem, else nothing.
 QString adoptCamera(const std::string& text, rviz::ViewManager& views);
 
 }  // namespace process_visualizer::displays

@@ -43,11 +43,11 @@ using diagnostic_msgs::KeyValue;
 using sensor_msgs::RegionOfInterest;
 
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr float kLookPeriod = 0.1F;  ///< between two looks at the camera, s
+constexpr float kLookPeriod = 0.1F;  ///< between two checks of the camera, s
 
 // Displays that have received nothing
 
-/// The name of the line in a display's status that says so.
+/// The name of the line in a display's status for that.
 const char* const kSilenceName = "Messages";
 
 const rviz::StatusList* statusOf(const rviz::Display& display) {
@@ -64,15 +64,15 @@ const rviz::Property* childOf(const rviz::Property& parent, const QString& name)
   return nullptr;
 }
 
-/// The text of a line of the display's status; empty if there is none.
+/// The text of a line of a display's status; empty if there is none.
 QString statusText(const rviz::Display& display, const QString& name) {
   const rviz::StatusList* list = statusOf(display);
   const rviz::Property* line = list ? childOf(*list, name) : nullptr;
   return line ? line->getValue().toString() : QString();
 }
 
-/// Returns whether RViz itself finds fault with the display: it may have received what it cannot
-/// show.
+/// Returns whether RViz itself reports a problem of the display, which may have received what it
+/// cannot show.
 bool hasFault(const rviz::Display& display) {
   const rviz::StatusList* list = statusOf(display);
   for (int i = 0; list && i < list->numChildren(); ++i) {
@@ -83,8 +83,8 @@ bool hasFault(const rviz::Display& display) {
   return false;
 }
 
-/// Returns whether this process has subscribed a topic or, of images, one with the name of a
-/// transport behind.
+/// Returns whether this process has subscribed a topic or, for images, one with the suffix of a
+/// transport.
 bool isSubscribed(const std::string& topic) {
   ros::V_string topics;
   ros::this_node::getSubscribedTopics(topics);
@@ -93,8 +93,8 @@ bool isSubscribed(const std::string& topic) {
   });
 }
 
-/// Returns whether no message has come. RViz itself does not warn of that: it counts messages from
-/// the first one on.
+/// Returns whether no message has come. RViz itself does not warn of that: it reports messages only
+/// from the first one on.
 bool hasReceivedNothing(const rviz::Display& display) {
   if (dynamic_cast<const rviz::_RosTopicDisplay*>(&display)) {
     const QString text = statusText(display, "Topic");
@@ -103,15 +103,16 @@ bool hasReceivedNothing(const rviz::Display& display) {
   return statusText(display, "Depth Map").startsWith("0 ");
 }
 
-/// RViz's own displays do not count markers at all, but each marker brings its namespace.
+/// Returns whether no marker has come. RViz's own displays do not count markers, but list their
+/// namespaces.
 bool hasNoMarker(const rviz::Display& display) {
   if (const auto* own = dynamic_cast<const LabeledMarkers*>(&display)) return !own->hasReceived();
   const rviz::Property* namespaces = childOf(display, "Namespaces");
   return namespaces && childOf(display, "Marker Topic") && namespaces->numChildren() == 0;
 }
 
-/// The full name of the first topic that a display is to show; empty if there is none, and if the
-/// name is none, of which RViz warns.
+/// The full name of a display's first topic; empty if there is none or if the name is invalid, of
+/// which RViz itself warns.
 std::string topicOf(const rviz::Display& display) {
   for (int i = 0; i < display.numChildren(); ++i) {
     const auto* topic = dynamic_cast<const rviz::RosTopicProperty*>(display.childAt(i));
@@ -122,10 +123,10 @@ std::string topicOf(const rviz::Display& display) {
   return "";
 }
 
-/// Returns why a display that is to show a topic shows nothing: it has not subscribed the topic, or
-/// has received nothing yet. Empty if it has, if it is switched off, if it has no topic, and if
-/// RViz itself warns of what it has received or of nothing. Interactive markers may have no server
-/// for as long as nobody needs one. Call this and the following only in RViz's GUI thread.
+/// Returns why a display shows nothing of its topic: it has not subscribed the topic, or has
+/// received nothing yet. Empty if it has, if it is disabled or has no topic, if RViz itself warns,
+/// and for interactive markers, which may have no server while nobody needs one. Call this and the
+/// following only in RViz's GUI thread.
 std::string silence(const rviz::Display& display) {
   const std::string topic = topicOf(display);
   if (!display.isEnabled() || topic.empty()) return "";
@@ -135,7 +136,7 @@ std::string silence(const rviz::Display& display) {
   return hasNoMarker(display) ? "No markers received on " + topic : "";
 }
 
-/// Shows in the status of a display, as a warning, that it is silent, or removes that.
+/// Shows or removes a warning in the status of a display that has received nothing.
 void showSilence(rviz::Display& display) {
   const QString text = QString::fromStdString(silence(display));
   const QString shown = statusText(display, kSilenceName);
@@ -147,7 +148,7 @@ void showSilence(rviz::Display& display) {
   }
 }
 
-/// Shows of every display below `group` that it has received nothing.
+/// The same for every display below `group`.
 void showSilences(const rviz::DisplayGroup& group) {
   for (int i = 0; i < group.numDisplays(); ++i) {
     rviz::Display& display = *group.getDisplayAt(i);
@@ -157,7 +158,7 @@ void showSilences(const rviz::DisplayGroup& group) {
   }
 }
 
-// What displays show of themselves
+// Reports of displays
 
 KeyValue keyValue(const std::string& key, const std::string& value) {
   KeyValue entry;
@@ -166,7 +167,7 @@ KeyValue keyValue(const std::string& key, const std::string& value) {
   return entry;
 }
 
-/// Adds one line of a display's status; the report's level becomes the worst of its lines.
+/// Adds a line of a display's status; the report's level becomes the worst of its lines.
 void addLine(const std::string& name, rviz::StatusProperty::Level level, const std::string& text,
              DiagnosticStatus& report) {
   report.values.push_back(
@@ -176,7 +177,7 @@ void addLine(const std::string& name, rviz::StatusProperty::Level level, const s
   report.message += (report.message.empty() ? "" : "; ") + name + ": " + text;
 }
 
-/// Adds the lines that RViz shows, but for our own: what it shows of that may be an update old.
+/// Adds the lines of RViz's status, except for our own: its text may be one update old.
 void addLines(const rviz::StatusList& list, DiagnosticStatus& report) {
   for (int i = 0; i < list.numChildren(); ++i) {
     const auto* line = dynamic_cast<const rviz::StatusProperty*>(list.childAt(i));
@@ -186,8 +187,8 @@ void addLines(const rviz::StatusList& list, DiagnosticStatus& report) {
   }
 }
 
-/// Reports what a display shows under "Status", level and texts, and whether it has received
-/// nothing. RViz's levels ok, warning and error are numbered as those of DiagnosticStatus.
+/// Reports the status of a display, level and texts, and whether it has received nothing. RViz's
+/// levels ok, warning and error have the same numbers as in DiagnosticStatus.
 DiagnosticStatus reportDisplay(const rviz::Display& display, const std::string& name) {
   DiagnosticStatus report;
   report.name = name;
@@ -203,7 +204,7 @@ DiagnosticStatus reportDisplay(const rviz::Display& display, const std::string& 
   return report;
 }
 
-/// Reports every display below `group`, also in groups; their names are like "Group/Display".
+/// Reports every display below `group`, including those in subgroups, named "Group/Display".
 std::vector<DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
                                              const std::string& prefix = "") {
   std::vector<DiagnosticStatus> reports;
@@ -221,11 +222,11 @@ std::vector<DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
 
 }  // namespace
 
-/// Place of a window. On `~window` (sensor_msgs/RegionOfInterest, latched) it is published whenever
-/// the window is moved or resized; what is left of the screen or above it counts as its edge. The
-/// window is moved to where `~place` (the same type) says: only the process that owns a window can
-/// move it without knowing which window system that is. Both have the corner of the window's frame,
-/// and its size without the frame, in pixels of the screen, whatever Qt scales by.
+/// Place of a window. It is published on `~window` (sensor_msgs/RegionOfInterest, latched) whenever
+/// the window is moved or resized; positions left of the screen or above it count as 0. The window
+/// is moved to the place received on `~place` (the same type): only the process that owns a window
+/// can move it on every window system. Both give the corner of the window's frame, and its size
+/// without the frame, in pixels of the screen, without Qt's scaling.
 class WindowPlace : public QObject {
  public:
   explicit WindowPlace(QWidget& window) : window_(&window) {
@@ -238,8 +239,8 @@ class WindowPlace : public QObject {
     window.installEventFilter(this);
   }
 
-  /// Goes to the place that was asked for last, once the window is on the screen: before, the size
-  /// of its frame is not known.
+  /// Moves to the last requested place, once the window is on the screen: before, the size of its
+  /// frame is unknown.
   void follow() {
     if (!wanted_ || !window_ || !window_->windowHandle() || !window_->windowHandle()->isExposed())
       return;
@@ -275,16 +276,16 @@ class WindowPlace : public QObject {
   std::optional<RegionOfInterest> wanted_;
 };
 
-/// RViz display that draws nothing. It warns in the status of each display that has not received
-/// anything, where RViz alone calls that OK. Twice a second, as long as RViz's window goes on (also
-/// where this display is switched off), it publishes what RViz shows of its displays on
-/// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first
-/// an entry "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width`
-/// and `height` of the 3D view in pixels, then one entry for each display.
+/// RViz display that draws nothing. It adds a warning to the status of each display that has not
+/// received anything, which RViz alone reports as OK. Twice a second, while RViz's window responds
+/// (even if this display is disabled), it publishes the status of all displays on `~display_status`
+/// of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first an entry "rviz" with the
+/// global status, the number of rendered `frames`, `fps`, and the `width` and `height` of the 3D
+/// view in pixels, then an entry for each display.
 ///
-/// On `~camera` (std_msgs/String, latched) it publishes the present camera when it has changed, ten
-/// times a second at most. RViz's window says where it is, and goes where it is told to (see
-/// WindowPlace). Keys for the launcher are passed on to it (see KeyReport).
+/// On `~camera` (std_msgs/String, latched) it publishes the current camera when that has changed,
+/// at most ten times a second. It publishes and sets the place of RViz's window (see WindowPlace),
+/// and passes keys on to the launcher (see KeyReport).
 class DisplayStatus : public rviz::Display {
  public:
   void update(float wall_dt, float ros_dt) override;
@@ -293,8 +294,9 @@ class DisplayStatus : public rviz::Display {
   void onInitialize() override;
 
  private:
-  /// RViz would draw once more after its window is gone, into memory that is no picture's: Mesa
-  /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
+  /// Stops drawing when the last window is closed. RViz would otherwise draw once more into the
+  /// destroyed window, for which Mesa gets no size, and write outside the picture; this crashed
+  /// RViz now and then.
   void stopDrawingAtTheEnd();
   void publishCamera();
   void publishReport();
@@ -316,11 +318,11 @@ void DisplayStatus::onInitialize() {
       node.advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1, /*latch=*/true);
   camera_publisher_ = node.advertise<std_msgs::String>("camera", 1, /*latch=*/true);
   rviz::WindowManagerInterface* manager = context_->getWindowManager();
-  // RViz may be a part of another program, without a window of its own.
+  // RViz may be embedded in another program, without a window of its own.
   if (QWidget* const parent = manager ? manager->getParentWindow() : nullptr) {
     window_place_ = std::make_unique<WindowPlace>(*parent->window());
     key_report_ = std::make_unique<KeyReport>(*parent->window());
-    context_->getViewManager()->getRenderPanel()->setFocus();  // not in the list of displays
+    context_->getViewManager()->getRenderPanel()->setFocus();  // instead of the list of displays
   }
   stopDrawingAtTheEnd();
   connect(&report_timer_, &QTimer::timeout, this, [this] { publishReport(); });

@@ -27,7 +27,7 @@ std::string nameOf(int key, Qt::KeyboardModifiers modifiers) {
 
 bool isLetter(int key) { return key >= Qt::Key_A && key <= Qt::Key_Z; }
 
-/// Returns whether it is a printed sign other than a letter or a digit.
+/// Returns whether a key is a printable sign other than a letter or a digit.
 bool isSign(int key) {
   const bool is_digit = key >= Qt::Key_0 && key <= Qt::Key_9;
   return key > Qt::Key_Space && key < Qt::Key_Escape && !isLetter(key) && !is_digit;
@@ -57,9 +57,9 @@ std::set<std::string> lines(const std::string& text) {
 
 namespace {
 
-constexpr int kMaxPresses = 10;  ///< that wait to be sent
+constexpr int kMaxPresses = 10;  ///< waiting to be sent
 
-/// Returns whether a widget has a use for letters, arrows or the space bar.
+/// Returns whether a widget uses letters, arrows or the space bar itself.
 bool usesKeys(const QWidget& widget) {
   return qobject_cast<const QLineEdit*>(&widget) ||
          qobject_cast<const QAbstractSpinBox*>(&widget) ||
@@ -81,7 +81,7 @@ KeyReport::KeyReport(QWidget& window) : window_(&window) {
 
 bool KeyReport::eventFilter(QObject* object, QEvent* event) {
   if (event->type() == QEvent::KeyPress) {
-    const auto* widget = qobject_cast<const QWidget*>(object);  // it reaches a QWindow before
+    const auto* widget = qobject_cast<const QWidget*>(object);  // a QWindow gets it first
     if (widget && takes(*widget) && pass(static_cast<const QKeyEvent&>(*event))) return true;
   }
   return QObject::eventFilter(object, event);

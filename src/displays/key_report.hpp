@@ -16,24 +16,24 @@ class QWidget;
 
 namespace process_visualizer::displays {
 
-/// The name under which a program has a key among its shortcuts (as QKeySequence writes it, such as
-/// "Shift+Space"), if `wanted` has it; empty if not, or if the press is RViz's own (with Ctrl, Alt
-/// or Meta). Signs such as "?" are wanted whether or not the keyboard needs Shift for them.
+/// The name of a key press (as written by QKeySequence, such as "Shift+Space"), if it is in
+/// `wanted`; empty otherwise, and for RViz's own presses (with Ctrl, Alt or Meta). Signs such as
+/// "?" match with or without Shift, as keyboards differ.
 std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
                       const std::set<std::string>& wanted);
 
-/// Returns whether a key that is held is pressed again and again: those that move by steps. A
-/// letter or the space bar would switch something on and off.
+/// Returns whether a held key repeats: keys that move by steps do. A letter or the space bar would
+/// switch something on and off.
 bool repeats(int key);
 
-/// The lines of a text, without empty ones.
+/// The non-empty lines of a text.
 std::set<std::string> lines(const std::string& text);
 
-/// Passes keys that are pressed in RViz on to the launcher, which has the keyboard only while its
-/// own window is in front. `~keys` (std_msgs/String) says which, one a line as QKeySequence writes
-/// them; such a press is published on `~key_pressed` instead of reaching RViz. All others, those
-/// with Ctrl or Alt, and what is typed into a field, a list or a dialog, remain RViz's, as do all
-/// keys when nobody publishes on `~keys`.
+/// Passes keys pressed in RViz on to the launcher, which has the keyboard only while its own window
+/// is in front. `~keys` (std_msgs/String) lists the keys, one per line, as written by QKeySequence;
+/// a press of one is published on `~key_pressed` and does not reach RViz. RViz keeps all others,
+/// those with Ctrl or Alt, and input to a field, a list or a dialog; without a publisher on `~keys`
+/// it keeps all.
 class KeyReport : public QObject {
  public:
   /// \param window RViz's window

@@ -29,7 +29,7 @@ namespace process_visualizer::displays {
 struct VisibleLabel {
   const SceneLabel* label = nullptr;
   Point anchor;
-  float text_height = 0;                   ///< of a line that stands in the scene, px
+  float text_height = 0;                   ///< of a line drawn in the scene, px
   float distance_m = 0;                    ///< from the camera
   std::vector<std::optional<Point>> feet;  ///< of each line's arrow
 };
@@ -44,7 +44,7 @@ class ScreenProjection {
         up_(camera.getDerivedUp()),
         view_(view) {}
 
-  /// px; nothing for points behind the camera
+  /// The pixel of a point; nothing if it is behind the camera.
   std::optional<Point> pixel(const Ogre::Vector3& point) const {
     const Ogre::Vector4 place = matrix_ * Ogre::Vector4(point);
     if (!(place.w > 1e-6F) || place.z < -place.w) return {};
@@ -52,7 +52,7 @@ class ScreenProjection {
                  (1 - place.y / place.w) / 2 * view_.height};
   }
 
-  /// Returns how tall a height [m] is at a point, px.
+  /// Returns the height in the picture, px, of a height at a point.
   float height(const Ogre::Vector3& point, float height_m) const {
     const auto foot = pixel(point), top = pixel(point + height_m * up_);
     return foot && top ? std::hypot(top->x - foot->x, top->y - foot->y) : 0;
@@ -66,14 +66,14 @@ class ScreenProjection {
   Size view_;
 };
 
-// What plates had better not cover
+// Obstacles: parts of the picture that plates should not cover
 
-constexpr float kModelWeight = 60;  ///< px: plates are transparent, models are large
+constexpr float kModelWeight = 60;  ///< px; small, as plates are transparent and models are large
 constexpr float kMinSide = 4;       ///< of an obstacle, px
-constexpr float kMaxPart = 0.04F;   ///< of the picture that an obstacle may fill
+constexpr float kMaxPart = 0.04F;   ///< of the picture; larger ones are not obstacles
 constexpr int kMaxPieces = 5;
 
-/// A box with the directions of its edges.
+/// A box: a corner, and the edges from there.
 struct Box {
   Ogre::Vector3 corner;
   Ogre::Vector3 edges[3];
@@ -90,7 +90,7 @@ Box boxOf(const Ogre::Entity& entity) {
            place * (low + Ogre::Vector3(0, 0, size.z)) - corner}};
 }
 
-/// Pieces of a box, along its longest edge, about as long as it is wide.
+/// Pieces of a box along its longest edge, each about as long as wide.
 std::vector<Box> pieces(Box box) {
   std::sort(box.edges, box.edges + 3, [](const Ogre::Vector3& a, const Ogre::Vector3& b) {
     return a.squaredLength() > b.squaredLength();
@@ -104,7 +104,7 @@ std::vector<Box> pieces(Box box) {
   return all;
 }
 
-/// Nothing if a corner is behind the camera.
+/// Returns the rectangle around a box; nothing if a corner is behind the camera.
 std::optional<Rect> rectOf(const Box& box, const ScreenProjection& projection) {
   Point low{1e9F, 1e9F}, high{-1e9F, -1e9F};
   for (int corner = 0; corner < 8; ++corner) {
@@ -142,8 +142,8 @@ std::vector<const Ogre::Entity*> visibleEntities(Ogre::SceneManager& scene) {
   return entities;
 }
 
-/// Rectangles around the parts of models and arrows. A slender part is divided along its length;
-/// what fills much of the picture is left out, as nothing could avoid it.
+/// Rectangles around the parts of models and arrows. A long part is divided along its length; parts
+/// that fill much of the picture are left out, as nothing could avoid them.
 std::vector<Obstacle> modelObstacles(Ogre::SceneManager& scene,
                                      const ScreenProjection& projection) {
   std::vector<Obstacle> obstacles;
@@ -171,14 +171,14 @@ std::vector<Obstacle> arrowObstacles(Point foot, Point tip, float width, float w
   return obstacles;
 }
 
-// What is in the picture, and the lines to it
+// Visible labels, and their leaders
 
-constexpr std::size_t kMaxLabels = 60;  ///< more could not be told apart
+constexpr std::size_t kMaxLabels = 60;  ///< more could not be distinguished
 constexpr float kArrowWeight = 400;     ///< px
 constexpr float kArrowWidth = 0.03F;    ///< m
-constexpr float kBeside = 0.1F;         ///< of the view: what is so near its rim is still named
-constexpr float kMinLeader = 10;        ///< px
-constexpr float kSameFoot = 14;         ///< px
+constexpr float kBeside = 0.1F;   ///< of the view; labels this close to its rim are still shown
+constexpr float kMinLeader = 10;  ///< px
+constexpr float kSameFoot = 14;   ///< px
 constexpr Rgb kSharedColor{0.85F, 0.87F, 0.9F};
 
 float distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
@@ -194,7 +194,7 @@ std::optional<Point> firstFootIn(Size view, const VisibleLabel& visible) {
   return {};
 }
 
-/// Nothing if the label is not in the picture, nor any of its arrows.
+/// Returns nothing if neither the label nor any of its arrows is in the picture.
 std::optional<VisibleLabel> seen(const SceneLabel& label, const ScreenProjection& projection) {
   VisibleLabel visible{&label, {}, projection.height(label.anchor, label.height_m), 0, {}};
   for (const auto& arrow : label.arrows)
@@ -208,7 +208,7 @@ std::optional<VisibleLabel> seen(const SceneLabel& label, const ScreenProjection
   return visible;
 }
 
-/// Adds a leader, unless another one leads to the same place.
+/// Adds a leader, or shares one that leads to the same place.
 void addLeader(const Leader& leader, std::vector<Leader>& leaders) {
   for (Leader& other : leaders) {
     if (distance(other.end, leader.end) > kSameFoot) continue;
@@ -218,7 +218,7 @@ void addLeader(const Leader& leader, std::vector<Leader>& leaders) {
   leaders.push_back(leader);
 }
 
-/// The labels that are in the picture, or whose arrows are: the nearest ones, sorted by key.
+/// The nearest labels that are in the picture, or whose arrows are, sorted by key.
 std::vector<VisibleLabel> visibleLabels(const std::vector<SceneLabel>& labels,
                                         const ScreenProjection& projection,
                                         const Ogre::Vector3& camera) {
@@ -241,7 +241,7 @@ std::vector<VisibleLabel> visibleLabels(const std::vector<SceneLabel>& labels,
   return all;
 }
 
-/// Rectangles that the arrows of a label cover.
+/// Rectangles covered by the arrows of a label.
 std::vector<Obstacle> arrowObstacles(const VisibleLabel& visible,
                                      const ScreenProjection& projection) {
   std::vector<Obstacle> obstacles;
@@ -257,8 +257,8 @@ std::vector<Obstacle> arrowObstacles(const VisibleLabel& visible,
   return obstacles;
 }
 
-/// Lines from a label's plate to the feet of its arrows, or to its anchor if it has no arrow; none
-/// to what is near the plate anyhow.
+/// Leaders from a label's plate to the feet of its arrows, or to its anchor if it has no arrow;
+/// none if the plate is near them anyway.
 std::vector<Leader> leadersOf(const VisibleLabel& visible, const Rect& plate, Size view) {
   std::vector<Leader> leaders;
   bool has_arrow = false;

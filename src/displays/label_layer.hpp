@@ -34,7 +34,7 @@ struct SceneLabel {
   float height_m = 0;    ///< of a line
   std::vector<PlateLine> lines;
   std::vector<std::optional<SceneArrow>> arrows;  ///< of each line
-  bool is_always_seen = false;                    ///< also if its anchor is not in the picture
+  bool is_always_seen = false;                    ///< even if its anchor is outside the picture
 };
 
 struct VisibleLabel;
@@ -43,7 +43,7 @@ struct VisibleLabel;
 /// To be called in RViz's GUI thread.
 class LabelLayer : public Ogre::RenderTargetListener {
  public:
-  /// The layer of an RViz; it exists while somebody holds it.
+  /// The layer of an RViz; it exists while it is referenced.
   static std::shared_ptr<LabelLayer> of(rviz::DisplayContext& context);
 
   explicit LabelLayer(rviz::DisplayContext& context);
@@ -51,17 +51,17 @@ class LabelLayer : public Ogre::RenderTargetListener {
   LabelLayer(const LabelLayer&) = delete;
   LabelLayer& operator=(const LabelLayer&) = delete;
 
-  /// A number for somebody who shows labels.
+  /// A number for an owner of labels.
   int newOwner() { return ++owners_; }
   /// Replaces the labels of an owner; their keys are its own.
   void show(int owner, const std::vector<SceneLabel>& labels);
 
   void preViewportUpdate(const Ogre::RenderTargetViewportEvent& event) override;
-  /// Other pictures of the scene, as of a camera or for the mouse, do not have the labels.
+  /// Hides the labels from other pictures of the scene, such as those of cameras or for the mouse.
   void postViewportUpdate(const Ogre::RenderTargetViewportEvent& event) override;
 
  private:
-  /// A plate as it was drawn last.
+  /// A plate as last drawn.
   struct Plate {
     std::unique_ptr<PlatePicture> picture;
     std::vector<PlateLine> lines;
@@ -72,7 +72,7 @@ class LabelLayer : public Ogre::RenderTargetListener {
   bool isOurs(const Ogre::RenderTargetViewportEvent& event) const;
   void draw(const Ogre::Camera& camera, Size view);
   void forgetOthers(const std::vector<VisibleLabel>& visible);
-  /// Paints a plate whose text or size has changed. `anew`: the size that it had does not count.
+  /// Paints a plate whose text or size has changed. `anew`: disregards its former size.
   void paint(const VisibleLabel& visible, bool anew);
 
   Ogre::SceneManager& scene_;

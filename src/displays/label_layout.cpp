@@ -9,10 +9,10 @@ namespace process_visualizer::displays {
 namespace {
 
 constexpr float kGap = 6;             ///< between two plates, px
-constexpr float kPlateWeight = 5000;  ///< a plate never covers another one if there is any room
-constexpr float kBetter = 30;         ///< a place is clearly better from this difference on, px
-constexpr float kGlideTime = 0.12F;   ///< until 63 % of a way are covered, s
-constexpr float kTop = 0.06F;         ///< of the view's height: where the top of a picture is
+constexpr float kPlateWeight = 5000;  ///< so high that plates overlap only if there is no room
+constexpr float kBetter = 30;         ///< difference from which a place is clearly better, px
+constexpr float kGlideTime = 0.12F;   ///< time constant, s
+constexpr float kTop = 0.06F;         ///< place of labels at the top, relative to the view's height
 constexpr int kRings = 5;
 constexpr int kDirections = 12;
 
@@ -26,7 +26,7 @@ float overlap(float low_a, float length_a, float low_b, float length_b) {
   return std::min(low_a + length_a, low_b + length_b) - std::max(low_a, low_b);
 }
 
-/// The area that two rectangles share, as a part of the smaller one.
+/// The common area of two rectangles, relative to the smaller one.
 float overlap(const Rect& a, const Rect& b) {
   const float width = overlap(a.corner.x, a.size.width, b.corner.x, b.size.width);
   const float height = overlap(a.corner.y, a.size.height, b.corner.y, b.size.height);
@@ -49,7 +49,7 @@ Rect keptIn(Size view, Rect rect) {
   return rect;
 }
 
-/// Directions all around, unit vectors; the first ones are up and down.
+/// Unit vectors in all directions, alternating sides, from straight up on.
 std::array<Point, kDirections> directions() {
   std::array<Point, kDirections> all;
   for (int i = 0; i < kDirections; ++i) {
@@ -61,7 +61,7 @@ std::array<Point, kDirections> directions() {
   return all;
 }
 
-/// Chooses the place of one plate after the other.
+/// Chooses the places of plates, one after another.
 class Chooser {
  public:
   Chooser(const std::vector<Obstacle>& obstacles, Size view) : obstacles_(obstacles), view_(view) {}
@@ -78,7 +78,7 @@ class Chooser {
   }
 
  private:
-  /// Places around the anchor. Plates are wide: sideways they have to go farther.
+  /// Considers places around the anchor, farther away sideways, as plates are wide.
   void considerRing(const LabelBox& label, float ring) {
     static const std::array<Point, kDirections> around = directions();
     const float width = ring * (label.size.width * 0.4F + kGap);
@@ -86,7 +86,7 @@ class Chooser {
     for (const Point& way : around) consider(label, {way.x * width, way.y * height}, 0);
   }
 
-  /// Places right above and below other plates: where it is crowded, and for wide plates.
+  /// Considers places right above and below other plates, for crowded scenes and wide plates.
   void considerNeighbors(const LabelBox& label) {
     for (const Rect& other : placed_) {
       const float above = other.corner.y - label.size.height / 2;
@@ -178,7 +178,7 @@ LabelLayout::Offset LabelLayout::glide(const std::string& key, Point chosen,
 namespace {
 
 constexpr float kMinRest = 0.25F;  ///< s
-constexpr float kTremble = 1.5F;   ///< px; a robot that stands trembles a little
+constexpr float kTremble = 1.5F;   ///< px; a resting robot trembles a little
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 
 namespace process_visualizer::displays {
 
-/// A point of the picture, px: x to the right and y downwards from its upper left corner.
+/// A point of the picture, px: x to the right and y down from the upper left corner.
 struct Point {
   float x = 0;
   float y = 0;
@@ -26,18 +26,18 @@ struct Rect {
   Size size;
 };
 
-/// Returns an anchor that is in the picture, or a place at its top for a label that has to be seen.
+/// Returns the anchor if it is in the picture, otherwise a place at the top of the picture.
 Point inSight(const std::optional<Point>& anchor, Size view);
 
-/// Part of the picture that a plate should not cover. `weight` is the way, in px, that a plate goes
-/// in order not to cover all of it, or not to be covered with it.
+/// Part of the picture that a plate should not cover. `weight` is the distance, in px, that is
+/// worth going to avoid a full overlap (of the smaller of the two).
 struct Obstacle {
   Rect rect;
   float weight = 0;
 };
 
-/// A plate that has to find its place. `offset` is where it was in the last picture, px from the
-/// anchor to its middle.
+/// A plate to be placed. `offset` is its place in the last picture, px from the anchor to its
+/// middle.
 struct LabelBox {
   Point anchor;
   Size size;
@@ -45,13 +45,13 @@ struct LabelBox {
 };
 
 /// Returns the offset of each plate from its anchor. A plate is centered on its anchor unless it
-/// would cover a plate before it in the list, or obstacles that are worth the way. It stays
-/// where it was in the last picture unless another place is clearly better. All plates are kept in
-/// the view, as far as it has room.
+/// would cover an earlier plate of the list, or obstacles that are worth the distance. It keeps its
+/// place from the last picture unless another one is clearly better. All plates are kept in the
+/// view, as far as there is room.
 std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
                                  const std::vector<Obstacle>& obstacles, Size view);
 
-/// Places of plates from picture to picture: they glide to their places instead of jumping.
+/// Places of plates over successive pictures: plates glide instead of jumping.
 class LabelLayout {
  public:
   struct Plate {
@@ -60,8 +60,8 @@ class LabelLayout {
     Size size;
   };
 
-  /// Returns the rectangle of each plate; `elapsed_s` since the last picture. `anew`: where plates
-  /// were does not count.
+  /// Returns the rectangle of each plate; `elapsed_s` since the last picture. `anew`: disregards
+  /// former places.
   std::vector<Rect> place(const std::vector<Plate>& plates, const std::vector<Obstacle>& obstacles,
                           Size view, float elapsed_s, bool anew = false);
 
@@ -76,13 +76,13 @@ class LabelLayout {
   std::map<std::string, Offset> offsets_;
 };
 
-/// Notices when points in the picture have come to rest. While they move, plates stay where they
-/// are if they can; at rest they go where they would be without a past, so that the same scene is
-/// the same picture, however one came there.
+/// Detects when points in the picture have come to rest. While they move, plates keep their places
+/// if they can; at rest, plates are placed anew, so that the same scene always gives the same
+/// picture.
 class Stillness {
  public:
   /// Takes the points of a picture, by key; `elapsed_s` since the last one.
-  /// \returns true once for each rest, when it has lasted for a moment
+  /// \returns true once per rest, when it has lasted for a moment
   bool begins(const std::map<std::string, Point>& points, float elapsed_s);
 
  private:

@@ -13,11 +13,11 @@ namespace {
 
 constexpr PlateStyle kDarkPlate{{0.07F, 0.08F, 0.10F}, {1, 1, 1}, 0.8F};
 constexpr PlateStyle kLightPlate{{0.96F, 0.96F, 0.97F}, {0, 0, 0}, 0.85F};
-constexpr float kMiddleLuminance = 0.18F;  ///< as far from white as from black, in contrast
+constexpr float kMiddleLuminance = 0.18F;  ///< equal contrast to white and black
 constexpr int kSteps = 20;
 
 constexpr float kMinSize = 13, kMaxSize = 22;
-constexpr float kUnchanged = 16;  ///< at this height in the picture, a text has it on its plate
+constexpr float kUnchanged = 16;  ///< height in the picture that a text keeps on its plate, px
 constexpr float kMinChange = 0.8F;
 
 float linear(float part) {
@@ -70,7 +70,7 @@ namespace {
 
 constexpr int kMaxCharacters = 160;  ///< characters
 constexpr int kMaxWidth = 1200;      ///< px
-constexpr qreal kCorner = 0.4;       ///< its radius, as a part of the text's size
+constexpr qreal kCorner = 0.4;       ///< radius relative to the text's size
 
 QColor qColor(const Rgb& color, float opacity = 1) {
   return QColor::fromRgbF(color.red, color.green, color.blue, opacity);
@@ -90,7 +90,7 @@ QStringList textsOf(const std::vector<PlateLine>& lines) {
   return texts;
 }
 
-/// In steps of the text's size.
+/// The width of a plate, in steps of the text's size.
 int plateWidth(const QStringList& texts, const QFontMetrics& metrics, int step) {
   int width = 0;
   for (const QString& text : texts)

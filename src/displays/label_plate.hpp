@@ -7,7 +7,7 @@
 
 namespace process_visualizer::displays {
 
-/// A color of the screen (sRGB), each part from 0 to 1.
+/// An sRGB color, each component from 0 to 1.
 struct Rgb {
   float red = 0;
   float green = 0;
@@ -17,31 +17,30 @@ struct Rgb {
 /// A plate; `opacity` from 0 to 1.
 struct PlateStyle {
   Rgb color;
-  Rgb behind;  ///< what makes a text on the plate hardest to read: white or black
+  Rgb behind;  ///< background that makes texts on the plate hardest to read: white or black
   float opacity = 0;
 };
 
 /// Contrast of two colors as in the guidelines for web content (WCAG), from 1 to 21.
 float contrast(const Rgb& one, const Rgb& other);
 
-/// The contrast that those guidelines ask for, for small texts.
+/// The contrast that those guidelines require for small texts.
 constexpr float kReadableContrast = 4.5F;
 
-/// A dark plate for light texts, and the other way round.
+/// A dark plate for light texts, and vice versa.
 PlateStyle plateFor(const std::vector<Rgb>& texts);
 
-/// The color of the plate over the background on which a text is hardest to read.
+/// The color of the plate on its worst background.
 Rgb worstBackground(const PlateStyle& plate);
 
-/// The text's color, as much lighter or darker as the contrast needs on every background.
+/// The text's color, made lighter or darker as required for the contrast on every background.
 Rgb readableOn(const PlateStyle& plate, Rgb text);
 
-/// The size of a text, px: that of its height in the scene where that is readable; it falls gently
-/// with distance, and stays between a smallest and a largest size. Where the size hardly changes,
-/// it stays as it was.
+/// The size of a text, px. It falls gently with the distance, between a minimum and a maximum;
+/// small changes are ignored.
 ///
-/// @param projected height of the text in the picture, as it stands in the scene, px
-/// @param pixel_ratio pixels of the screen for each of the desktop's, 1 if it is not scaled
+/// @param projected height in the picture of a text in the scene, px
+/// @param pixel_ratio pixels of the screen per pixel of the desktop, 1 without scaling
 /// @param last size in the last picture; 0 if there was none
 int fontSize(float projected, float pixel_ratio, int last);
 
@@ -53,8 +52,8 @@ struct PlateLine {
 
 bool operator==(const PlateLine& one, const PlateLine& other);
 
-/// The picture of a plate with its lines, as premultiplied ARGB. Its width grows in steps, so that
-/// a plate keeps its size while its numbers change.
+/// The picture of a plate with its lines, as premultiplied ARGB. Its width is rounded up in steps,
+/// so that the plate keeps its size while numbers on it change.
 QImage paintPlate(const std::vector<PlateLine>& lines, int font_size_px);
 
 }  // namespace process_visualizer::displays

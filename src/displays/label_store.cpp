@@ -38,7 +38,7 @@ geometry_msgs::Point sum(const geometry_msgs::Point& point, double x, double y, 
   return result;
 }
 
-/// An arrow along its pose's x axis; those between two points are no quantities of our nodes.
+/// An arrow along its pose's x axis; our nodes draw no quantities as arrows between two points.
 LabelArrow arrowOf(const Marker& marker) {
   LabelArrow arrow{placeOf(marker), placeOf(marker)};
   const auto& q = marker.pose.orientation;
@@ -55,8 +55,8 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
-/// Texts of one place may be blocks of which each fills one row (line_of_block in our nodes): then
-/// rows are what orders the lines; otherwise the lines of a text stay together.
+/// Orders lines by row if each text fills a row of its own, as in a block (line_of_block in our
+/// nodes); otherwise the lines of a text stay together.
 void orderByRow(Lines& lines) {
   std::set<int> rows;
   for (const auto& line : lines) {
@@ -177,7 +177,7 @@ void LabelStore::appendLines(const Marker& marker, Lines& lines) const {
   }
 }
 
-/// The only arrow of a namespace; which of several belongs to a text is not known.
+/// The only arrow of a namespace; nothing if there are several, as any could belong to the text.
 std::optional<LabelArrow> LabelStore::arrowOf(const std::string& marker_namespace) const {
   const auto first = arrows_.lower_bound({marker_namespace, INT32_MIN});
   if (first == arrows_.end() || first->first.first != marker_namespace) return {};

@@ -14,7 +14,7 @@
 
 namespace process_visualizer::displays {
 
-/// A place in a frame; the stamp is zero where the newest transform of the frame counts.
+/// A place in a frame; a stamp of zero means the newest transform of the frame.
 struct Place {
   std::string frame;
   ros::Time stamp;
@@ -31,18 +31,18 @@ struct LabelLine {
   std::string marker_namespace;
   std::string text;  ///< UTF-8
   std_msgs::ColorRGBA color;
-  std::optional<LabelArrow> arrow;  ///< whose number it is
+  std::optional<LabelArrow> arrow;  ///< to which its number belongs
 };
 
-/// All texts that stand at one place, as lines from top to bottom.
+/// All texts at one place, as lines from top to bottom.
 struct Label {
-  std::string key;  ///< the same for as long as it exists
+  std::string key;  ///< constant while it exists
   Place place;
   double height_m = 0;  ///< of a line, in the scene
   std::vector<LabelLine> lines;
 };
 
-/// Returns whether a place is near enough for single precision; NaN is not.
+/// Returns whether a point is near enough for single precision; NaN is not.
 bool isInReach(const geometry_msgs::Point& point);
 
 /// Returns whether a marker is a text that RViz would draw.
@@ -51,9 +51,9 @@ bool isLabel(const visualization_msgs::Marker& marker);
 /// The texts among the markers of one topic.
 class LabelStore {
  public:
-  /// Follows a marker, whatever it is; `now` begins its lifetime.
+  /// Takes a marker of any kind; its lifetime begins now.
   void take(const visualization_msgs::Marker& marker, ros::Time now);
-  /// Removes what has outlived its lifetime.
+  /// Removes markers whose lifetime is over.
   void expire(ros::Time now);
   void clear();
   const std::vector<Label>& labels();
@@ -63,7 +63,7 @@ class LabelStore {
 
   struct Text {
     visualization_msgs::Marker marker;
-    ros::Time end;  ///< zero: it has none
+    ros::Time end;  ///< zero: never
   };
   struct Arrow {
     LabelArrow arrow;

@@ -17,7 +17,7 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-/// A marker that RViz treats as it would the text, but that nobody sees.
+/// An invisible marker that RViz treats like the text.
 Marker standIn(const Marker& text) {
   Marker marker = text;
   marker.type = Marker::SPHERE;
@@ -27,8 +27,8 @@ Marker standIn(const Marker& text) {
   return marker;
 }
 
-/// RViz reports a marker whose place is no number; one that is too far, or a text that is too
-/// large, would end it.
+/// Sets the position of a marker that is too far away or too large to NaN, which RViz reports; the
+/// marker itself would crash it.
 void keepInReach(Marker& marker) {
   geometry_msgs::Point size;
   size.z = marker.scale.z;
@@ -40,14 +40,14 @@ void keepInReach(Marker& marker) {
 
 LabeledMarkers::LabeledMarkers()
     : plates_(new rviz::BoolProperty("Plates", true,
-                                     "Whether texts stand on plates in front of the scene, or in "
-                                     "the scene as RViz draws them.",
+                                     "Draw texts on plates in front of the scene instead of in the "
+                                     "scene.",
                                      this)),
       always_(new rviz::BoolProperty("Always In Sight", false,
-                                     "Whether plates of texts that are outside the picture stand "
-                                     "at its top.",
+                                     "Show plates of texts that are outside the picture at its "
+                                     "top.",
                                      this)) {
-  // What was received in the other way need not be kept: texts come ten times a second.
+  // Markers received in the other mode are dropped: texts come ten times a second.
   connect(plates_, &rviz::Property::changed, this, [this] {
     if (initialized()) reset();
   });

@@ -19,10 +19,9 @@ class BoolProperty;
 
 namespace process_visualizer::displays {
 
-/// RViz's display of markers, whose texts stand on plates that can be read on every background,
-/// avoid each other, and keep a readable size at every distance. All other markers are RViz's own
-/// business, and so are namespaces, warnings and errors: RViz gets an invisible marker in the place
-/// of each text.
+/// RViz's display of markers, with texts on plates that are readable on every background, avoid
+/// each other, and keep a readable size at every distance. All else (other markers, namespaces,
+/// warnings and errors) is left to RViz, which gets an invisible marker in place of each text.
 class LabeledMarkers : public rviz::MarkerArrayDisplay {
  public:
   LabeledMarkers();
@@ -32,7 +31,7 @@ class LabeledMarkers : public rviz::MarkerArrayDisplay {
   void reset() override;
   void fixedFrameChanged() override;
 
-  /// Returns whether a message came since the topic was subscribed, also one without any marker.
+  /// Returns whether a message, even one without markers, has come since the topic was subscribed.
   bool hasReceived() const { return has_received_; }
 
  protected:
@@ -46,7 +45,7 @@ class LabeledMarkers : public rviz::MarkerArrayDisplay {
   std::vector<SceneLabel> sceneLabels();
   std::optional<SceneLabel> sceneLabel(const Label& label,
                                        const std::set<std::string>& hidden) const;
-  /// A text that does not follow its frame stays where it was, when tf has forgotten its time.
+  /// A text that does not follow its frame keeps its place when tf has forgotten its time.
   std::optional<Ogre::Vector3> anchorOf(const Label& label) const;
   std::optional<SceneArrow> sceneArrow(const std::optional<LabelArrow>& arrow) const;
   std::optional<Ogre::Vector3> inFixedFrame(const Place& place) const;

@@ -77,13 +77,13 @@ void FlatObject::end() {
   for (Ogre::uint32 first = 0; first < corners_; first += 4)
     object_->quad(first, first + 1, first + 2, first + 3);
   object_->end();
-  // Or Ogre would look for it in the scene.
+  // Otherwise Ogre would cull it by its place in the scene.
   object_->setBoundingBox(Ogre::AxisAlignedBox(Ogre::AxisAlignedBox::EXTENT_INFINITE));
 }
 
 namespace {
 
-constexpr int kStep = 64;  ///< textures are larger than pictures, and so are seldom made anew
+constexpr int kStep = 64;  ///< sizes of textures are rounded up, so they are rarely recreated
 
 int roundedUp(int pixels) { return (pixels + kStep - 1) / kStep * kStep; }
 
@@ -124,7 +124,7 @@ void PlatePicture::setImage(const QImage& image) {
 
 void PlatePicture::draw(Point corner, Size view) {
   if (!texture_) return;
-  // On whole pixels, so that no letter is blurred.
+  // On whole pixels, so that letters are not blurred.
   const float left = std::round(corner.x), right = left + size_.width;
   const float top = std::round(corner.y), bottom = top + size_.height;
   const float u = size_.width / static_cast<float>(texture_->getWidth());
@@ -157,7 +157,7 @@ void LeaderLines::draw(const std::vector<Leader>& leaders, Size view, float pixe
   object_.end();
 }
 
-/// With a dark rim, so that it is seen on every background.
+/// Draws a leader with a dark rim, so that it is visible on every background.
 void LeaderLines::addLeader(const Leader& leader, float pixel_ratio) {
   const Ogre::ColourValue color(leader.color.red, leader.color.green, leader.color.blue);
   addLine(leader.begin, leader.end, kRimWidth * pixel_ratio, kRim);
@@ -166,7 +166,7 @@ void LeaderLines::addLeader(const Leader& leader, float pixel_ratio) {
   addLine(leader.end, leader.end, kDotWidth * pixel_ratio, color);
 }
 
-/// A line with square ends; without length it is a dot.
+/// Draws a line with square ends; a dot if it has no length.
 void LeaderLines::addLine(Point begin, Point end, float width, const Ogre::ColourValue& color) {
   const float x = end.x - begin.x, y = end.y - begin.y, length = std::hypot(x, y);
   const float half = width / 2;

@@ -13,11 +13,11 @@
 
 namespace process_visualizer::displays {
 
-/// Order of what is drawn in front of the scene: after the scene, plates over lines.
+/// Drawing order in front of the scene: plates over lines.
 constexpr Ogre::uint8 kLineQueue = 97;
 constexpr Ogre::uint8 kPlateQueue = 98;
 
-/// Quadrangles in front of the scene, with colors of their own whatever the light.
+/// Quadrangles in front of the scene, with colors that do not depend on light.
 class FlatObject {
  public:
   /// `node` is the parent of what is drawn; it has to outlive this.
@@ -29,9 +29,9 @@ class FlatObject {
   Ogre::Pass& pass() const;
   void setVisible(bool is_visible) { object_->setVisible(is_visible); }
 
-  /// Begins anew, with what is to be seen in a view.
+  /// Starts over, for a view of this size.
   void begin(Size view);
-  /// Adds a corner, px; the four corners of a quadrangle follow each other, all around it.
+  /// Adds a corner, px; the four corners of a quadrangle are added one after another, around it.
   void addCorner(Point corner, const Ogre::ColourValue& color);
   /// Adds a corner that shows a point of the material's texture, from 0 to 1.
   void addCorner(Point corner, Point texture);
@@ -67,10 +67,10 @@ class PlatePicture {
 
   FlatObject object_;
   Ogre::TexturePtr texture_;
-  Size size_;  ///< of the picture, which is a corner of the texture
+  Size size_;  ///< of the picture, which fills only a corner of the texture
 };
 
-/// A thin line from a plate to what it is about.
+/// A thin line from a plate to its object.
 struct Leader {
   Point begin, end;  ///< px; a dot marks the end
   Rgb color;
@@ -82,7 +82,7 @@ class LeaderLines {
   /// `node` is the parent of what is drawn; it has to outlive this.
   LeaderLines(Ogre::SceneManager& scene, Ogre::SceneNode& node);
 
-  /// `pixel_ratio`: pixels of the screen for each of the desktop's
+  /// `pixel_ratio`: pixels of the screen per pixel of the desktop
   void draw(const std::vector<Leader>& leaders, Size view, float pixel_ratio);
 
  private:
@@ -92,7 +92,7 @@ class LeaderLines {
   FlatObject object_;
 };
 
-/// The point of a rectangle that is nearest to another point: where a leader begins.
+/// The point of a rectangle nearest to another point: where a leader begins.
 Point nearestPoint(const Rect& rect, Point to);
 
 }  // namespace process_visualizer::displays

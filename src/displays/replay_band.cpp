@@ -58,7 +58,7 @@ int widthOf(const QString& text, const QPainter& painter) {
   return painter.fontMetrics().horizontalAdvance(text);
 }
 
-/// Draws the word on its plate at the left; returns where the plate ends.
+/// Draws the word on its plate at the left; returns the end of the plate.
 int drawWord(const QRect& band, QPainter& painter) {
   const QString word = "REPLAY";
   const QRect plate(kPlateInset, kPlateInset, widthOf(word, painter) + 2 * kTextGap,
@@ -71,7 +71,7 @@ int drawWord(const QRect& band, QPainter& painter) {
   return plate.right();
 }
 
-/// Draws a text from `left` on; returns where it ends.
+/// Draws a text from `left` on; returns its end.
 int drawText(const QString& text, int left, const QRect& band, QPainter& painter) {
   painter.setPen(Qt::black);
   painter.drawText(band.adjusted(left, 0, 0, 0), Qt::AlignLeft | Qt::AlignVCenter, text);
@@ -80,8 +80,8 @@ int drawText(const QString& text, int left, const QRect& band, QPainter& painter
 
 }  // namespace
 
-/// The band's picture: the word REPLAY on a plate, a text, and at the right what leads back. Drawn
-/// by itself: a label would lay out RViz's window whenever its text changes.
+/// The content of the band: the word REPLAY on a plate, a text, and at the right how to return. It
+/// paints itself, because a label would lay out RViz's window at every change of its text.
 class ReplayRibbon : public QWidget {
  public:
   explicit ReplayRibbon(QWidget* parent) : QWidget(parent) {
@@ -117,7 +117,7 @@ namespace {
 
 constexpr int kFrame = 4;  ///< width of the frame, px
 
-/// The toolbar that is the first below the menu; nullptr without one.
+/// The first toolbar below the menu; nullptr if there is none.
 QToolBar* firstOnTop(const QMainWindow& window) {
   for (QToolBar* bar : window.findChildren<QToolBar*>(QString(), Qt::FindDirectChildrenOnly)) {
     if (window.toolBarArea(bar) == Qt::TopToolBarArea) return bar;
@@ -125,10 +125,10 @@ QToolBar* firstOnTop(const QMainWindow& window) {
   return nullptr;
 }
 
-/// A band that nobody can move or switch off by the menu of toolbars.
+/// Creates a band that cannot be moved, or switched off in the menu of toolbars.
 QToolBar* makeBand(QMainWindow& window) {
   auto* band = new QToolBar("Replay", &window);
-  band->setObjectName("replay_band");  // QMainWindow::saveState() warns of bars without a name
+  band->setObjectName("replay_band");  // QMainWindow::saveState() warns of toolbars without a name
   band->setMovable(false);
   band->setFloatable(false);
   band->setContextMenuPolicy(Qt::PreventContextMenu);
@@ -141,8 +141,8 @@ QToolBar* makeBand(QMainWindow& window) {
 
 }  // namespace
 
-/// Marks RViz's window, for as long as this exists, so that nobody takes it for the live one: a
-/// band across its top, and a frame of the same color around the scene.
+/// Marks RViz's window while this exists, so that nobody mistakes it for the live one: a band
+/// across its top, and a frame of the same color around the scene.
 class ReplayMark : public QObject {
  public:
   explicit ReplayMark(QMainWindow& window) {
@@ -187,7 +187,7 @@ class ReplayMark : public QObject {
     framed_ = &scene;
     former_margins_ = scene.contentsMargins();
     scene.setContentsMargins(kFrame, kFrame, kFrame, kFrame);
-    // Not by a style sheet: all widgets inside would be drawn by another style.
+    // Not with a style sheet, which would change the style of all widgets inside.
     scene.installEventFilter(this);
     scene.update();
   }
@@ -195,7 +195,7 @@ class ReplayMark : public QObject {
   void paintFrame() {
     QPainter painter(framed_);
     painter.fillRect(framed_->rect(), kReplayColor);
-    // Beside the scene are buttons without a background of their own.
+    // There are buttons beside the scene without a background of their own.
     painter.fillRect(framed_->contentsRect(), framed_->palette().window());
   }
 
@@ -226,14 +226,14 @@ std_msgs::String textMessage(const std::string& text) {
 
 }  // namespace
 
-/// RViz display for a second RViz that stands in front of the live one and shows what was a moment
-/// ago. It draws nothing in the scene. A band across the window and a frame around the scene say
-/// that this is not live, and how long ago it was: the player's state says it.
+/// RViz display for a second RViz in front of the live one that shows a replay of the last minutes.
+/// It draws nothing in the scene. A band across the window and a frame around the scene mark it as
+/// not live; the band shows how long ago the moment was, by the player's state.
 ///
-/// The window appears and disappears by the service `~show_replay` of the RViz node, which can give
-/// it the place, the camera (`~camera` there) and the keys (KeyReport) of the live one; from then
-/// on the operator may look from elsewhere. Hidden, RViz does nothing. A service reaches it from
-/// another ROS master too.
+/// The service `~show_replay` of the RViz node shows and hides the window. It can give it the
+/// place, the camera (the live RViz's `~camera`) and the keys (KeyReport) of the live one; after
+/// that the operator may move the camera. While hidden, RViz does nothing. A service also works
+/// across ROS masters.
 class ReplayBand : public rviz::Display {
  public:
   ReplayBand();
@@ -247,7 +247,7 @@ class ReplayBand : public rviz::Display {
   void subscribeState();
   void takeState(const PlayerState& state);
   bool show(ShowReplay::Request& request, ShowReplay::Response& response);
-  /// Takes messages and brings the text up to date, also while RViz itself does nothing.
+  /// Handles messages and updates the text, even while RViz itself does nothing.
   void work();
   void mark();
   void adoptCamera();
@@ -271,9 +271,10 @@ ReplayBand::ReplayBand()
     : state_topic_(new rviz::RosTopicProperty(
           "State Topic", "/bag_player/state",
           QString::fromStdString(ros::message_traits::datatype<PlayerState>()),
-          "What the player says of itself.", this)),
+          "State of the player.", this)),
       shown_at_start_(new rviz::BoolProperty(
-          "Shown At Start", true, "Whether the window appears before ~show_replay says so.", this)),
+          "Shown At Start", true, "Show the window at the start, before a call of ~show_replay.",
+          this)),
       node_("~") {
   connect(state_topic_, &rviz::Property::changed, this, [this] { subscribeState(); });
   connect(shown_at_start_, &rviz::Property::changed, this, [this] {
@@ -302,7 +303,7 @@ void ReplayBand::onEnable() {
 void ReplayBand::onDisable() { mark_.reset(); }
 
 void ReplayBand::subscribeState() {
-  if (!window_) return;  // RViz has not told yet where this is
+  if (!window_) return;  // not initialized by RViz yet
   state_.reset();
   state_subscriber_ = node_.subscribe(state_topic_->getTopicStd(), 1, &ReplayBand::takeState, this);
 }

@@ -8,12 +8,12 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr double kLostAfter_s = 2;  ///< without a state of the player, which sends ten a second
+constexpr double kLostAfter_s = 2;  ///< without a state of the player, which sends ten per second
 constexpr double kTenth_s = 0.1;
-constexpr double kLeaves_s = 0.08;  ///< from the middle of a tenth, whose half is 0.05
+constexpr double kLeaves_s = 0.08;  ///< change at this distance from the shown tenth (half: 0.05)
 constexpr double kMinute_s = 60, kHour_s = 3600;
 
-/// As PlaybackState.position_at in playback_clock.py.
+/// As ClockState.position_at in playback/playback_clock.py.
 double positionAt(const PlayedState& state, double now_s) {
   const double speed = state.is_paused ? 0 : state.rate;
   const bool begins_later = state.since_s > state.stamp_s;
@@ -30,7 +30,7 @@ std::string formatted(const char* format, Values... values) {
   return text;
 }
 
-/// A figure space stands for the tens, so that what follows keeps its place.
+/// With a figure space in place of missing tens, so that the following text keeps its place.
 std::string seconds(double time_s) {
   return formatted(time_s < 9.95 ? "\u2007%.1f s" : "%.1f s", time_s);
 }
@@ -45,7 +45,7 @@ std::string ago(double time_s) {
   return formatted("%.0f min ", minutes) + seconds(time_s - minutes * kMinute_s) + " ago";
 }
 
-/// "×0.5", "×−1"; nothing at the rate at which things happened.
+/// "paused", or the rate as in "×0.5" or "×−1"; empty at rate 1.
 std::string pace(const PlayedState& state) {
   if (state.is_paused) return "   paused";
   if (state.rate == 1) return "";

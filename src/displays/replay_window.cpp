@@ -20,19 +20,19 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr double kSoon_s = 1;  ///< until then nobody wants to know how long the picture takes
+constexpr double kSoon_s = 1;  ///< after which the elapsed time is shown
 
 }  // namespace
 
-/// Hangs in front of a scene that has not been drawn yet, and says so: models are read while the
-/// first picture is drawn, and the window would be black until then.
+/// Covers a scene that has not been drawn yet, with a message: models are loaded while the first
+/// picture is drawn, and the window would be black until then.
 class ReplayCurtain : public QLabel {
  public:
-  /// \param scene what it covers
-  /// \param seen called once, when it has been painted: drawing may begin
+  /// \param scene the covered widget
+  /// \param seen called once, after the first paint: drawing may begin
   ReplayCurtain(QWidget& scene, std::function<void()> seen)
       : QLabel(&scene), seen_(std::move(seen)) {
-    setAttribute(Qt::WA_NativeWindow);  // the scene is one, and would lie above
+    setAttribute(Qt::WA_NativeWindow);  // the scene is one too, and would be above
     setAlignment(Qt::AlignCenter);
     setStyleSheet("background: #20232b; color: #f5a623; font-size: 18px; font-weight: bold");
     cover(0);
@@ -40,14 +40,14 @@ class ReplayCurtain : public QLabel {
     raise();
   }
 
-  /// Covers all of the scene, which may have got another size, and says how long it takes so far.
+  /// Covers the whole scene, whose size may have changed, and shows the elapsed time.
   void cover(double elapsed_s) {
     setGeometry(parentWidget()->contentsRect());
     const QString text = "Drawing the first picture\u2026";
     setText(elapsed_s < kSoon_s ? text : text + QString(" %1 s").arg(int(elapsed_s)));
   }
 
-  /// Leaves all but its words open: the X server throws away what is drawn behind a window.
+  /// Shrinks to its text: the X server discards what is drawn behind a window.
   void open() {
     QRect words(QPoint(), sizeHint());
     words.moveCenter(parentWidget()->contentsRect().center());
@@ -67,9 +67,9 @@ class ReplayCurtain : public QLabel {
 
 namespace {
 
-constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with what has come meanwhile
+constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with messages from meanwhile
 constexpr std::uint64_t kOpenFrames = 2;
-constexpr int kSettled_ms = 1000;  ///< for which RViz itself ignores what its panels do
+constexpr int kSettled_ms = 1000;  ///< for which RViz itself ignores changes by its panels
 
 QMainWindow* mainWindow(rviz::DisplayContext& context) {
   rviz::WindowManagerInterface* manager = context.getWindowManager();
@@ -77,8 +77,8 @@ QMainWindow* mainWindow(rviz::DisplayContext& context) {
   return parent ? qobject_cast<QMainWindow*>(parent->window()) : nullptr;
 }
 
-/// Shows or hides the window. Its panels must not tell: RViz would switch off the displays of those
-/// that disappear, and save them like that.
+/// Shows or hides the window. Signals of its panels are blocked: RViz would disable the displays of
+/// panels that disappear, and save that.
 void setVisible(QMainWindow& window, bool visible) {
   std::vector<QSignalBlocker> blockers;
   for (QDockWidget* panel : window.findChildren<QDockWidget*>()) blockers.emplace_back(panel);
@@ -94,7 +94,8 @@ ReplayWindow::ReplayWindow(rviz::DisplayContext& context, std::function<void()> 
   if (!window_) return;
   is_open_ = window_->isVisible();
   window_->setAttribute(Qt::WA_ShowWithoutActivating);
-  // Qt looks at that only when it makes the native window, which RViz had it do before.
+  // Qt reads this attribute only when it creates the native window, which RViz may have done
+  // before.
   if (window_->windowHandle())
     window_->windowHandle()->setProperty("_q_showWithoutActivating", true);
   window_->installEventFilter(this);
@@ -168,11 +169,11 @@ bool ReplayWindow::eventFilter(QObject* object, QEvent* event) {
   return QObject::eventFilter(object, event);
 }
 
-/// The event comes before the window is on the screen, where it would else flash up.
+/// Called before the window is on the screen, so that it does not flash up.
 void ReplayWindow::beginHidden() {
   window_->setAttribute(Qt::WA_DontShowOnScreen);
   QTimer::singleShot(0, this, [this] {
-    const bool is_wanted = !begins_hidden_;  // since: somebody was quick
+    const bool is_wanted = !begins_hidden_;  // show() was called meanwhile
     begins_hidden_ = false;
     hide();
     if (window_) window_->setAttribute(Qt::WA_DontShowOnScreen, false);

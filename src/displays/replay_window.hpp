@@ -18,28 +18,28 @@ namespace process_visualizer::displays {
 
 class ReplayCurtain;
 
-/// RViz's main window, shown and hidden. RViz neither draws nor looks for messages while it is
-/// hidden, so nobody answers its services then. Does nothing if RViz has no window of its own.
+/// RViz's main window, to show and hide. While it is hidden, RViz neither draws nor handles
+/// messages or services. Does nothing if RViz has no window of its own.
 class ReplayWindow : public QObject {
  public:
-  /// `shown` is called whenever the window is about to appear, also for the first time.
+  /// `shown` is called whenever the window is about to appear, including the first time.
   ReplayWindow(rviz::DisplayContext& context, std::function<void()> shown);
 
   QMainWindow* window() const { return window_; }
   bool isShown() const;
 
-  /// Above all others, but without taking the keyboard. Before RViz has opened the window, this and
-  /// hide() say how it begins.
+  /// Shows it above all others, without taking the keyboard focus. Before RViz has opened the
+  /// window, this and hide() set its first state.
   void show();
   void hide();
-  /// Chooses whether it stays hidden when RViz opens it, unless show() or hide() was called since.
+  /// Sets whether it stays hidden when RViz opens it, unless show() or hide() has been called.
   void setBeginsHidden(bool begins_hidden);
-  /// Nobody has changed a view by looking at it: what happens in the next second does not make RViz
-  /// ask whether to save it.
+  /// Keeps RViz from asking to save the view because of changes in the next second, which are not
+  /// the operator's.
   void keepUnmodified();
-  /// RViz ends when its windows are closed, which does not happen to a hidden one.
+  /// Ends RViz with ROS: RViz exits when its window is closed, but a hidden one cannot be closed.
   void endWithRos();
-  /// To be called often: until the first picture is there, the window says that it is awaited.
+  /// Shows a waiting message until the first picture is drawn; to be called often.
   void awaitPicture();
 
   bool eventFilter(QObject* object, QEvent* event) override;
@@ -49,13 +49,13 @@ class ReplayWindow : public QObject {
   void draw();
 
   QPointer<QMainWindow> window_;
-  QPointer<ReplayCurtain> curtain_;  ///< until it has been drawn for the first time
+  QPointer<ReplayCurtain> curtain_;  ///< until the first picture is drawn
   QElapsedTimer awaiting_;
   std::uint64_t frames_before_ = 0;
   bool has_picture_ = false;
   QPointer<rviz::VisualizationManager> manager_;
   std::function<void()> shown_;
-  bool is_open_ = false;  ///< RViz has opened it, even if it is hidden
+  bool is_open_ = false;  ///< RViz has opened it, even if hidden
   bool is_told_ = false;  ///< by show() or hide()
   bool begins_hidden_ = false;
 };

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// RViz, whose windows the X server knows before something is drawn into them.
+// RViz, changed so that the X server knows its windows before anything is drawn into them.
 //
-// OGRE makes a window on one connection to the X server, and draws into it on another one. Which of
-// the two the server serves first is open. On a busy computer Mesa's software renderer may ask for
-// the size of a window that does not exist yet; it does not look at the error, draws into a picture
-// of an accidental size, and destroys the heap: RViz ends while it starts (ros-visualization/rviz,
-// issue 497).
+// OGRE creates a window on one connection to the X server and draws into it on another, and the
+// server may serve either first. On a busy computer Mesa's software renderer may ask for the size
+// of a window that does not exist yet; it ignores the error, draws into a picture of arbitrary
+// size, and corrupts the heap: RViz crashes while it starts (ros-visualization/rviz, issue 497).
 
 #include <rviz/visualizer_app.h>
 
@@ -14,14 +13,14 @@
 
 #include "process_visualizer/common/logger_services.hpp"
 
-// The last one: its macros are common words.
+// Last, because its macros are common words.
 #include <X11/Xlib.h>
 
 int main(int argc, char** argv) {
-  // On each connection to the X server that Xlib opens from now on, a request is done before the
-  // next one is sent (Xlib manual, section 11.8.1). Not on those of Qt, which are not Xlib's.
+  // From now on Xlib waits for each request to be done before it sends the next one (Xlib manual,
+  // section 11.8.1). Qt's own requests do not go through Xlib.
   _Xdebug = 1;
-  // OGRE draws into windows of X, under Wayland too.
+  // OGRE needs X windows, even under Wayland.
   if (qEnvironmentVariableIsEmpty("QT_QPA_PLATFORM")) qputenv("QT_QPA_PLATFORM", "xcb");
   QApplication application(argc, argv);
   rviz::VisualizerApp rviz;

@@ -14,15 +14,15 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Seconds = std::chrono::duration<double>;
 
-constexpr milliseconds kSeldom{100};   // a joint with older news is passed on with the others
-constexpr seconds kPatience{3};        // until a joint that nobody sends is missed
-constexpr std::size_t kRegular = 10;   // messages after which a joint is expected to go on
-constexpr int kMissedPeriods = 20;     // after which it has stopped, and
-constexpr seconds kStopped{1};         // not before this
-constexpr seconds kBeside{1};          // in which two nodes send the same joint
-constexpr std::size_t kConflicts = 5;  // in a row that are no coincidence
-constexpr seconds kConflictHolds{1};   // after the last one
-constexpr double kMaxDelayS = 0.5;     // one node may be so much later than the other
+constexpr milliseconds kSeldom{100};   // age at which a joint is passed on again with others
+constexpr seconds kPatience{3};        // until a joint that nobody sends is reported
+constexpr std::size_t kRegular = 10;   // number of messages that make a joint a regular one
+constexpr int kMissedPeriods = 20;     // after which such a joint has stopped, and
+constexpr seconds kStopped{1};         // at least
+constexpr seconds kBeside{1};          // time within which two nodes count as sending a joint
+constexpr std::size_t kConflicts = 5;  // number in a row that is no coincidence
+constexpr seconds kConflictHolds{1};   // after the last conflict
+constexpr double kMaxDelayS = 0.5;     // by which one node may lag behind another
 constexpr double kEqual = 0.02;        // [rad or m]
 
 void append(std::string& list, const std::string& name) {
@@ -86,7 +86,7 @@ JointPositions JointBoard::passOn(Clock::time_point now, bool is_rest) {
     found.positions.push_back(joint.position);
     if (!joint.is_new) continue;
     joint.is_new = false;
-    // A little late is made up for, so that the rate holds whatever the rate of asking.
+    // A small delay is made up for, so that the rate is kept however often this is called.
     joint.next = now - joint.next < period_ ? joint.next + period_ : now + period_;
   }
   return found;
@@ -129,9 +129,10 @@ std::vector<std::string> JointBoard::problems(Clock::time_point now) const {
   for (const std::string& name : names_)
     if (joints_.at(name).count == 0) append(missing, name);
   if (!missing.empty() && now - first_ >= kPatience)
-    found.push_back("no message has the position of " + missing +
-                    ", so what hangs on it is not drawn; name a topic that has all joints of the "
-                    "model");
+    found.push_back(
+        "no message has the position of " + missing +
+        ", so the links behind it are not drawn; name a topic that has all joints of the "
+        "model");
   for (const std::string& problem : {silence(now), conflict(now)})
     if (!problem.empty()) found.push_back(problem);
   return found;
@@ -145,7 +146,7 @@ std::string JointBoard::silence(Clock::time_point now) const {
     if (joint.count < kRegular) continue;
     const Clock::duration period = (joint.last - joint.first) / (joint.count - 1);
     const Clock::duration silent = now - joint.last;
-    // Without any message it is the topic that has stopped, and the display says so.
+    // If all have stopped, it is the topic, which the display reports.
     if (silent < std::max<Clock::duration>(kStopped, kMissedPeriods * period) ||
         last_ - joint.last < kStopped)
       continue;
@@ -179,7 +180,7 @@ std::string JointBoard::conflict(Clock::time_point now) const {
 namespace {
 
 constexpr std::chrono::seconds kMaxStep{1};  // of a simulated clock
-constexpr std::chrono::seconds kMemory{6};   // longer than warnings are held back
+constexpr std::chrono::seconds kMemory{6};   // longer than the period of warnings
 
 }  // namespace
 

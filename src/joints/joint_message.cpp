@@ -21,7 +21,7 @@ constexpr char kJointState[] = "sensor_msgs/JointState";
 constexpr char kDynamicState[] = "control_msgs/DynamicJointState";
 constexpr std::uint64_t kNsPerS = 1000000000;
 
-/// std_msgs/Float32MultiArray: the elements behind the layout's data_offset.
+/// std_msgs/Float32MultiArray: the elements from the layout's data_offset on.
 std::vector<double> arrayValues(WireReader reader) {
   constexpr std::size_t kDimensionBytes = 12;
   for (std::size_t left = reader.count(kDimensionBytes); left > 0; --left) {
@@ -61,11 +61,11 @@ StampedJoints stateValues(WireReader reader) {
 
 /// control_msgs/DynamicJointState: the joints that have the interface "position".
 StampedJoints dynamicValues(WireReader reader) {
-  constexpr std::size_t kLeastBytes = 8;  // two empty arrays
+  constexpr std::size_t kMinBytes = 8;  // two empty arrays
   StampedJoints found;
   found.stamp_ns = headerStamp(reader);
   const std::vector<std::string> names = reader.texts();
-  const std::size_t count = reader.count(kLeastBytes);
+  const std::size_t count = reader.count(kMinBytes);
   if (count != names.size())
     throw std::invalid_argument(std::to_string(names.size()) + " joint names come with " +
                                 std::to_string(count) + " interface_values");
@@ -80,7 +80,8 @@ StampedJoints dynamicValues(WireReader reader) {
     }
   }
   reader.end();
-  if (found.joints.names.empty()) found.joints.names = names;  // as a state without positions
+  if (found.joints.names.empty())
+    found.joints.names = names;  // then it counts as a state without positions
   return found;
 }
 
@@ -181,7 +182,7 @@ std::vector<std::string> movableJoints(const std::string& urdf) {
   static const std::set<std::string> kMovable = {"revolute", "continuous", "prismatic"};
   std::vector<std::string> names;
   try {
-    walkXml(urdf.data(), urdf.size());  // Boost calls itself for each element in another one
+    walkXml(urdf.data(), urdf.size());  // Boost recurses for each nested element
   } catch (const std::invalid_argument& error) {
     refuse(std::string("the URDF is not XML that can be read: ") + error.what());
   }

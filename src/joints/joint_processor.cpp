@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node joint_proc: joint states of one robot, in the namespace with the robot's name.
 //
-// Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (without them those of
-// robot_description), ~joint_offsets, ~joint_rate, ~prefix (which the driver's names of joints may
-// begin with, beside those names), ~latencies (a list, of the topics: by how many seconds positions
-// were measured before their stamps, or their arrival).
+// Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (default: those of
+// robot_description), ~joint_offsets, ~joint_rate, ~prefix (optional prefix of the driver's joint
+// names), ~latencies (a list with a value for each topic: the time from the measurement to the
+// stamp, or to the arrival, in s).
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/callback_queue.h>
@@ -33,8 +33,8 @@
 
 namespace process_visualizer::joints {
 
-/// The parameters of the joint processor. Several topics have different joints of the robot, such
-/// as those of its arm and of its gripper.
+/// The parameters of the joint processor. Several topics carry different joints of the robot, such
+/// as those of its arm and its gripper.
 struct JointParameters {
   std::string robot_name;
   std::vector<std::string> topics;  ///< at least one
@@ -43,19 +43,19 @@ struct JointParameters {
   std::vector<double> latencies;    ///< of the topics, s; empty: none
 };
 
-/// Publishes a robot's joint states for robot_state_publisher, each joint at most at a rate; the
-/// last position of each always.
+/// Publishes a robot's joint states for robot_state_publisher, each joint up to a maximum rate, and
+/// always its last position.
 ///
-/// A position is published at once or not at all while others follow, so that thinning delays
-/// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
-/// publisher, and the master, which that asks at every state. A published state may have a part
-/// of the joints (see JointBoard). Its stamp is the driver's if that is of this computer's clock,
-/// else the time of arrival; a latency of the driver that is known is taken off it.
+/// While others follow, a position is published at once or not at all, so thinning adds no delay.
+/// Without thinning, fast drivers would load each robot's state publisher, and the master, which it
+/// asks at every state. A published state may have only some of the joints (see JointBoard). Its
+/// stamp is the driver's if that is from this computer's clock, otherwise the time of arrival,
+/// minus the driver's latency if known.
 ///
-/// A message that cannot be used is left out with a throttled warning, which is on /diagnostics
-/// as long as the problem lasts; without a warning if it has only joints of other robots, while
-/// those of this one come on the same topic. While ROS time does not advance or goes back
-/// (simulated time), the states are published nevertheless, also with a warning.
+/// An unusable message is left out, with a throttled warning, which is on /diagnostics while the
+/// problem lasts. There is no warning if it has only joints of other robots while those of this one
+/// come on the same topic. States are published even when (simulated) ROS time stands still or goes
+/// back, with a warning.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -65,7 +65,7 @@ class JointProcessor {
 
   struct Subscription {
     std::string topic;
-    ros::Duration latency;  ///< by which positions were measured before their stamp, or arrival
+    ros::Duration latency;  ///< from the measurement to the stamp, or to the arrival
     ros::Subscriber subscriber;
     bool was_connected = false;
   };
@@ -84,9 +84,9 @@ class JointProcessor {
   JointMatching matching_;
   ros::NodeHandle node_;
   ros::Publisher publisher_;
-  std::vector<Subscription> subscriptions_;  ///< their number stays as it is
+  std::vector<Subscription> subscriptions_;  ///< fixed in number: callbacks refer to them
   ros::WallTimer timer_;
-  bool quiet_ = true;  ///< no message has come since the last tick
+  bool quiet_ = true;  ///< no message since the last tick
   ros::Time stamp_;    ///< of the newest message
   Clock::time_point next_warning_;
   std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
@@ -100,15 +100,15 @@ class JointProcessor {
 
 namespace {
 
-// As CONFLICT_KEY of ros_names.py.
+// As CONFLICT_KEY in ros_names.py.
 constexpr const char* kConflictKey = "several_sources";
 
 constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr int kQueue = 100;             // groups of joints, each of which counts
-constexpr double kUsableWithinS = 1.0;  // of a stamp before its arrival, as KeptStamps
+constexpr int kQueue = 100;             // messages: each may have other joints
+constexpr double kUsableWithinS = 1.0;  // maximum age of a stamp at its arrival, as in KeptStamps
 
 }  // namespace
 
@@ -131,7 +131,7 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
 
 void JointProcessor::tick() {
   for (Subscription& subscription : subscriptions_) followChangedType(subscription);
-  // Only what nothing has followed: between two messages it would be late, and the next one is not.
+  // Only if no message has followed: the next message brings newer positions.
   if (quiet_) publish(board_.rest(Clock::now()));
   quiet_ = true;
   report();
@@ -143,7 +143,7 @@ void JointProcessor::subscribe(Subscription& subscription) {
       [this, &subscription](const RawMessageEvent& event) { receive(subscription, event); });
 }
 
-// roscpp keeps the first type that it saw, and then refuses publishers of another one.
+// roscpp keeps the first type that it saw and refuses publishers of another one.
 void JointProcessor::followChangedType(Subscription& subscription) {
   const bool connected = subscription.subscriber.getNumPublishers() > 0;
   if (subscription.was_connected && !connected) {
@@ -162,7 +162,7 @@ void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& 
     const auto now = Clock::now();
     used_ = now;
     quiet_ = false;
-    // Not when it is sent: it may have to wait.
+    // Now, not when the state is sent: that may be later.
     const ros::Time arrival = ros::Time::now();
     const ros::Time stamp = ros::Time().fromNSec(message.stamp_ns);
     const double age_s = (arrival - stamp).toSec();
@@ -192,7 +192,7 @@ void JointProcessor::watch(const std::string& topic, const std::vector<std::stri
     warn(topic, text);
 }
 
-// Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.
+// Not ROS_WARN_THROTTLE, which is silent while ROS time stands still.
 void JointProcessor::warn(const std::string& topic, const std::string& problem) {
   const auto now = Clock::now();
   complained_ = topic;
@@ -203,7 +203,7 @@ void JointProcessor::warn(const std::string& topic, const std::string& problem) 
   ROS_WARN("%s: %s", parameters_.robot_name.c_str(), text.c_str());
 }
 
-// Says what holds, and once that it does not hold any more.
+// Reports the complaint while it holds, and its end once.
 void JointProcessor::report() {
   const auto now = Clock::now();
   if (complaint_.count() == 0 || now < next_report_) return;
@@ -248,7 +248,7 @@ namespace {
 using process_visualizer::joints::JointMatching;
 using process_visualizer::joints::JointParameters;
 
-constexpr double kRateHz = 30.0;  // what a screen shows
+constexpr double kRateHz = 30.0;  // about as fast as a screen shows
 constexpr double kMaxLatencyS = 1.0;
 constexpr double kCallTimeoutS = 0.1;
 
@@ -312,8 +312,8 @@ std::map<std::string, double> readOffsets() {
   return offsets;
 }
 
-/// As ros::spin(), but that calls without a pause while the master is told the farewell: with
-/// real-time priority it would take the processor from the master itself.
+/// Like ros::spin(), which loops without a pause while the node unregisters: with real-time
+/// priority, that would take the processor from the master.
 void spinUntilShutdown() {
   while (!ros::isShuttingDown())
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kCallTimeoutS));
@@ -324,8 +324,8 @@ void spinUntilShutdown() {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "joint_proc");
-  // For roscpp's threads too, which begin with the first NodeHandle: each message wakes two of them
-  // for some microseconds, one after the other, and neither must wait for those who draw.
+  // Before the first NodeHandle, so that roscpp's threads inherit it: each message wakes two of
+  // them for some microseconds, one after the other, and neither must wait for processes that draw.
   if (!process_visualizer::takeRealTimePriority())
     process_visualizer::takeSlices(process_visualizer::kShortSlice);
   ros::NodeHandle node;  // keeps roscpp running

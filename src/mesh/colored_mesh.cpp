@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh file as triangles with normals and colors, for process_visualizer/robot/visuals.py.
-// assimp reads it, as in RViz, so both see the same.
+// A mesh file as triangles with normals and colors, for process_visualizer/robot/visuals.py. It is
+// read by assimp, as in RViz, so both see the same mesh.
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -26,7 +26,7 @@ using process_visualizer::mesh::MeshReader;
 
 constexpr float kSmoothUpToDegrees = 35.0F;
 
-/// One row of three for each corner, and of each triangle; colors are 0 to 255.
+/// Arrays with a row of three values for each corner or triangle; colors are 0 to 255.
 struct ColoredMesh {
   std::vector<float> positions;
   std::vector<float> normals;
@@ -101,12 +101,12 @@ ColoredMesh* answered(const std::function<void(ColoredMesh&)>& step) {
 
 extern "C" {
 
-/// To be given to colored_mesh_delete; where it has an error, it has no triangles.
+/// Returns a mesh to be passed to colored_mesh_delete. If it has an error, it has no triangles.
 ColoredMesh* colored_mesh_read(const char* path) {
   return answered([&](ColoredMesh& result) { read(path, result); });
 }
 
-/// The same without its triangles: only whether it can be given to a reader.
+/// Checks only whether the mesh can be given to a parser; the result has no triangles.
 ColoredMesh* colored_mesh_check(const char* path) {
   return answered([&](ColoredMesh&) { checkMesh(contentOf(path), path); });
 }

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kPackage = "package://", kFile = "file://";
-constexpr std::size_t kMostCharacters = 4096;  // of a path
+constexpr std::size_t kMaxCharacters = 4096;  // of a path
 
 bool beginsWith(const std::string& text, const std::string& beginning) {
   return text.compare(0, beginning.size(), beginning) == 0;
@@ -25,7 +25,7 @@ std::invalid_argument refused(const std::string& address, const std::string& rea
   return std::invalid_argument("the mesh " + address + " is not read: " + reason);
 }
 
-/// With the characters for which there are `%20` and the like.
+/// The text with escapes such as `%20` decoded.
 std::string unquoted(const std::string& text) {
   const auto isHex = [&](std::size_t at) {
     return at < text.size() && std::isxdigit(static_cast<unsigned char>(text[at])) != 0;
@@ -42,10 +42,11 @@ std::string unquoted(const std::string& text) {
   return plain;
 }
 
-/// Whether a path leads into a folder. Links in it may lead elsewhere: they were made there.
+/// Returns whether a path is below a folder. Links may lead elsewhere: whoever installed the
+/// package created them.
 bool isBelow(const fs::path& path, const fs::path& folder) {
   const fs::path whole = path.lexically_normal(), above = (folder / "").lexically_normal();
-  // The folder ends with a slash, behind which it has an empty part.
+  // The folder ends with a slash, so its last part is empty.
   return std::mismatch(above.begin(), std::prev(above.end()), whole.begin(), whole.end()).first ==
          std::prev(above.end());
 }
@@ -68,9 +69,9 @@ std::string inPackage(const std::string& address) {
 }  // namespace
 
 Bytes contentAt(const std::string& address) {
-  if (address.size() > kMostCharacters)
+  if (address.size() > kMaxCharacters)
     throw refused(address.substr(0, 100) + "…",
-                  "it has more than " + std::to_string(kMostCharacters) + " characters");
+                  "it has more than " + std::to_string(kMaxCharacters) + " characters");
   if (beginsWith(address, kPackage)) return contentOf(inPackage(address));
   if (beginsWith(address, kFile + "/")) return contentOf(unquoted(address.substr(kFile.size())));
   throw refused(address, "its address begins neither with package:// nor with file:///");

@@ -22,16 +22,16 @@
 namespace process_visualizer::mesh {
 namespace {
 
-constexpr std::size_t kMostBytes = 400'000'000;  // assimp takes several times as much memory
-constexpr std::size_t kMostNodes = 100'000;      // each counted as often as it is shown
-constexpr std::size_t kHighest = 1000;           // nodes that show one another
+constexpr std::size_t kMaxBytes = 400'000'000;  // assimp takes several times as much memory
+constexpr std::size_t kMaxNodes = 100'000;      // each counted as often as it is instantiated
+constexpr std::size_t kMaxHeight = 1000;        // of nested instances
 const std::array<std::string, 3> kFormats = {"stl", "dae", "obj"};
 
 std::invalid_argument unreadable(const std::string& name, const std::string& reason) {
   return std::invalid_argument("the mesh " + name + " cannot be read: " + reason);
 }
 
-/// A file that is open for reading.
+/// A file open for reading.
 class OpenFile {
  public:
   explicit OpenFile(const std::string& path)
@@ -50,7 +50,7 @@ class OpenFile {
 void checkStatus(const std::string& path, int result, const struct stat& status) {
   if (result != 0) throw unreadable(path, std::strerror(errno));
   if (!S_ISREG(status.st_mode)) throw std::invalid_argument("the mesh " + path + " is not a file");
-  if (static_cast<std::size_t>(status.st_size) > kMostBytes)
+  if (static_cast<std::size_t>(status.st_size) > kMaxBytes)
     throw std::invalid_argument("the mesh " + path + " has " +
                                 std::to_string(status.st_size / 1'000'000) + " MB; it is left out");
 }
@@ -68,7 +68,7 @@ std::string formatOf(const std::string& name) {
 Bytes contentOf(const std::string& path) {
   if (path.find('\0') != std::string::npos) throw unreadable(path.c_str(), "its name has a zero");
   struct stat status {};
-  checkStatus(path, ::stat(path.c_str(), &status), status);  // opening a device can do something
+  checkStatus(path, ::stat(path.c_str(), &status), status);  // opening a device has effects
   const OpenFile file(path);
   checkStatus(path, file.number() < 0 ? -1 : ::fstat(file.number(), &status), status);
   Bytes content(static_cast<std::size_t>(status.st_size));
@@ -86,7 +86,7 @@ Bytes contentOf(const std::string& path) {
 
 namespace {
 
-/// The nodes of a Collada file, and what each shows.
+/// The nodes of a Collada file and their instances.
 class ColladaScene {
  public:
   void begin(const std::string& tag, XmlAttributes attributes) {
@@ -97,7 +97,7 @@ class ColladaScene {
           url.substr(std::min(url.find_first_not_of('#'), url.size())));
     } else if (kind == "node") {
       const std::size_t number = nodes_.size();
-      if (number > kMostNodes) throw tooMany();
+      if (number > kMaxNodes) throw tooMany();
       nodes_.emplace_back();
       nodes_[open_.back()].inside.push_back(number);
       numbers_.emplace(attribute(attributes, "id"), number);
@@ -116,8 +116,8 @@ class ColladaScene {
     std::vector<std::size_t> inside;
     std::vector<std::string> shown;  ///< ids
     bool is_measured = false;
-    std::size_t count = kMostNodes + 1;  ///< of nodes that it shows, itself included
-    std::size_t height = 0;              ///< of nodes that show one another
+    std::size_t count = kMaxNodes + 1;  ///< of nodes that it shows, including itself
+    std::size_t height = 0;             ///< of nested instances
   };
 
   static std::string localName(const std::string& tag) { return tag.substr(tag.rfind(':') + 1); }
@@ -129,24 +129,24 @@ class ColladaScene {
   }
 
   static std::invalid_argument tooMany() {
-    return std::invalid_argument("it shows more than " + std::to_string(kMostNodes) + " nodes");
+    return std::invalid_argument("it shows more than " + std::to_string(kMaxNodes) + " nodes");
   }
 
   const Node& measure(std::size_t number, std::size_t depth) {
-    if (depth > kHighest)
-      throw std::invalid_argument("more than " + std::to_string(kHighest) +
+    if (depth > kMaxHeight)
+      throw std::invalid_argument("more than " + std::to_string(kMaxHeight) +
                                   " of its nodes show one another");
     Node& node = nodes_[number];
-    if (node.is_measured) return node;  // at once for one that contains itself: it is too many
+    if (node.is_measured) return node;  // one that contains itself counts as too many
     node.is_measured = true;
     std::size_t count = 1, height = 0;
     const auto add = [&](std::size_t inside) {
       const Node& shown = measure(inside, depth + 1);
       count += shown.count;
       height = std::max(height, shown.height + 1);
-      if (count > kMostNodes) throw tooMany();
-      if (depth + height > kHighest)
-        throw std::invalid_argument("more than " + std::to_string(kHighest) +
+      if (count > kMaxNodes) throw tooMany();
+      if (depth + height > kMaxHeight)
+        throw std::invalid_argument("more than " + std::to_string(kMaxHeight) +
                                     " of its nodes show one another");
     };
     for (const std::size_t inside : node.inside) add(inside);
@@ -177,7 +177,7 @@ void checkCollada(const Bytes& content) {
 
 void checkMesh(const Bytes& content, const std::string& name) {
   const std::string format = formatOf(name);
-  // assimp has readers for many other formats, and some take all memory for a few bytes.
+  // assimp has parsers for many other formats, some of which a few bytes make allocate all memory.
   if (std::find(kFormats.begin(), kFormats.end(), format) == kFormats.end())
     throw unreadable(name, "only STL, Collada (.dae) and OBJ are");
   if (format != "dae") return;
@@ -190,7 +190,7 @@ void checkMesh(const Bytes& content, const std::string& name) {
 
 namespace {
 
-/// The files for assimp, of at most so many bytes in all.
+/// Files for assimp, with a limited total size.
 class RegularFiles : public Assimp::IOSystem {
  public:
   bool Exists(const char* path) const override {
@@ -210,21 +210,21 @@ class RegularFiles : public Assimp::IOSystem {
       std::copy(content.begin(), content.end(), bytes);
       return new Assimp::MemoryIOStream(bytes, content.size(), /*own=*/true);
     } catch (const std::invalid_argument&) {
-      return nullptr;  // assimp says which one it misses, or does without it
+      return nullptr;  // assimp reports the missing file, or does without it
     }
   }
 
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
  private:
-  std::size_t left_ = 2 * kMostBytes;  // assimp opens a file to look at it, and again to read it
+  std::size_t left_ = 2 * kMaxBytes;  // assimp opens a file to look at it, and again to read it
 };
 
 }  // namespace
 
 MeshReader::MeshReader() {
-  importer_.SetIOHandler(new RegularFiles);  // which it owns
-  // As RViz does: the unit of a Collada file counts, its upper axis does not.
+  importer_.SetIOHandler(new RegularFiles);  // owned by the importer
+  // As in RViz: the unit of a Collada file counts, its up axis does not.
   importer_.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
 }
 

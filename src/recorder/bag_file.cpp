@@ -46,7 +46,7 @@ void checkName(const std::string& name) {
     throw RecordingError("the name \"" + name + "\" must not start with a dot");
 }
 
-/// The path of a bag beside another one of that name.
+/// The path with a number, for a bag beside another one of that name.
 std::string numbered(const std::string& path, unsigned number) {
   return path.substr(0, path.size() - 4) + "-" + std::to_string(number) + kExtension;
 }
@@ -116,14 +116,14 @@ std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes) {
 namespace {
 
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
-// Of the file's first record, without its two lengths. rosbag's tools write it again in this size:
-// were it smaller here, they would write over the beginning of the first chunk.
+// Size of the file's first record, without its two lengths. rosbag's tools rewrite it in this size:
+// if it were smaller here, they would overwrite the beginning of the first chunk.
 constexpr std::size_t kBagHeaderBytes = 4096;
 constexpr std::size_t kChunkBytes = 1 << 20;
 constexpr std::uint64_t kWriteBackBytes = 8 << 20;
-// Kept free behind every chunk, for the account that a recording ends with.
+// Reserved behind every chunk, for the account at the end of a recording.
 constexpr std::uint64_t kSpareBytes = 128 << 10;
-constexpr int kLz4BlockSize = 6;  // as rosbag has it
+constexpr int kLz4BlockSize = 6;  // as in rosbag
 
 enum Operation : char {
   kMessage = 2,
@@ -136,7 +136,7 @@ enum Operation : char {
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-// Numbers are little-endian in a bag, as on every machine that ROS 1 runs on.
+// Numbers in a bag are little-endian, as on all machines that run ROS 1.
 template <typename Number>
 std::string packed(Number number) {
   return {reinterpret_cast<const char*>(&number), sizeof number};
@@ -175,8 +175,8 @@ std::string bagHeader(std::uint64_t index, std::size_t connections, std::uint32_
 }
 
 std::string compressed(const std::string& data, const std::string& path) {
-  std::string source = data;  // the library's function takes no constant
-  // lz4 cannot make anything larger than this
+  std::string source = data;  // the library's function is not const-correct
+  // maximum size after compression
   std::string result(data.size() + data.size() / 255 + 1024, '\0');
   unsigned size = result.size();
   if (roslz4_buffToBuffCompress(source.data(), source.size(), result.data(), &size,
@@ -255,13 +255,13 @@ void BagFile::writeChunk(std::uint64_t spare_bytes) {
   chunk_.clear();
   entries_.clear();
   if (position_ - flushed_ >= kWriteBackBytes) {
-    // A disk that is kept busy all the time never makes the writer wait for all of it at once.
+    // Writing back steadily keeps the writer from waiting for all of it at once.
     sync_file_range(descriptor_, flushed_, position_ - flushed_, SYNC_FILE_RANGE_WRITE);
     flushed_ = position_;
   }
 }
 
-/// Returns the bytes before the data of the chunk's record: its header, and the size of the data.
+/// Returns the bytes of the chunk's record before its data: the header, and the size of the data.
 std::string BagFile::chunkHead(std::size_t data_bytes) const {
   const std::string header =
       packedHeader({{"op", {kChunk}},
@@ -309,7 +309,7 @@ std::string BagFile::finish(PowerCut power_cut) {
   try {
     writeChunk(0);
   } catch (const RecordingError& error) {
-    problem = error.what();  // what was written before becomes a bag all the same
+    problem = error.what();  // the earlier chunks still become a bag
   }
   std::string index;
   for (const std::string& connection : connection_records_) index += connection;
@@ -319,7 +319,7 @@ std::string BagFile::finish(PowerCut power_cut) {
   writeAt(0, bagHeader(position_, connection_records_.size(), chunk_count_));
   if (isRemoved()) rescue();
   rename();
-  // The bag is whole for every program from here on.
+  // From here on the bag is complete for every program.
   if (power_cut == PowerCut::kCostsNothing && fsync(descriptor_) != 0)
     fail("cannot be written to the disk");
   return problem;
@@ -327,9 +327,9 @@ std::string BagFile::finish(PowerCut power_cut) {
 
 void BagFile::remove() { unlink((is_named_ ? path_ : activePath()).c_str()); }
 
-/// Makes sure that so many bytes behind the written ones can be written, where the file system can.
+/// Reserves space for the next bytes, if the file system can.
 void BagFile::reserve(std::uint64_t bytes) {
-  rlimit largest{};  // of which fallocate knows nothing
+  rlimit largest{};  // not checked by fallocate
   if (getrlimit(RLIMIT_FSIZE, &largest) == 0 && position_ + bytes > largest.rlim_cur) {
     errno = EFBIG;
     fail("cannot be written");
@@ -349,7 +349,7 @@ void BagFile::discard() {
   }
   chunk_.clear();
   entries_.clear();
-  // Where nothing could be reserved, the chunk may stand there in part.
+  // If no space could be reserved, a part of the chunk may have been written.
   if (ftruncate(descriptor_, position_) != 0) fail("cannot be cut to its whole chunks");
 }
 
@@ -376,8 +376,8 @@ std::uint64_t BagFile::freeBytes() const {
   return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
 }
 
-/// Copies the file, which lives on without a name while it is open, to where it was, or beside
-/// what is there now.
+/// Copies the removed file, which exists while it is open, to its former path, or to a numbered
+/// one.
 void BagFile::rescue() {
   createFolder(std::filesystem::path(path_).parent_path());
   const auto create = [this] {
@@ -408,7 +408,7 @@ void BagFile::rename() {
   const std::string wanted = path_;
   const std::string active = activePath();
   for (unsigned i = 2; link(active.c_str(), path_.c_str()) != 0; ++i) {
-    if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS) {  // no hard links there
+    if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS) {  // no hard links
       if (access(path_.c_str(), F_OK) != 0) {
         if (std::rename(active.c_str(), path_.c_str()) != 0) fail("cannot be renamed");
         is_named_ = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node bag_recorder. SIGINT, SIGTERM and SIGHUP finish the bag before the node ends.
+// The node bag_recorder. It finishes the bag on SIGINT, SIGTERM and SIGHUP.
 
 #include <process_visualizer/Mark.h>
 #include <process_visualizer/MarkAt.h>
@@ -42,18 +42,18 @@
 namespace process_visualizer::recorder {
 namespace {
 
-// What was on its way when the operator pressed stop belongs to the recording.
+// Messages that were in transit when the operator pressed stop belong to the recording.
 constexpr std::chrono::milliseconds kUnderWay(100);
 constexpr std::chrono::milliseconds kStatePeriod(500), kMasterPeriod(1000);
 
-constexpr std::size_t kMostLabelBytes = 4096;
-const ros::Duration kOldestMark(600);
+constexpr std::size_t kMaxLabelBytes = 4096;
+const ros::Duration kMaxMarkAge(600);
 
 const char* const kNoTime =
     "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
     "simulation or the player first";
 
-const std::string kFull = "patterns match more topics than the " + std::to_string(kMostTopics) +
+const std::string kFull = "patterns match more topics than the " + std::to_string(kMaxTopics) +
                           " that are recorded at once: the others are left out";
 
 std::string defaultFolder() {
@@ -70,7 +70,7 @@ class BagRecorder {
   BagRecorder();
   ~BagRecorder();
 
-  /// Ends the recording, if there is one, and the services.
+  /// Ends the recording, if any, and the threads.
   void shutDown();
 
  private:
@@ -82,7 +82,7 @@ class BagRecorder {
   bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
   bool markAt(MarkAt::Request& request, MarkAt::Response& response);
-  /// \returns why there is no mark; empty: it is written
+  /// \returns why there is no mark; empty if there is
   std::string marked(const ros::Time& time, const std::string& label);
 
   bool readRecent(ReadRecent::Request& request, ReadRecent::Response& response);
@@ -118,14 +118,14 @@ class BagRecorder {
   const double connection_timeout_;
 
   std::mutex command_mutex_;  ///< one command at a time
-  std::mutex naming_mutex_;   ///< from the choice of a file's name until there is the file
+  std::mutex naming_mutex_;   ///< held from the choice of a file's name until the file exists
   Turns turns_;
   Intake intake_;
   RecentAnswers recent_answers_{[this](const MessageWish& wish) { return intake_.recent(wish); }};
-  bool has_master_ = true;  ///< for the thread that looks at it
+  bool has_master_ = true;  ///< for the thread that polls it
 
   ros::Publisher state_publisher_, mark_publisher_;
-  ros::CallbackQueue copy_queue_;  // the services need it to the end
+  ros::CallbackQueue copy_queue_;  // declared first, as the services need it
   std::vector<ros::ServiceServer> services_;
   ros::AsyncSpinner copy_spinner_{1, &copy_queue_};  ///< so that no command waits for a copy
   Subscriptions subscriptions_;
@@ -166,11 +166,11 @@ BagRecorder::BagRecorder()
       copy_node, "copy_recent",
       [this](auto& request, auto& response) { return copyRecent(request, response); }));
   copy_spinner_.start();
-  // The last one: clients take it for the sign that the recorder is ready.
+  // Last, because clients take it as the sign that the recorder is ready.
   services_.push_back(advertiseChecked<StartRecording>(
       node_, "start", [this](auto& request, auto& response) { return start(request, response); }));
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
-  // In a thread of its own, since a master that hangs would hold up everything else.
+  // In a thread of its own, since a hanging master would block everything else.
   master_thread_ = std::thread([this] {
     while (turns_.waitFor(kMasterPeriod)) lookAtMaster();
   });
@@ -178,7 +178,7 @@ BagRecorder::BagRecorder()
 
 BagRecorder::~BagRecorder() { shutDown(); }
 
-/// Bags and folders have the permissions of the user's mask, or of the parameter.
+/// Sets the permissions of bags and folders to those of the parameter, if given.
 void BagRecorder::setFileModeMask() const {
   std::string mask;
   if (node_.getParam("umask", mask))
@@ -210,12 +210,12 @@ bool BagRecorder::saveRecent(Start::Request& request, Start::Response& response)
   return answer(response, [&] { return save(request); });
 }
 
-/// Needs no turn among the commands, as it changes nothing that they use.
+/// Not locked, as it changes nothing that the commands use.
 bool BagRecorder::copyRecent(Start::Request& request, Start::Response& response) {
   return answer(response, [&] { return copy(request); });
 }
 
-/// Runs a command that returns a path, and answers with that or with the reason.
+/// Runs a command and answers with the path that it returns, or with its error.
 bool BagRecorder::answer(Start::Response& response, const std::function<std::string()>& command) {
   try {
     response.path = command();
@@ -249,8 +249,8 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
 bool BagRecorder::markAt(MarkAt::Request& request, MarkAt::Response& response) {
   if (ros::Time::isValid()) {
     const ros::Time now = ros::Time::now();
-    // A stamp of another clock would make the recording years long.
-    const bool is_known = request.stamp <= now && now - request.stamp <= kOldestMark;
+    // With a stamp of another clock, the recording could be years long.
+    const bool is_known = request.stamp <= now && now - request.stamp <= kMaxMarkAge;
     response.message = marked(is_known ? request.stamp : now, request.label);
   } else {
     response.message = kNoTime;
@@ -260,11 +260,11 @@ bool BagRecorder::markAt(MarkAt::Request& request, MarkAt::Response& response) {
 }
 
 std::string BagRecorder::marked(const ros::Time& time, const std::string& label) {
-  if (label.size() > kMostLabelBytes) {
+  if (label.size() > kMaxLabelBytes) {
     return "the label has " + std::to_string(label.size()) + " bytes; at most " +
-           std::to_string(kMostLabelBytes) + " are allowed";
+           std::to_string(kMaxLabelBytes) + " are allowed";
   }
-  if (!intake_.mark(time, label)) return "nothing is being recorded: a mark has no place to go to";
+  if (!intake_.mark(time, label)) return "nothing is being recorded, so there is nothing to mark";
   std_msgs::String text;
   text.data = label;
   mark_publisher_.publish(text);
@@ -288,7 +288,7 @@ std::string BagRecorder::begin(const Start::Request& request) {
     connect();
     const std::lock_guard<std::mutex> naming(naming_mutex_);
     options.path =
-        pathOf(request, folder_, allowed_folders_);  // a copy may have taken the other meanwhile
+        pathOf(request, folder_, allowed_folders_);  // a copy may have taken the earlier one
     intake_.begin(options, beginningOf(request, intake_.choice()));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
@@ -329,7 +329,7 @@ void BagRecorder::requireIdle() const {
     throw RecordingError(intake_.status().files.back() + " is being recorded; stop that first");
 }
 
-/// Subscribes to these topics, and to no others.
+/// Subscribes to exactly these topics.
 void BagRecorder::watch(TopicChoice choice) {
   if (const auto publishers = publishersAtMaster();
       publishers && choice.follow(*publishers, ownPrefixes()) && choice.isFull())
@@ -338,7 +338,7 @@ void BagRecorder::watch(TopicChoice choice) {
   subscriptions_.choose(intake_.sources());
 }
 
-/// Returns the prefixes of topics that patterns never take: the recorder's own.
+/// Returns the prefixes of the recorder's own topics, which patterns never take.
 std::vector<std::string> BagRecorder::ownPrefixes() const { return {kOwnPrefix, name_ + "/"}; }
 
 void BagRecorder::connect() {
@@ -359,7 +359,7 @@ Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice ch
           request.configuration.empty() ? configuration_ : request.configuration};
 }
 
-/// Returns the part of the memory that is asked for; without a time, all of it.
+/// Returns the requested part of the memory; all of it if no duration is given.
 Beginning BagRecorder::memoryOf(const Start::Request& request) const {
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   if (!ros::Time::isValid()) throw RecordingError(kNoTime);
@@ -368,8 +368,8 @@ Beginning BagRecorder::memoryOf(const Start::Request& request) const {
   return beginning;
 }
 
-/// Ends the recording, if there is one.
-/// \param under_way how long messages may be on their way that belong to it
+/// Ends the recording, if any.
+/// \param under_way wait for messages in transit
 void BagRecorder::finish(std::chrono::milliseconds under_way) {
   if (!intake_.isOpen()) return;
   setPhase(RecorderState::STOPPING);
@@ -378,7 +378,7 @@ void BagRecorder::finish(std::chrono::milliseconds under_way) {
   waitUntilWritten();
 }
 
-/// Waits until a recording that is closed is in its bags.
+/// Waits until a closed recording is written.
 void BagRecorder::waitUntilWritten() {
   const std::string problem = intake_.finish();
   if (!intake_.keepsRecent()) {
@@ -389,7 +389,7 @@ void BagRecorder::waitUntilWritten() {
   setPhase(RecorderState::IDLE);
 }
 
-// What it does by itself: it tells its state, and follows the master
+// Threads: publishing the state, and following the master
 
 void BagRecorder::addProblem(const std::string& problem, const std::string& present) {
   ROS_WARN_STREAM(problem << present);
@@ -414,7 +414,7 @@ RecorderState BagRecorder::state() const {
 void BagRecorder::publishStates() {
   for (bool is_odd = true; turns_.waitFor(kStatePeriod); is_odd = !is_odd) {
     std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
-    // A recording that has ended by itself is taken away here.
+    // A recording that has ended on its own is finished here.
     if (command && !intake_.isWriting()) finish(std::chrono::milliseconds(0));
     if (is_odd) intake_.measureRates();
     tellSilence();
@@ -426,7 +426,7 @@ void BagRecorder::tellSilence() {
   const std::vector<std::string> topics = intake_.fallenSilent();
   if (!topics.empty())
     addProblem(listed(topics) + ": fell silent, though messages came regularly",
-               "; do the drivers still run? What comes again is recorded");
+               "; are the drivers still running? They are recorded when they resume");
 }
 
 void BagRecorder::lookAtMaster() {
@@ -434,21 +434,21 @@ void BagRecorder::lookAtMaster() {
   const bool had_master = std::exchange(has_master_, publishers.has_value());
   if (had_master && !publishers)
     addProblem(
-        "the ROS master has stopped answering: what was connected before is recorded, publishers "
-        "that came later are not; after the recording, start everything anew");
+        "the ROS master has stopped answering: publishers connected before are recorded, later "
+        "ones are not; after the recording, restart everything");
   if (!publishers) return;
   const double period_s = std::chrono::duration<double>(kMasterPeriod).count();
   for (const std::string& topic : subscriptions_.followChangedTypes(*publishers, period_s))
     addProblem(topic +
-               " was not connected, though it has a publisher: subscribed anew (its type "
+               " was not connected, though it has a publisher: resubscribed (its type "
                "may have changed)");
   followPublishers(*publishers);
 }
 
-/// Takes new topics that match a pattern, and forgets what was latched and has been replaced.
+/// Adds new topics that match a pattern, and forgets replaced latched messages.
 void BagRecorder::followPublishers(const Publishers& publishers) {
   const std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
-  if (!command || subscriptions_.topics().empty()) return;  // another time
+  if (!command || subscriptions_.topics().empty()) return;  // at the next call
   if (!intake_.follow(publishers, ownPrefixes())) return;
   subscriptions_.choose(intake_.sources());
   if (intake_.choice().isFull()) addProblem(kFull);
@@ -463,10 +463,10 @@ sigset_t blockedSignals() {
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGHUP);  // the terminal was closed
-  // Every thread that is started from here on inherits this: only sigwait takes the signals.
+  sigaddset(&signals, SIGHUP);  // the terminal is closed
+  // Inherited by all threads started from here on: only sigwait takes the signals.
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  signal(SIGXFSZ, SIG_IGN);  // a file that is too large is an error of write() like any other
+  signal(SIGXFSZ, SIG_IGN);  // then a file that is too large is an ordinary error of write()
   return signals;
 }
 
@@ -476,7 +476,7 @@ int main(int argc, char** argv) {
   const sigset_t signals = blockedSignals();
   ros::init(argc, argv, "bag_recorder", ros::init_options::NoSigintHandler);
   try {
-    ros::NodeHandle node;  // keeps roscpp running until everything else is gone
+    ros::NodeHandle node;  // keeps roscpp running until all else is destroyed
     process_visualizer::replaceLoggerServices();
     process_visualizer::recorder::BagRecorder recorder;
     ros::AsyncSpinner spinner(2);  // ~mark is answered while ~start waits

@@ -13,7 +13,7 @@ namespace {
 
 using Lock = std::lock_guard<std::mutex>;
 
-constexpr std::size_t kMarksKept = 1000;  // to know those that are sent again
+constexpr std::size_t kMarksKept = 1000;  // to recognize repeated ones
 
 }  // namespace
 
@@ -58,7 +58,7 @@ bool Intake::follow(const Publishers& publishers, const std::vector<std::string>
 
 void Intake::receive(Message message) {
   const Lock lock(mutex_);
-  // A simulated time can begin anew, at zero, which is no time in a bag.
+  // Simulated time can restart at zero, which is not valid in a bag.
   if (is_open_) message.time = std::max(message.time, ros::TIME_MIN);
   if (const auto frames = calibration_.copyOf(message)) take(*frames);
   if (choice_.contains(message.topic())) take(message);
@@ -73,10 +73,10 @@ bool Intake::mark(const ros::Time& time, const std::string& label) {
   return true;
 }
 
-/// Hands a message to the memory and to the recording; the mutex has to be locked.
-/// Returns whether one of them took it.
+/// Gives a message to the memory and to the recording; the mutex must be locked. Returns whether it
+/// is kept: by the recording, if there is one, else by the memory.
 bool Intake::take(const Message& message) {
-  if (is_open_ && recording_->isOver()) board_.freeze();  // what comes now is not of it
+  if (is_open_ && recording_->isOver()) board_.freeze();  // this message is not in it
   const bool is_taken = is_open_ ? recording_->push(message) : recent_.isKept();
   recent_.add(message);
   if (is_open_) recent_.setRecorded();
@@ -87,12 +87,12 @@ bool Intake::take(const Message& message) {
 // Recordings
 
 void Intake::begin(const RecordingOptions& options, const Beginning& beginning) {
-  const Lock lock(mutex_);  // nothing comes between past and recording
+  const Lock lock(mutex_);  // no message comes between the past and the recording
   open(options, contents(beginning, machine_.now()));
 }
 
-/// Whatever comes while the lock is held waits: nothing in memory is later than this moment, and
-/// the bag ends with it.
+/// Messages wait while the lock is held, so none in memory is later than this moment, at which the
+/// bag ends.
 void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
   const Lock lock(mutex_);
   const ros::Time now = machine_.now();
@@ -101,11 +101,11 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
     throw RecordingError("nothing from that time is in memory: are the devices running?");
   const ros::Duration reach = now - saved.recent.front().time;
   open(options, std::move(saved));
-  begin_ -= std::chrono::nanoseconds(reach.toNSec());  // it lasted that long, though nobody watched
+  begin_ -= std::chrono::nanoseconds(reach.toNSec());  // its duration is that of the memory
   end(now);
 }
 
-/// Returns the contents of a recording that begins now; the mutex has to be locked.
+/// Returns the contents of a recording that begins now; the mutex must be locked.
 RecordingContents Intake::contents(const Beginning& beginning, const ros::Time& now) {
   Past past = chosen(recent_.last(now, beginning.recent_s), beginning.choice, now);
   RecordingContents contents;
@@ -119,9 +119,9 @@ RecordingContents Intake::contents(const Beginning& beginning, const ros::Time& 
   return contents;
 }
 
-/// Leaves what is of the chosen topics, and what the recorder itself adds.
+/// Keeps the chosen topics and the recorder's own messages.
 Past Intake::chosen(Past past, const TopicChoice& choice, const ros::Time& now) const {
-  std::map<ConnectionPtr, bool> known;  // a pattern is compared once, not with every message
+  std::map<ConnectionPtr, bool> known;  // patterns are matched once per connection
   const auto is_chosen = [&](const Message& message) {
     const auto [entry, is_new] = known.try_emplace(message.connection, true);
     if (is_new)
@@ -145,7 +145,7 @@ LatchedMessages Intake::withConfiguration(LatchedMessages latched, const std::st
   return latched;
 }
 
-/// Begins a recording; the mutex has to be locked.
+/// Begins a recording; the mutex must be locked.
 void Intake::open(const RecordingOptions& options, RecordingContents contents) {
   const std::deque<Message> past = contents.recent;
   recording_ = std::make_shared<Recording>(options, std::move(contents), machine_);
@@ -162,7 +162,7 @@ std::deque<Message> Intake::copy(const Beginning& beginning) const {
   Past all;
   ros::Time now;
   {
-    const Lock lock(mutex_);  // for the pointers only: messages keep arriving
+    const Lock lock(mutex_);  // only while pointers are copied: messages keep arriving
     now = machine_.now();
     all = recent_.all(now, beginning.recent_s);
   }
@@ -178,7 +178,7 @@ std::deque<Message> Intake::copy(const Beginning& beginning) const {
   return messages;
 }
 
-/// An account of messages that are all received and written.
+/// The account of messages that are all received and written.
 Message Intake::accountOf(const std::deque<Message>& messages, const TopicChoice& choice,
                           const ros::Time& now) const {
   std::map<std::string, TopicStatistics> statistics;
@@ -193,7 +193,7 @@ void Intake::close() {
   end(machine_.now());
 }
 
-/// Ends the recording: later messages are not of it. The mutex has to be locked.
+/// Ends the recording: later messages are not in it. The mutex must be locked.
 void Intake::end(const ros::Time& now) {
   is_open_ = false;
   board_.freeze();
@@ -203,7 +203,7 @@ void Intake::end(const ros::Time& now) {
 }
 
 std::string Intake::finish() {
-  recording_->stop(last_time_);  // its thread needs the mutex
+  recording_->stop(last_time_);  // not locked: its thread needs the mutex
   const Lock lock(mutex_);
   board_.addDropped(recording_->unwritten());
   return recording_->status().problem;
@@ -292,9 +292,9 @@ void Intake::fillRecording(RecorderState& state) const {
   state.bytes = status.bytes;
   state.duration = std::chrono::duration<double>(end - begin_).count();
   state.free_bytes = status.free_bytes;
-  const double room = static_cast<double>(status.free_bytes) - status.least_free_bytes;
+  const double room = static_cast<double>(status.free_bytes) - status.min_free_bytes;
   if (is_open_ && state.rate > 0) state.time_left = std::max(room, 0.0) / state.rate;
-  state.messages = 0;  // those in the files, with what the recorder itself has written
+  state.messages = 0;  // those in the files, including the recorder's own
   for (const auto& [topic, count] : status.messages) state.messages += count;
   for (TopicRecord& topic : state.topics) {
     const auto written = status.messages.find(topic.name);

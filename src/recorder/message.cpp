@@ -13,7 +13,7 @@ namespace {
 constexpr char kNode[] = "/cell_frames";  // as in ros_names.py
 constexpr char kReplacement[] = "\xEF\xBF\xBD";
 
-/// Returns the length of the character that begins with a byte, by its leading ones; 0: none does.
+/// Returns the length of a character with this first byte; 0 if there is none.
 std::size_t lengthOf(unsigned char first) {
   if (first < 0x80) return 1;
   if (first >= 0xC2 && first < 0xE0) return 2;
@@ -21,8 +21,7 @@ std::size_t lengthOf(unsigned char first) {
   return first >= 0xF0 && first < 0xF5 ? 4 : 0;
 }
 
-/// Returns whether a character may have this length and value: not longer than need be, no
-/// surrogate.
+/// Returns whether a character of this length may have this value: no overlong form, no surrogate.
 bool isCharacter(std::size_t length, std::uint32_t value) {
   if (length == 3) return value >= 0x800 && (value < 0xD800 || value > 0xDFFF);
   return length != 4 || (value >= 0x10000 && value <= 0x10FFFF);
@@ -58,7 +57,7 @@ Connection connectionWith(const std::string& topic,
                           const std::map<std::string, std::string>& header) {
   Connection connection{topic, {}};
   for (const auto& [name, value] : header) connection.header[validUtf8(name)] = validUtf8(value);
-  // Type and md5sum are there, or roscpp would not have connected.
+  // There are a type and an md5sum, or roscpp would not have connected.
   connection.header.try_emplace("topic", topic);
   connection.header.try_emplace("message_definition");
   return connection;

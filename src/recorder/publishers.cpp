@@ -59,7 +59,7 @@ Links linksOf(XmlRpcValue& connections, const std::string& peer, const std::stri
 }  // namespace
 
 std::string textOf(const XmlRpcValue& value) {
-  XmlRpcValue copy = value;  // its conversion takes no constant
+  XmlRpcValue copy = value;  // its conversion is not const
   return value.getType() == XmlRpcValue::TypeString ? static_cast<std::string>(copy)
                                                     : std::string();
 }
@@ -105,7 +105,7 @@ std::string addressOf(const std::string& node) {
                                                                                : std::string();
 }
 
-/// Asks a node for its connections; returns whether it answered at all.
+/// Asks a node for its connections; returns whether it answered.
 bool askForConnections(const std::string& address, XmlRpc::XmlRpcValue& answer) {
   std::string host;
   std::uint32_t port = 0;
@@ -116,7 +116,7 @@ bool askForConnections(const std::string& address, XmlRpc::XmlRpcValue& answer) 
   return client.execute("getBusInfo", arguments, answer);
 }
 
-/// The connections here from a publisher that does not tell what it sends.
+/// This node's view of the connections from a publisher that does not list them.
 Links linksArrivingFrom(const std::string& address) {
   XmlRpc::XmlRpcValue answer;
   const std::string own = ros::XMLRPCManager::instance()->getServerURI();
@@ -130,8 +130,7 @@ Bus askForBus(const std::string& address, const std::string& receiver) {
   return {Answer::kLinks, links ? *links : linksArrivingFrom(address)};
 }
 
-/// Asks in a thread of its own, since a process that is stopped accepts a question and never
-/// answers.
+/// Asks in a thread of its own, since a suspended process accepts a request and never answers.
 std::future<Bus> busOf(const std::string& node) {
   std::packaged_task<Bus()> task([address = addressOf(node), self = ros::this_node::getName()] {
     return askForBus(address, self);
@@ -141,7 +140,7 @@ std::future<Bus> busOf(const std::string& node) {
   return bus;
 }
 
-/// Calls a function for every topic of a choice and each of its publishers.
+/// Calls a function for each of the topics and each of its publishers.
 void forEachPublisher(
     const Publishers& publishers, const std::set<std::string>& topics,
     const std::function<void(const std::string& topic, const std::string& node)>& function) {

@@ -9,7 +9,7 @@
 namespace process_visualizer::recorder {
 namespace {
 
-// Its messages add to each other: what one publisher told holds beside what another tells.
+// The topic whose messages add up: one publisher's message does not replace another's.
 constexpr char kAddingTopic[] = "/tf_static";
 
 }  // namespace
@@ -45,7 +45,8 @@ void LatchedMessages::forgetReplaced(const std::function<bool(const Message&)>& 
 }
 
 void RecentMessages::add(const Message& message) {
-  if (!isKept() || message.time.isZero()) return pass(message);  // zero: no time has begun yet
+  if (!isKept() || message.time.isZero())
+    return pass(message);  // zero: simulated time has not begun
   messages_.push_back(message);
   bytes_ += message.size();
   while (!messages_.empty() && (bytes_ > limit_bytes_ || age() > duration_)) {
@@ -75,9 +76,9 @@ Past RecentMessages::all(const ros::Time& now, double duration_s) const {
   return since(0, before_, now, duration_s);
 }
 
-/// Of the messages from one on, the last seconds.
-/// \param first where it is in the memory
-/// \param before what was latched before it
+/// The last seconds of the messages from one on.
+/// \param first index of that message in the memory
+/// \param before messages latched before it
 Past RecentMessages::since(std::size_t first, const LatchedMessages& before, const ros::Time& now,
                            double duration_s) const {
   const auto is_recent = [&](const Message& message) {
@@ -142,7 +143,7 @@ std::size_t RecentMessages::unrecorded() const { return std::max(unrecorded_, ol
 
 namespace {
 
-constexpr std::size_t kMaxBytes = 4 << 20;  // of messages in an answer
+constexpr std::size_t kMaxBytes = 4 << 20;  // of the messages in an answer
 
 // Bag format 2.0: length of the header, length of its only field, and op=2, message data.
 constexpr std::array<std::uint8_t, 12> kHeader = {8, 0, 0, 0, 4, 0, 0, 0, 'o', 'p', '=', 2};

@@ -11,10 +11,10 @@
 namespace process_visualizer::recorder {
 namespace {
 
-// A chunk is not kept back for longer than this: it is all that a kill can cost.
+// Maximum time before a chunk is written: no more is lost if the process is killed.
 constexpr std::chrono::milliseconds kFlushPeriod(500);
-// Large messages leave this part of the queue to small ones: a slow disk costs images before it
-// costs a robot's positions.
+// Large messages may fill only this part of the queue, so a slow disk costs images before it costs
+// a robot's positions.
 constexpr std::size_t kLargeBytes = 64 << 10;
 constexpr double kLargePart = 0.9;
 
@@ -29,10 +29,10 @@ Recording::Recording(RecordingOptions options, RecordingContents contents, Machi
       contents_(std::move(contents)),
       machine_(std::move(machine)),
       clock_watch_(machine_) {
-  status_.least_free_bytes = options_.minimum_free_bytes;
+  status_.min_free_bytes = options_.minimum_free_bytes;
   status_.free_bytes = requireRoom(folderOf(options_.path), options_.minimum_free_bytes);
   create(contents_.recent.empty() ? machine_.now() : contents_.recent.front().time);
-  // However large they are, they are written like all else, by the thread.
+  // Written by the thread, like all others: they may be large.
   const std::vector<Message> latched = contents_.latched.at(file_begin_);
   contents_.recent.insert(contents_.recent.begin(), latched.begin(), latched.end());
   thread_ = std::thread(&Recording::run, this);
@@ -97,7 +97,7 @@ void Recording::writeAll() {
   }
 }
 
-/// The next message; nothing if there is none before the next look is due.
+/// The next message; nothing if there is none before the next check is due.
 std::optional<Message> Recording::take() {
   if (!contents_.recent.empty()) {
     const Message message = contents_.recent.front();
@@ -130,8 +130,7 @@ void Recording::write(const Message& message) {
   add(message);
 }
 
-/// Writes a message and counts it; how much was not written after all is known when the bag is
-/// closed.
+/// Writes a message and counts it; the count is corrected when the bag is closed.
 void Recording::add(const Message& message) {
   file_->write(message);
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -154,7 +153,7 @@ void Recording::create(const ros::Time& time) {
 }
 
 void Recording::close() {
-  if (!file_) return;  // the last part was finished, and no new one could be begun
+  if (!file_) return;  // the last part is finished, and no new one could be created
   const std::unique_ptr<BagFile> file = std::move(file_);
   std::string problem;
   try {
@@ -178,8 +177,8 @@ void Recording::close() {
   if (!problem.empty()) throw RecordingError(problem);
 }
 
-/// Does what is due every half second, however many messages there are. A problem that is set
-/// here keeps new messages away; those that have arrived are written.
+/// Checks everything that is due every half second. A problem that is set here only stops new
+/// messages; those that have arrived are still written.
 void Recording::look() {
   const SteadyTime now = machine_.steady();
   if (now - last_look_ < kFlushPeriod) return;
@@ -220,10 +219,10 @@ ros::Time Recording::end() const {
   return end_;
 }
 
-/// Returns whether no more messages are taken; the mutex has to be locked.
+/// Returns whether no more messages are taken; the mutex must be locked.
 bool Recording::isClosed() const { return closing_ || !status_.problem.empty(); }
 
-/// Tells the owner, if it was not the owner who ended the recording.
+/// Notifies the owner, unless the owner ended the recording.
 void Recording::tellEnd() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -235,7 +234,7 @@ void Recording::tellEnd() {
 
 namespace {
 
-constexpr std::uint64_t kRecordBytes = 64;  // around a message, with its place in the index
+constexpr std::uint64_t kRecordBytes = 64;  // overhead of a message, with its index entry
 
 }  // namespace
 
@@ -254,7 +253,7 @@ BagFile createWhole(const RecordingOptions& options, std::uint64_t bytes) {
 
 void writeWhole(BagFile& file, std::deque<Message> messages) {
   try {
-    // What is written may leave the memory: images are large.
+    // Written messages are released: images are large.
     for (; !messages.empty(); messages.pop_front()) file.write(messages.front());
     const std::string problem = file.finish(PowerCut::kMayCostAll);
     if (!problem.empty()) throw RecordingError(problem);

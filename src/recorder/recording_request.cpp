@@ -26,7 +26,7 @@ bool isBelow(const fs::path& path, const fs::path& folder) {
   return end == folder.end();
 }
 
-/// The path without links, as far as it exists, and without a slash at its end.
+/// The path with links resolved, as far as it exists, and without a trailing slash.
 fs::path wholePath(const std::string& path) {
   std::error_code error;
   const fs::path found = fs::weakly_canonical(path, error);
@@ -40,10 +40,10 @@ void AllowedFolders::check(const std::string& folder) const {
   const fs::path wanted = wholePath(folder);
   const auto is_above = [&](const std::string& it) { return isBelow(wanted, wholePath(it)); };
   if (std::none_of(folders_.begin(), folders_.end(), is_above))
-    throw RecordingError("the folder \"" + folder +
-                         "\" is none of those that the recorder was started with (" +
-                         joined(folders_, ", ") + "); start it with this one in ~folders, or in " +
-                         "PROCESS_VISUALIZER_BAG_FOLDERS");
+    throw RecordingError(
+        "the folder \"" + folder + "\" is not one of those allowed at the recorder's start (" +
+        joined(folders_, ", ") + "); restart it with this one in ~folders, or in " +
+        "PROCESS_VISUALIZER_BAG_FOLDERS");
 }
 
 void checkSplit(std::uint64_t bytes, double duration_s) {
@@ -71,7 +71,7 @@ mode_t fileModeMask(const std::string& octal) {
 
 namespace {
 
-constexpr std::size_t kMostPathCharacters = 4096;
+constexpr std::size_t kMaxPathCharacters = 4096;
 
 void checkTexts(const StartRecording::Request& request) {
   try {
@@ -80,9 +80,9 @@ void checkTexts(const StartRecording::Request& request) {
   } catch (const std::invalid_argument& error) {
     throw RecordingError(error.what());
   }
-  if (request.folder.size() > kMostPathCharacters)
+  if (request.folder.size() > kMaxPathCharacters)
     throw RecordingError("the folder has " + std::to_string(request.folder.size()) +
-                         " characters; at most " + std::to_string(kMostPathCharacters) +
+                         " characters; at most " + std::to_string(kMaxPathCharacters) +
                          " are allowed");
 }
 

@@ -12,18 +12,18 @@
 namespace process_visualizer::recorder {
 namespace {
 
-constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own one is bounded
+constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own is bounded
 constexpr std::chrono::milliseconds kPeriod(20);
-constexpr double kQuestionS = 0.5;  ///< a publisher that takes longer may have connected meanwhile
-constexpr unsigned kPatience = 3;   ///< looks; a publisher of many topics takes a while to connect
+constexpr double kQuestionS = 0.5;  ///< timeout; a slower publisher may have connected meanwhile
+constexpr unsigned kPatience = 3;   ///< checks; a publisher of many topics takes a while to connect
 
-/// Returns whether it is time to subscribe anew: after 3, 6, 12, 24, ... looks.
+/// Returns whether it is time to resubscribe: after 3, 6, 12, 24, ... checks.
 bool isTurn(unsigned looks) {
   const unsigned turns = looks / kPatience;
   return looks % kPatience == 0 && (turns & (turns - 1)) == 0;
 }
 
-/// A function in a queue of callbacks.
+/// A function as a callback of a queue.
 class Call : public ros::CallbackInterface {
  public:
   explicit Call(std::function<void()> function) : function_(std::move(function)) {}
@@ -58,7 +58,7 @@ void Subscriptions::choose(const std::set<std::string>& topics) {
     if (subscribers_.count(topic) == 0) subscribe(topic);
 }
 
-/// Notes the connections that publishers still have of topics that are to be subscribed anew.
+/// Notes connections that publishers still have for topics that are about to be subscribed.
 void Subscriptions::noteOldLinks(const std::set<std::string>& topics) {
   std::set<std::string> added;
   const std::set<std::string> known = this->topics();
@@ -96,11 +96,12 @@ std::vector<std::string> Subscriptions::waitUntilConnected(double timeout_s) {
     const std::chrono::duration<double> left = deadline - Clock::now();
     const auto publishers = publishersAtMaster();
     if (!publishers) return {"the ROS master does not answer"};
-    // A publisher whose connections all have one number would never be believed.
+    // In the second half of the time, old connections count: some publishers give all connections
+    // the same number.
     const LinksOfNodes old = left.count() > timeout_s / 2 ? oldLinks() : LinksOfNodes();
     auto unconnected = unconnectedPublishers(*publishers, topics(), old, left.count());
     if (unconnected.empty() || Clock::now() >= deadline) return unconnected;
-    std::this_thread::sleep_for(kPeriod);  // other programs cannot be waited for
+    std::this_thread::sleep_for(kPeriod);  // no event signals a change in other programs
   }
 }
 
@@ -126,7 +127,7 @@ std::vector<std::string> Subscriptions::followChangedTypes(const Publishers& pub
   std::map<std::string, unsigned> looks;
   std::vector<std::string> anew;
   for (const std::string& topic : living) {
-    if (subscribers_.count(topic) == 0) continue;  // not chosen any more
+    if (subscribers_.count(topic) == 0) continue;  // no longer chosen
     const unsigned count = looks[topic] = unconnected_[topic] + 1;
     if (!isTurn(count)) continue;
     subscribers_.erase(topic);

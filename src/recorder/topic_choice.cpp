@@ -12,20 +12,20 @@
 namespace process_visualizer::recorder {
 namespace {
 
-/// Of one expression: libstdc++ goes down brackets by calling itself.
-constexpr std::size_t kMostCharacters = 2000;
-constexpr std::size_t kMostExpressions = 100;
-/// The other way of libstdc++ takes longer than anybody waits for (.*)*x.
+/// Maximum length of an expression: libstdc++ recurses for nested brackets.
+constexpr std::size_t kMaxCharacters = 2000;
+constexpr std::size_t kMaxExpressions = 100;
+/// Without __polynomial, libstdc++ takes exponential time for (.*)*x.
 constexpr auto kSyntax = std::regex::ECMAScript | std::regex_constants::__polynomial;
 
 std::vector<std::regex> expressions(const std::vector<std::string>& texts) {
-  if (texts.size() > kMostExpressions)
+  if (texts.size() > kMaxExpressions)
     throw RecordingError(std::to_string(texts.size()) + " regular expressions are given; at most " +
-                         std::to_string(kMostExpressions) + " are allowed");
+                         std::to_string(kMaxExpressions) + " are allowed");
   std::vector<std::regex> compiled;
   for (const std::string& text : texts) {
-    if (text.size() > kMostCharacters)
-      throw RecordingError("a regular expression has more than " + std::to_string(kMostCharacters) +
+    if (text.size() > kMaxCharacters)
+      throw RecordingError("a regular expression has more than " + std::to_string(kMaxCharacters) +
                            " characters; name the topics");
     try {
       compiled.emplace_back(text, kSyntax);
@@ -47,9 +47,9 @@ TopicChoice::TopicChoice(const std::vector<std::string>& names,
                          const std::vector<std::string>& patterns,
                          const std::vector<std::string>& excluded)
     : patterns_(expressions(patterns)), excluded_(expressions(excluded)) {
-  if (names.size() > kMostTopics)
+  if (names.size() > kMaxTopics)
     throw RecordingError(std::to_string(names.size()) + " topics are named; at most " +
-                         std::to_string(kMostTopics) + " are recorded at once");
+                         std::to_string(kMaxTopics) + " are recorded at once");
   try {
     for (const std::string& name : names)
       names_.insert(ros::names::resolve("/", requiredName(name)));

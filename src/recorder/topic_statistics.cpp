@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kGapFactor = 3.0;
 constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // intervals; s
-// A log is silent when all is well; and what the recorder tells comes there, too.
+// A log is silent when all is well, and it carries the recorder's own warnings.
 constexpr char kLogType[] = "rosgraph_msgs/Log";
 constexpr std::chrono::seconds kLate(2);  ///< between two measurements of rates, usually 1 s
-constexpr std::size_t kMinIntervals = 8;  ///< before that it is not known what is usual
+constexpr std::size_t kMinIntervals = 8;  ///< before the usual one is known
 
 }  // namespace
 
@@ -34,7 +34,7 @@ bool TopicStatistics::fellSilent(const ros::Time& now) {
   return is_silent_;
 }
 
-/// Returns whether the number shows what is missing: it grew since the publisher's last message.
+/// Returns whether the sequence number is usable: greater than in the publisher's last message.
 bool TopicStatistics::takeSequence(const Message& message) {
   const auto [place, is_new] = publishers_.try_emplace(message.connection);
   Publisher& publisher = place->second;

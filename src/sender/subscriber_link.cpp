@@ -27,9 +27,9 @@ Packet::Packet(const char* message, std::size_t size)
 
 namespace {
 
-constexpr std::size_t kSmallBytes = 32 << 10;  // up to here, all is written when it is due
+constexpr std::size_t kSmallBytes = 32 << 10;  // up to this size, all is written when due
 constexpr std::size_t kSliceBytes = 128 << 10;
-constexpr std::int64_t kSliceNs = 500'000;  // a subscriber has taken a slice by then
+constexpr std::int64_t kSliceNs = 500'000;  // time for a subscriber to take a slice
 constexpr std::size_t kMaxSlices = 16;      // a command takes effect only after a begun message
 
 std::size_t quotientUp(std::size_t dividend, std::size_t divisor) {
@@ -66,7 +66,7 @@ int duplicated(int socket) {
 
 SubscriberLink::SubscriberLink(int socket, const QueueLimits& limits)
     : socket_(duplicated(socket)), limits_(limits) {
-  const int on = 1;  // fails for sockets that do not wait to fill their packets anyway
+  const int on = 1;  // fails for sockets that are not TCP, which need no such option
   setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
 }
 
@@ -105,7 +105,7 @@ SubscriberLink::State SubscriberLink::write(std::int64_t now_ns) {
   return state_;
 }
 
-/// The next parts that may be written at a time; returns how many. All but the last of them end
+/// Collects the next parts that may be written; returns their number. All but the last complete
 /// their packets.
 std::size_t SubscriberLink::gather(std::int64_t now_ns, Parts& parts) const {
   std::size_t count = 0, begin = front_written_;
@@ -128,7 +128,8 @@ void SubscriberLink::markWritable() {
 }
 
 void SubscriberLink::dropOldest() {
-  // A packet that has been begun must be finished, or the subscriber would not know where it is.
+  // A packet that has been begun must be finished, or the subscriber would lose its place in the
+  // stream.
   const auto oldest = queue_.begin() + (front_written_ > 0 ? 1 : 0);
   queued_bytes_ -= oldest->packet->size();
   queue_.erase(oldest);

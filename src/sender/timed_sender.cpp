@@ -20,7 +20,7 @@ void Agenda::set(int item, std::int64_t time_ns, std::uint64_t rank) {
     if (time_ns != Wakeup::kNever) places_[item] = entries_.insert({time_ns, rank, item}).first;
     return;
   }
-  auto node = entries_.extract(place->second);  // used again: this happens with each message
+  auto node = entries_.extract(place->second);  // reused, as this happens with each message
   if (time_ns == Wakeup::kNever) {
     places_.erase(place);
     return;
@@ -47,8 +47,8 @@ using State = SubscriberLink::State;
 
 namespace {
 
-// Waking up costs more than sending a small message. Beyond so many times a second for more than a
-// moment, what is due meanwhile goes together, late by a period at most.
+// Waking up costs more than sending a small message. If it would happen more often than this for
+// more than a moment, packets are sent together, at most one period late.
 constexpr std::int64_t kWakePeriodNs = 100'000;
 constexpr std::int64_t kWakeBurstNs = 10'000'000;
 
@@ -93,7 +93,7 @@ void TimedSender::removeLink(int number) {
   for (Topic& topic : topics_)
     topic.links.erase(std::remove(topic.links.begin(), topic.links.end(), number),
                       topic.links.end());
-  wakeup_->ring();  // everything may have gone now
+  wakeup_->ring();  // nothing may be left to send now
 }
 
 void TimedSender::send(int topic, int source, std::int64_t due_ns, PacketPtr packet) {
@@ -183,7 +183,7 @@ void TimedSender::run() {
   }
 }
 
-/// Gives the links the first packet of a topic.
+/// Gives the first packet of a topic to its links.
 void TimedSender::beginFirst(int number) {
   Topic& topic = topics_[number];
   const Scheduled scheduled = std::move(topic.scheduled.front());
@@ -199,7 +199,7 @@ void TimedSender::beginFirst(int number) {
   plan(number);
 }
 
-/// Notes when a topic's first packet may be begun: not before the one before it has gone.
+/// Schedules a topic's first packet: not before its predecessor is due.
 void TimedSender::plan(int number) {
   const Topic& topic = topics_[number];
   if (topic.scheduled.empty()) return to_begin_.set(number, Wakeup::kNever);
@@ -207,7 +207,7 @@ void TimedSender::plan(int number) {
   to_begin_.set(number, std::max(first.transfer.begin(), topic.begun_due_ns), first.number);
 }
 
-/// Lets a packet take the place of the source's last one; without a message nothing does.
+/// Replaces the source's latched packet; a packet without a message only removes it.
 void TimedSender::latch(Topic& topic, const Scheduled& scheduled) {
   auto& latched = topic.latched;
   const auto same = [&](const Latched& it) { return it.source == scheduled.source; };
@@ -223,7 +223,7 @@ void TimedSender::give(int number, const PacketPtr& packet, std::int64_t due_ns)
   update(number, before);
 }
 
-/// Writes what may be written, a part to each link in turn.
+/// Writes all parts that are due, one to each link in turn.
 void TimedSender::writeDue(std::int64_t now_ns) {
   while (to_write_.nextTime() <= now_ns) {
     for (const int number : to_write_.due(now_ns)) {
@@ -235,7 +235,7 @@ void TimedSender::writeDue(std::int64_t now_ns) {
   }
 }
 
-/// Takes note of what a link does now.
+/// Follows a change of a link's state.
 void TimedSender::update(int number, State before) {
   const SubscriberLink& link = *links_.at(number);
   const State now = link.state();
@@ -264,13 +264,13 @@ void TimedSender::handle(const std::vector<Wakeup::Event>& events) {
 /// Wakes the thread up if it would wait beyond a time.
 void TimedSender::ringBefore(std::int64_t time_ns) {
   if (time_ns >= waits_until_ns_) return;
-  waits_until_ns_ = time_ns;  // once is enough
+  waits_until_ns_ = time_ns;  // rings only once
   wakeup_->ring();
 }
 
 }  // namespace process_visualizer::sender
 
-// The functions by which process_visualizer/player/timed_sender.py uses it
+// The functions used by process_visualizer/player/timed_sender.py
 
 using process_visualizer::sender::Packet;
 using process_visualizer::sender::TimedSender;
@@ -281,7 +281,7 @@ void timed_sender_take_long_slices() {
   process_visualizer::takeSlices(process_visualizer::kLongSlice);
 }
 
-/// Null if the system has no more descriptors or threads.
+/// Returns null if the system has no more descriptors or threads.
 TimedSender* timed_sender_new() {
   try {
     return new TimedSender;
@@ -297,7 +297,7 @@ int timed_sender_add_topic(TimedSender* sender, int latch, std::size_t packets, 
   return sender->addTopic(latch != 0, {packets, bytes});
 }
 
-/// -1 if there is no such socket any more.
+/// Returns -1 if there is no such socket any more.
 int timed_sender_add_link(TimedSender* sender, int topic, int socket) {
   try {
     return sender->addLink(topic, socket);

@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr int kTimer = -1;
 constexpr int kBell = -2;
-constexpr std::int64_t kFired = -1;  // no time: the timer must be set again, which empties it
+constexpr std::int64_t kFired = -1;  // not a time: the timer must be set again, which resets it
 
 int checked(int descriptor, const char* what) {
   if (descriptor < 0) throw std::system_error(errno, std::generic_category(), what);

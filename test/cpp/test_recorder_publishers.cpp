@@ -138,7 +138,7 @@ TEST(Choice, HasNoMoreTopicsThanCanBeConnected) {
   TopicChoice matching({}, {"/t.*"}, {});
   EXPECT_TRUE(matching.follow(publishers, {}));
   EXPECT_TRUE(matching.isFull());
-  EXPECT_EQ(matching.names().size(), kMostTopics);
+  EXPECT_EQ(matching.names().size(), kMaxTopics);
   EXPECT_FALSE(matching.follow(publishers, {}));
 }
 

@@ -107,7 +107,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
                     recorder.start(topic, name='odd', **options)
             taken = os.path.join(recorder.folder, 'taken.bag')
             for folder, message in [(f'{taken}/folder', 'folder cannot be created'),
-                                    ('/proc', 'none of those that the recorder was started with')]:
+                                    ('/proc', 'not one of those allowed')]:
                 with self.assertRaisesRegex(RecorderError, message):
                     recorder.client.start(RecordingOptions((topic,), folder, name='x'))
             with self.assertRaisesRegex(RecorderError, 'nothing is being recorded'):

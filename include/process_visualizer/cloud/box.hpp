@@ -21,8 +21,7 @@ class Box {
   const Eigen::Vector3d& center() const { return center_; }
   Eigen::Vector3d halfExtents() const { return size_ / 2; }
 
-  /// The corners, as columns. Bit i of a corner's number says on which side of the center it lies
-  /// along axis i.
+  /// The corners, as columns. Bit i of a corner's number is its side of the center along axis i.
   Eigen::Matrix<double, 3, 8> corners() const;
 
  private:
@@ -30,9 +29,9 @@ class Box {
   Eigen::Vector3d size_;
 };
 
-/// Tells for a point p in the cloud's frame whether it lies in a box: |p_i - c_i| < delta_i for
-/// i = x, y, z, with the box's center c and half extents delta (thesis equation 6.2). Points that
-/// are not finite lie in no box. Every filter asks here, so that all keep the very same points.
+/// Test of a point p in the cloud's frame for lying in a box: |p_i - c_i| < delta_i for i = x, y,
+/// z, with the box's center c and half extents delta (thesis equation 6.2). Points that are not
+/// finite lie in no box. All filters use this test, so they keep exactly the same points.
 class InsideBox {
  public:
   /// \param box_from_cloud  transforms a point of the cloud into the box's frame
@@ -43,7 +42,7 @@ class InsideBox {
 
   bool operator()(const Eigen::Vector3f& position) const {
     const Eigen::Vector3f from_center = rotation_ * position + translation_;
-    // With & instead of && there is one branch for each point; a comparison with NaN is false.
+    // & instead of &&: one branch per point. A comparison with NaN is false.
     const int is_inside = static_cast<int>(std::abs(from_center.x()) < half_extents_.x()) &
                           static_cast<int>(std::abs(from_center.y()) < half_extents_.y()) &
                           static_cast<int>(std::abs(from_center.z()) < half_extents_.z());
@@ -56,8 +55,7 @@ class InsideBox {
   Eigen::Vector3f half_extents_;
 };
 
-/// The twelve edges of a box as thin lines, locked to its frame: RViz draws them where the frame
-/// is.
+/// The twelve edges of a box as thin lines, locked to its frame, so RViz moves them with it.
 visualization_msgs::Marker outlineOf(const Box& box, const std::string& frame);
 
 }  // namespace process_visualizer::cloud

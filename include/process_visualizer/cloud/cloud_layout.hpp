@@ -18,12 +18,12 @@ struct CoordinateOffsets {
   std::size_t x, y, z;
 };
 
-/// Checks a cloud's layout, so that every byte that is read later on exists.
+/// Checks a cloud's layout, so that every byte read later exists.
 /// \throws std::invalid_argument that says what is wrong
 CoordinateOffsets checkedOffsets(const sensor_msgs::PointCloud2& cloud);
 
-/// The number of rows to visit: none where they have no points. Such rows need no data, so that a
-/// short message may have four billion of them.
+/// The number of rows to visit: none if rows have no points. Such rows need no data, so a short
+/// message may claim four billion of them.
 std::size_t rowsWithPoints(const sensor_msgs::PointCloud2& cloud);
 
 /// Returns the offset of a point's color (field `rgb` or `rgba`, as PCL lays it out: blue, green,
@@ -36,8 +36,8 @@ inline float readFloat(const std::uint8_t* bytes) {
   return value;
 }
 
-/// The position of a point, m; NaN where nothing was measured, which some drivers write as zeros:
-/// no sensor sees itself.
+/// The position of a point, m; NaN if nothing was measured. Some drivers write zeros for that, and
+/// no real point is at the sensor itself.
 inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOffsets& offsets) {
   Eigen::Vector3f position(readFloat(point + offsets.x), readFloat(point + offsets.y),
                            readFloat(point + offsets.z));

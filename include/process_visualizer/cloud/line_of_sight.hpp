@@ -11,17 +11,17 @@
 
 namespace process_visualizer::cloud {
 
-/// Points that lie beside each other as their sensor sees them.
+/// Points that are neighbors from the sensor's point of view.
 using Neighbors = std::vector<Eigen::Vector3f>;
 
-/// The points of a cloud in groups, each of some pixels. Where the range jumps there is no group:
-/// it would be partly of one thing, and partly of what is behind it.
-/// \param sensor  where the cloud was taken from, in its frame
+/// The points of a cloud in groups of a few pixels. Points around a jump in range are in no group:
+/// it would mix an object with what is behind it.
+/// \param sensor  position of the sensor in the cloud's frame
 std::vector<Neighbors> neighborsOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
                                    const Eigen::Vector3f& sensor);
 
-/// The points of surfaces that can be seen from a place: those that face it, and have no others
-/// before them.
+/// The points of surfaces that are visible from a place: those that face it and are not hidden by
+/// others.
 SurfaceCloud visibleFrom(const Eigen::Vector3f& place, const SurfaceCloud& points,
                          double spacing_m);
 

@@ -9,25 +9,25 @@
 
 namespace process_visualizer::cloud {
 
-/// State of the images: distorted by the lens, or rectified already. The messages do not say:
-/// a raw and a rectified image have the same camera info.
+/// State of the images: distorted by the lens, or already rectified. Messages do not tell: a raw
+/// and a rectified image have the same camera info.
 enum class Lens { kDistorts, kRectified };
 
-/// A rectangle of pixels, from the first column and row up to the last ones, exclusively.
+/// A rectangle of pixels; the end column and row are exclusive.
 struct PixelRange {
   std::uint32_t begin_column, begin_row, end_column, end_row;
 };
 
-/// Viewing rays of a camera's pixels, computed once for every camera info.
+/// Viewing rays of a camera's pixels, computed once for each camera info.
 ///
 /// A pixel's ray is its place in an image without distortion, in px from the principal point: a
-/// point at depth z (m) on it lies at (ray.x / focal.x * z, ray.y / focal.y * z, z). Where a
-/// distorted image shows nothing that the lens's model knows, the ray is NaN.
+/// point at depth z (m) on it lies at (ray.x / focal.x * z, ray.y / focal.y * z, z). The ray is NaN
+/// for pixels that the lens model cannot undistort.
 class PixelRays {
  public:
-  /// \param info    K and D of raw images (distortion model plumb_bob), P of rectified ones and of
+  /// \param info    K and D for raw images (distortion model plumb_bob), P for rectified ones and
   ///                those without distortion; binning and region of interest are respected. An
-  ///                image of another size than the info's is taken to be scaled to its own width.
+  ///                image of another size than the info's is assumed to be scaled to its own width.
   /// \param width   of the image, px
   /// \param height  of the image, px
   /// \throws std::invalid_argument that says what is wrong with the info
@@ -36,8 +36,8 @@ class PixelRays {
 
   const Eigen::Vector2d& focal() const { return focal_; }  ///< focal lengths fx and fy, px
 
-  /// The pixels that can see points at the corners of a box, or between them; all pixels where the
-  /// lens distorts, or a corner is not in front of the camera.
+  /// The pixels that can see points within the corners of a box; all pixels if the lens distorts,
+  /// or if a corner is not in front of the camera.
   /// \param corners  in the camera's frame, m
   PixelRange rangeOf(const Eigen::Matrix<double, 3, 8>& corners) const;
 

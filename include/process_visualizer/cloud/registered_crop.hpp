@@ -15,20 +15,20 @@
 
 namespace process_visualizer::cloud {
 
-/// Makes the part of a colored cloud that lies in a box, in one pass over registered images.
+/// Computes the part of a colored cloud that lies in a box, in one pass over registered images.
 ///
-/// The points are those of depth_image_proc/point_cloud_xyzrgb followed by `cropToBox`, to the last
-/// bit, as long as there is no distortion and the images have one size; the full cloud (9.8 MB of a
-/// Kinect), which is what that way costs most, is never made.
+/// The points equal those of depth_image_proc/point_cloud_xyzrgb followed by `cropToBox`, to the
+/// last bit, if there is no distortion and the images have the same size. The full cloud (9.8 MB of
+/// a Kinect), the main cost of that way, is never created.
 class RegisteredCrop {
  public:
   /// \param lens  of the images, depth and color
   explicit RegisteredCrop(Lens lens) : lens_(lens) {}
 
   /// \param depth  z of each pixel: 16UC1 in mm or 32FC1 in m (0: not measured)
-  /// \param color  rgb8, bgr8, rgba8, bgra8 or mono8, seen by the same camera. Where it has another
-  ///               size it is taken to be scaled so that the widths agree.
-  /// \param info   of the camera, with the frame of both images
+  /// \param color  rgb8, bgr8, rgba8, bgra8 or mono8, from the same viewpoint. An image of another
+  ///               size is assumed to be scaled to the same width.
+  /// \param info   of the camera; its frame is that of both images
   /// \param box_from_camera  transforms a point in the images' frame into the box's frame
   /// \return a cloud in the depth image's frame, with its stamp; fields x, y, z (m), rgb, in one
   ///         row without invalid points
@@ -42,9 +42,9 @@ class RegisteredCrop {
 
   Lens lens_;
   std::optional<PixelRays> rays_;
-  sensor_msgs::CameraInfo rays_info_;       ///< what the rays were made from, without its header
-  std::vector<std::uint8_t> points_;        ///< memory that is kept: to get it anew takes longer
-  std::uint32_t rays_width_, rays_height_;  ///< of the image that they were made for, px
+  sensor_msgs::CameraInfo rays_info_;  ///< for which the rays were computed, without its header
+  std::vector<std::uint8_t> points_;   ///< kept between calls: allocating it again takes longer
+  std::uint32_t rays_width_, rays_height_;  ///< of the image for which they were computed, px
 };
 
 }  // namespace process_visualizer::cloud

@@ -9,10 +9,10 @@
 
 namespace process_visualizer::cloud {
 
-/// Keeps the points of a cloud that lie in a box, as `InsideBox` tells.
+/// Keeps the points of a cloud that lie in a box (`InsideBox`).
 ///
-/// The points stay in the cloud's frame, in their order, and every field of them is kept byte for
-/// byte. The result has one row, no padding between rows, and no invalid points.
+/// The points stay in the cloud's frame and in their order, and all their fields are kept byte for
+/// byte. The result has one row and no invalid points.
 ///
 /// \param cloud           any layout with little-endian float32 fields x, y, z, in m
 /// \param box_from_cloud  transforms a point of the cloud into the box's frame

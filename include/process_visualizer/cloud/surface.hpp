@@ -14,10 +14,10 @@ namespace process_visualizer::cloud {
 
 using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
 
-/// Its corners, m, anticlockwise as seen from outside.
+/// The corners, m, counterclockwise as seen from outside.
 using Triangle = std::array<Eigen::Vector3f, 3>;
 
-/// A surface of triangles in any order; those of models are seldom closed.
+/// A surface of triangles in any order; models' surfaces are rarely closed.
 using Surface = std::vector<Triangle>;
 
 /// Returns the place of a point, m.
@@ -26,7 +26,7 @@ Eigen::Vector3f placeOf(const Point& point) {
   return {point.x, point.y, point.z};
 }
 
-/// Returns the outward normal of its surface.
+/// Returns the outward normal of the surface at a point.
 inline Eigen::Vector3f normalOf(const pcl::PointNormal& point) {
   return {point.normal_x, point.normal_y, point.normal_z};
 }
@@ -40,13 +40,13 @@ Surface cylinderSurface(const Eigen::Vector3f& size);
 /// An ellipsoid about the origin. \param size  diameters along x, y and z
 Surface sphereSurface(const Eigen::Vector3f& size);
 
-/// The surface in a mesh file, in m, with the transforms of its nodes. As in RViz, the unit of a
-/// COLLADA file counts, and the z axis stays the z axis whatever it says.
-/// \param name  of the file; its ending says what it is: dae, stl, obj
+/// The surface in a mesh file, in m, with the transforms of its nodes applied. As in RViz, the unit
+/// of a Collada file counts, and its up axis does not: z stays z.
+/// \param name  of the file; its extension is the format: dae, stl, obj
 /// \throws std::invalid_argument that names the file and says what is wrong with it
 Surface readSurface(const std::vector<std::uint8_t>& content, const std::string& name);
 
-/// Adds what `added` is after a transform to a surface.
+/// Transforms a surface and adds it to another one.
 void append(Surface& surface, const Surface& added, const Eigen::Affine3f& transform);
 
 /// The point of a triangle that is nearest to `point` (Ericson, Real-Time Collision Detection,
@@ -56,11 +56,11 @@ Eigen::Vector3f closestPoint(const Triangle& triangle, const Eigen::Vector3f& po
 /// The smallest box around a surface whose edges are parallel to the axes.
 Eigen::AlignedBox3f boundsOf(const Surface& surface);
 
-/// Points on a surface so that none of it is farther than the spacing from one of them.
+/// Points on a surface; every place on it is within the spacing of one of them.
 std::vector<Eigen::Vector3f> samplesOf(const Surface& surface, float spacing_m);
 
 /// Adds points of a surface with their normals, one for each square of the spacing on average.
-/// \param spacing_m   how far from each other
+/// \param spacing_m   mean distance between neighboring points
 /// \param pose        from the surface's coordinates to those of the points
 /// \param cloud       gets the points
 void addPoints(const Surface& surface, const Eigen::Affine3d& pose, double spacing_m,

@@ -14,15 +14,15 @@
 
 namespace process_visualizer::cloud {
 
-/// The transform from the frame of some data into another one, at the stamp of the data: either may
-/// move with a robot, whose pose arrives a little later and is waited for. For stamps that are not
-/// of the last second, such as those of a foreign recording, it is the newest one.
-/// \param frame  to transform into; empty for that of the data
+/// The transform from the frame of some data into another one, at the stamp of the data. Either may
+/// move with a robot whose pose arrives a little later, so this waits. If the stamp is more than a
+/// second from now, as in a recording played by another tool, it is the newest transform.
+/// \param frame  target frame; empty: the frame of the data
 /// \throws tf2::TransformException there is none
 inline Eigen::Isometry3d transformInto(const std::string& frame, const std_msgs::Header& header,
                                        const tf2_ros::Buffer& buffer) {
-  constexpr double kWait = 0.1;  // for the pose of a moving frame, s
-  constexpr double kRecent = 1;  // how far a stamp may be from now, s
+  constexpr double kWait = 0.1;  // maximum wait for the pose of a moving frame, s
+  constexpr double kRecent = 1;  // maximum distance of a stamp from now, s
   if (frame.empty()) return Eigen::Isometry3d::Identity();
   const bool is_recent = std::abs((ros::Time::now() - header.stamp).toSec()) < kRecent;
   const ros::Time time = is_recent ? header.stamp : ros::Time(0);

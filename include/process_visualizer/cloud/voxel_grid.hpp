@@ -10,11 +10,10 @@
 
 namespace process_visualizer::cloud {
 
-/// Thins colored clouds: of all points in a cube of a grid it keeps their mean, in position and in
-/// color.
+/// Thins colored clouds: replaces all points in a cube of a grid by their mean position and color.
 ///
-/// The grid is fixed to the origin, so that what stands still does not flicker. As pcl::VoxelGrid,
-/// but for several clouds at once without joining them first, and without its limit to 2^31 cubes
+/// The grid is fixed to the origin, so that resting objects do not flicker. Like pcl::VoxelGrid,
+/// but for several clouds at once without joining them first, and without its limit of 2^31 cubes
 /// in a cloud's bounding box (docs/benchmarks.md compares the two).
 class VoxelGrid {
  public:
@@ -22,14 +21,14 @@ class VoxelGrid {
   /// \throws std::invalid_argument unless it is a finite number greater than zero
   explicit VoxelGrid(double edge);
 
-  /// Adds the points of a cloud; those that are not finite, or farther away than 2^20 cubes, are
-  /// left out. Points without a color are gray.
+  /// Adds the points of a cloud, except those that are not finite or farther away than 2^20 cubes.
+  /// Points without a color are gray.
   /// \param cloud            any layout with little-endian float32 fields x, y, z, in m
   /// \param grid_from_cloud  transforms a point of the cloud into the grid's frame
   /// \throws std::invalid_argument that says what is wrong with the cloud's layout
   void add(const sensor_msgs::PointCloud2& cloud, const Eigen::Isometry3d& grid_from_cloud);
 
-  /// The means, with the fields x, y, z (m) and rgb, in the order in which the cubes were found.
+  /// The means, with the fields x, y, z (m) and rgb, in the order in which the cubes were added.
   sensor_msgs::PointCloud2 cloud(const std_msgs::Header& header) const;
 
   void clear();

@@ -14,10 +14,12 @@
 
 namespace process_visualizer {
 
-/// Answers a service's requests, whose claimed lengths are checked before they are read.
+/// Answers a service's requests, after checking their claimed lengths.
 class CheckedRequests : public ros::ServiceCallbackHelper {
  public:
-  /// \param answer  as roscpp makes it, \param type  of the request, with its definition
+  /// \param answer      as created by roscpp
+  /// \param type        of the request
+  /// \param definition  of that type
   CheckedRequests(ros::ServiceCallbackHelperPtr answer, const std::string& type,
                   const std::string& definition)
       : answer_(std::move(answer)), lengths_(type, definition) {}

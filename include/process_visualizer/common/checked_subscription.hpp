@@ -14,11 +14,11 @@
 
 namespace process_visualizer {
 
-constexpr double kReportPeriod = 5;  ///< least time between two equal messages in the log, s
+constexpr double kReportPeriod = 5;  ///< minimum time between two equal messages in the log, s
 
-/// A callback for messages of one type whose claimed lengths are checked before they are read.
+/// A callback for messages of one type that checks their claimed lengths before it reads them.
 ///
-/// Within one process messages are passed on as they are, as in any subscription.
+/// Within one process, messages are passed on unchanged, as in any subscription.
 template <typename Message>
 class CheckedCallback
     : public ros::SubscriptionCallbackHelperT<const boost::shared_ptr<const Message>&> {
@@ -31,7 +31,7 @@ class CheckedCallback
                  ros::message_traits::Definition<Message>::value()),
         topic_(std::move(topic)) {}
 
-  /// Returns nothing, which roscpp passes over, if the bytes are not those of a message.
+  /// Returns nothing, which roscpp ignores, if the bytes are not those of a message.
   ros::VoidConstPtr deserialize(
       const ros::SubscriptionCallbackHelperDeserializeParams& params) override {
     try {

@@ -9,8 +9,8 @@
 
 namespace process_visualizer {
 
-/// A problem with the messages of a topic, for as long as it lasts: until good messages come and
-/// no bad one has come for some time. Like ComplaintBook of the Python nodes.
+/// A problem with the messages of a topic. It lasts until good messages arrive and no bad one has
+/// arrived for some time, as in ComplaintBook of the Python nodes.
 class Complaint {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -20,7 +20,7 @@ class Complaint {
   /// Notes a good message.
   void noteGood() { has_good_ = true; }
   bool holds(Time now) const;
-  /// Starts again, when the problem is over.
+  /// Starts over, when the problem is over.
   void clear() { count_ = 0; }
 
   const std::string& text() const { return text_; }
@@ -34,11 +34,11 @@ class Complaint {
   bool has_good_ = false;
 };
 
-/// Returns the status for /diagnostics: a warning while the complaint holds, then once that all is
-/// well.
-/// \param node    the name of the node that complains
-/// \param about   what it complains of, such as a topic
-/// \param device  the device to which that belongs
+/// Returns the status for /diagnostics: a warning while the complaint holds, otherwise "all is
+/// well".
+/// \param node    the name of the complaining node
+/// \param about   the subject, such as a topic
+/// \param device  the device to which the subject belongs
 diagnostic_msgs::DiagnosticStatus statusOf(const Complaint& complaint, Complaint::Time now,
                                            const std::string& node, const std::string& about,
                                            const std::string& device);

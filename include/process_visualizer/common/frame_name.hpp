@@ -5,7 +5,7 @@
 
 namespace process_visualizer {
 
-/// A frame's name as tf2 wants it: old drivers and recordings write a slash in front of it.
+/// A frame's name as tf2 requires it: without the leading slash of old drivers and recordings.
 inline std::string withoutLeadingSlash(const std::string& frame) {
   return frame.substr(!frame.empty() && frame.front() == '/' ? 1 : 0);
 }

@@ -3,12 +3,12 @@
 
 namespace process_visualizer {
 
-/// Takes the place of roscpp's own services ~get_loggers and ~set_logger_level in this process.
+/// Replaces roscpp's own services ~get_loggers and ~set_logger_level in this process.
 ///
-/// With the log4cxx of Debian 12, the second call of roscpp's ~get_loggers ends the process, such
-/// as that of rqt_logger_level: rosconsole deletes what log4cxx still uses. And any number of
-/// loggers with names of any length could be created. To be called after the first NodeHandle; of
-/// several calls in a process, the first one counts.
+/// With the log4cxx of Debian 12, the second call of roscpp's ~get_loggers (by rqt_logger_level,
+/// for example) crashes the process: rosconsole deletes what log4cxx still uses. Callers could also
+/// create any number of loggers with names of any length. To be called after the first NodeHandle;
+/// only the first call in a process has an effect.
 void replaceLoggerServices();
 
 }  // namespace process_visualizer

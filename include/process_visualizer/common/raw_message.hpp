@@ -15,7 +15,7 @@
 
 namespace process_visualizer {
 
-/// A message as it came over the wire; any type can be received as this.
+/// A message as received, undecoded; any type can be received as this.
 struct RawMessage {
   std::vector<std::uint8_t> bytes;
 };
@@ -63,7 +63,7 @@ namespace process_visualizer {
 using RawMessageEvent = ros::MessageEvent<RawMessage const>;
 
 /// Subscribes to a topic of any type.
-/// \param queue_size  messages that may wait; 0: any number
+/// \param queue_size  maximum number of waiting messages; 0: unlimited
 inline ros::Subscriber subscribeRaw(ros::NodeHandle& node, const std::string& topic,
                                     std::uint32_t queue_size,
                                     const std::function<void(const RawMessageEvent&)>& take) {

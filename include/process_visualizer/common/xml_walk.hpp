@@ -7,17 +7,16 @@
 
 namespace process_visualizer {
 
-/// The attributes of an element: names and values in turn, and a null pointer behind them.
+/// The attributes of an element: names and values alternately, then a null pointer.
 using XmlAttributes = const char* const*;
 
-/// Goes over the elements of an XML document from front to back.
+/// Visits the elements of an XML document in order.
 ///
-/// Most readers of XML call themselves for each element within another one, until the stack is
-/// full. So this also serves to look at a document that somebody else wrote before one of them gets
-/// it.
-/// \param begin, end  called with the tag of each element, if they are given
-/// \throws std::invalid_argument if it is no XML, if its elements are nested more than 200 deep, or
-///   if it has a DOCTYPE, whose entities can be of any size; also what `begin` and `end` throw
+/// Most XML parsers recurse for each nested element, until the stack overflows. So this also checks
+/// an untrusted document before one of them parses it.
+/// \param begin, end  called for each element, if given
+/// \throws std::invalid_argument if the text is not XML, if elements are nested more than 200 deep,
+///   or if there is a DOCTYPE, whose entities can be of any size; also what `begin` and `end` throw
 void walkXml(
     const char* text, std::size_t size,
     const std::function<void(const std::string& tag, XmlAttributes attributes)>& begin = {},

@@ -12,50 +12,48 @@
 
 namespace process_visualizer::joints {
 
-/// The newest position of each joint of a robot, in however many messages and by whatever nodes
-/// it is sent, and what is to be passed on of it.
+/// The newest position of each joint of a robot, from any number of messages and nodes, and the
+/// selection of what is passed on.
 ///
-/// Many drivers send each group of joints (left arm, right arm, torso) in a message of its own.
-/// So each joint is thinned by itself: a group that was just passed on does not hold up the next.
+/// Many drivers send each group of joints (left arm, right arm, torso) in a message of its own. So
+/// each joint is thinned separately: a group that was just passed on does not delay the next one.
 class JointBoard {
  public:
   using Clock = std::chrono::steady_clock;
 
   /// \param joint_names the robot's joints
-  /// \param period at most once in it a joint's news are passed on
+  /// \param period minimum time between two new positions of a joint that are passed on
   JointBoard(std::vector<std::string> joint_names, Clock::duration period);
 
   /// Takes positions of some joints.
   /// \param source the name of the node that published them
   void add(const JointPositions& joints, const std::string& source, Clock::time_point now);
 
-  /// Returns the joints to pass on when a message has come, none while it is too early.
+  /// Returns the joints to pass on after a message; none while it is too early.
   ///
-  /// They are those with news, and with them the ones that are sent seldom: tf knows a chain of
+  /// They are the joints with new positions, and those that are sent rarely: tf knows a chain of
   /// links only up to the oldest of its joints.
   JointPositions due(Clock::time_point now);
 
-  /// Returns what is due when no message has followed: the news that had to wait, and joints that
-  /// were passed on directly before others. robot_state_publisher has a queue of one message, so it
-  /// may not have seen those.
+  /// Returns the joints to pass on when no message has followed: new positions that had to wait,
+  /// and joints that were passed on just before others. robot_state_publisher, which has a queue of
+  /// one message, may have missed those.
   JointPositions rest(Clock::time_point now);
 
-  /// Returns what is wrong with what is sent, each as a part of a sentence about a message.
-  ///
-  /// Joints that were never sent, or that came regularly and have stopped, while others come.
-  /// Two nodes that send different positions of a joint, as a forgotten joint_state_publisher
-  /// does.
+  /// Returns the problems with the positions, each as part of a sentence about a message: joints
+  /// that were never sent, or have stopped, while others are sent; and two nodes that send
+  /// different positions of a joint, one of them perhaps a forgotten joint_state_publisher.
   std::vector<std::string> problems(Clock::time_point now) const;
 
-  /// The last of those alone; empty if no two nodes contradict each other.
+  /// Returns only the last of these; empty if no two nodes contradict each other.
   std::string conflict(Clock::time_point now) const;
 
  private:
   struct Report {
     double position;
     Clock::time_point when;
-    Clock::duration step;  ///< since the one before
-    double moved;          ///< since the one before [rad or m]
+    Clock::duration step;  ///< since the previous one
+    double moved;          ///< since the previous one [rad or m]
   };
 
   struct Joint {
@@ -63,7 +61,7 @@ class JointBoard {
     std::size_t count = 0;
     Clock::time_point first, last, next, passed;
     bool is_new = false;
-    bool is_unsure = false;  ///< other joints were passed on directly behind it
+    bool is_unsure = false;  ///< other joints were passed on just after it
     std::map<std::string, Report> sources;
     std::size_t conflicts = 0;  ///< in a row
     Clock::time_point conflict;
@@ -82,14 +80,14 @@ class JointBoard {
   bool begun_ = false;
 };
 
-/// Notices that ROS time does not advance or goes back, which simulated time can do.
+/// Detects that ROS time does not advance or goes back, as simulated time can.
 class TimeWatch {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Returns the problem of ROS time, now or some seconds ago; nothing if it advances normally.
-  /// \param ros_s the present ROS time [s]
-  /// \param now the present time of a clock that always advances
+  /// Returns the problem with ROS time, now or some seconds ago; empty if it advances normally.
+  /// \param ros_s the current ROS time [s]
+  /// \param now the current time of a clock that always advances
   std::string problem(double ros_s, Clock::time_point now);
 
  private:

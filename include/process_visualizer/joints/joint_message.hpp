@@ -16,7 +16,7 @@ struct JointPositions {
   std::vector<std::string> unusable = {};  ///< joints whose position is NaN or infinite
 };
 
-/// The joints in a message, and when they were measured [ns since 1970]; 0: it does not say.
+/// The joints in a message, and its stamp [ns since 1970]; 0: it has none.
 struct StampedJoints {
   JointPositions joints;
   std::uint64_t stamp_ns = 0;
@@ -26,7 +26,7 @@ struct StampedJoints {
 /// \throws std::invalid_argument the type carries no joints, or the bytes are not of that type
 StampedJoints decodeJoints(const std::string& type, const std::vector<std::uint8_t>& bytes);
 
-/// A message has only joints of other robots, or no positions at all.
+/// Error: a message has only joints of other robots, or no positions at all.
 struct ForeignJoints : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
@@ -34,23 +34,23 @@ struct ForeignJoints : std::invalid_argument {
 /// Finds the measured position of each joint of a robot.
 class JointMatching {
  public:
-  /// \param robot_name a driver's name 'elbow' also stands for the joint 'robot_name/elbow'
+  /// \param robot_name the driver's name 'elbow' also denotes the joint 'robot_name/elbow'
   /// \param joint_names the robot's joints, in the order of a message without names
-  /// \param offsets [rad or m], by the joints' names: added to the measured positions
-  /// \param prefix a driver's name 'left_elbow' also stands for the joint 'elbow' with 'left_'
-  /// \throws std::invalid_argument an offset is not that of a joint
+  /// \param offsets [rad or m], by joint; added to the measured positions
+  /// \param prefix with 'left_', the driver's name 'left_elbow' also denotes the joint 'elbow'
+  /// \throws std::invalid_argument an offset belongs to no joint
   JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
                 const std::map<std::string, double>& offsets = {}, const std::string& prefix = "");
 
   /// The robot's joints, in the order of a message without names.
   const std::vector<std::string>& jointNames() const { return joint_names_; }
 
-  /// Returns the positions of those joints of the robot that a message has.
+  /// Returns the positions of the robot's joints that are in a message.
   ///
-  /// A joint whose position is NaN or infinite is left out, and named in `unusable`, as it is
-  /// in the message, also if it is of another robot.
+  /// A joint whose position is NaN or infinite is left out and named in `unusable`, as in the
+  /// message, even if it is of another robot.
   /// \throws ForeignJoints none of them is a joint of the robot, or it has no positions
-  /// \throws std::invalid_argument they do not fit the joints; says why
+  /// \throws std::invalid_argument the positions do not fit the joints; the text says why
   JointPositions match(const JointPositions& measured) const;
 
  private:
@@ -66,11 +66,11 @@ class JointMatching {
   std::map<std::string, Joint> joints_;  ///< by a driver's names
 };
 
-/// Says of joints whose position is NaN or infinite what is done with them; empty without any.
+/// Message about joints whose position is NaN or infinite; empty if there are none.
 std::string aboutUnusable(const std::vector<std::string>& joints);
 
-/// Returns the names of the joints of a URDF that have a measurement, in the file's order: those
-/// that move, without those that mimic another one.
+/// Returns the names of the joints of a URDF that are measured, in the file's order: those that
+/// move and do not mimic another one.
 /// \throws std::invalid_argument the text is not XML
 std::vector<std::string> movableJoints(const std::string& urdf);
 

@@ -7,9 +7,9 @@
 
 namespace process_visualizer::mesh {
 
-/// Returns what is at the address of a mesh in a robot description or a marker, which anybody in
-/// the network may have written: `package://NAME/PATH` below that installed package, or
-/// `file:///PATH`. Nothing is fetched from other computers.
+/// Returns the content at the address of a mesh in a robot description or a marker:
+/// `package://NAME/PATH` below that installed package, or `file:///PATH`. Anybody in the network
+/// may have written the address; nothing is fetched from other computers.
 /// \throws std::invalid_argument that names the address or its file, and says what is wrong
 Bytes contentAt(const std::string& address);
 

@@ -12,31 +12,32 @@
 
 namespace process_visualizer::recorder {
 
-/// Returns the path of a new bag: FOLDER/NAME.bag, or with an empty name FOLDER/PREFIX_DATE.bag or
-/// FOLDER/DATE.bag with the local date and time, which is numbered if there is one already.
-/// \throws RecordingError if the name cannot be a file's, or there is such a bag already
+/// Returns the path of a new bag: FOLDER/NAME.bag or, with an empty name, FOLDER/PREFIX_DATE.bag or
+/// FOLDER/DATE.bag, with the local date and time, and a number if there is such a bag already.
+/// \throws RecordingError if this cannot be the name of a file, or there is such a bag already
 std::string newBagPath(const std::string& folder, const std::string& prefix,
                        const std::string& name);
 
-/// Returns the path of a part of a recording that is split: a.bag becomes a_0.bag, a_1.bag, ...
+/// Returns the path of a part of a split recording: a.bag becomes a_0.bag, a_1.bag, ...
 std::string partPath(const std::string& path, unsigned part);
 
-/// Creates a folder with those above it. \throws RecordingError
+/// Creates a folder and its parents. \throws RecordingError
 void createFolder(const std::string& folder);
 
-/// Returns how many bytes are free on a folder's disk. \throws RecordingError if these are too few
+/// Returns the free bytes on a folder's disk. \throws RecordingError if there are too few
 std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes);
 
 enum class Compression { kNone, kLz4 };
 
-/// Cost of a power cut right after a bag was finished: waiting for the disk takes time.
+/// Cost of a power cut right after a bag is finished. To cost nothing, finishing waits for the
+/// disk.
 enum class PowerCut { kCostsNothing, kMayCostAll };
 
-/// A bag of format 2.0 while it is written. It is called PATH.active until it is finished.
+/// A bag of format 2.0 while it is being written. It is named PATH.active until it is finished.
 ///
-/// Messages are collected into chunks, and a chunk is written with its index at once. Before that,
-/// the place for it and for the index at the end of the file is reserved: if the disk is full, the
-/// chunk is discarded, and what was written before still becomes a whole bag.
+/// Messages are collected into chunks, and each chunk is written together with its index. Before
+/// that, space for it and for the index at the end of the file is reserved: if the disk is full,
+/// only the chunk is discarded, and the bag is complete without it.
 class BagFile {
  public:
   /// Creates the file. \throws RecordingError if that fails, or if there is such a file already
@@ -45,28 +46,28 @@ class BagFile {
   BagFile(const BagFile&) = delete;
   BagFile& operator=(const BagFile&) = delete;
 
-  /// Adds a message, before that writes a chunk if it is large enough.
+  /// Adds a message; if the current chunk is large enough, writes that first.
   /// \throws RecordingError; then the message was not added
   void write(const Message& message);
 
-  /// Writes what has been collected. \throws RecordingError; then that is discarded
+  /// Writes the current chunk. \throws RecordingError; then the chunk is discarded
   void flush();
 
-  /// Writes the index and gives the file its name, another one if that is taken by now.
-  /// If the file was removed meanwhile, it is written again.
+  /// Writes the index and gives the file its final name, or a numbered one if that is taken by now.
+  /// If the file has been removed meanwhile, it is written again.
   /// \returns why the last messages could not be written; empty if they were
   /// \throws RecordingError if the bag cannot be finished
   std::string finish(PowerCut power_cut = PowerCut::kCostsNothing);
 
-  void remove();  ///< removes the file, by the name that it has now
+  void remove();  ///< removes the file, under its current name
 
-  const std::string& path() const { return path_; }  ///< its name when it is finished
-  std::uint64_t size() const { return position_ + chunk_.size(); }  ///< in bytes, about
-  /// Number of messages in it, by topic, as rosbag counts them.
+  const std::string& path() const { return path_; }                 ///< the final one
+  std::uint64_t size() const { return position_ + chunk_.size(); }  ///< approximately, in bytes
+  /// Number of messages in it by topic, as counted by rosbag.
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
-  /// Messages that were added and could not be written, by topic.
+  /// Number of messages that were added and could not be written, by topic.
   const std::map<std::string, std::uint64_t>& discarded() const { return discarded_; }
-  bool isRemoved() const;           ///< whether somebody removed or moved the file
+  bool isRemoved() const;           ///< whether the file has been removed or moved
   std::uint64_t freeBytes() const;  ///< on its disk. \throws RecordingError
 
  private:
@@ -91,10 +92,10 @@ class BagFile {
   std::string path_;
   Compression compression_;
   int descriptor_;
-  bool is_named_ = false;       ///< whether it has its name, and is active no more
-  std::uint64_t position_ = 0;  ///< end of what is written
-  std::uint64_t flushed_ = 0;   ///< what the kernel has been told to write to the disk
-  std::string chunk_;           ///< uncompressed
+  bool is_named_ = false;                                ///< whether it has its final name
+  std::uint64_t position_ = 0;                           ///< end of the written part
+  std::uint64_t flushed_ = 0;                            ///< end of the part handed to the disk
+  std::string chunk_;                                    ///< uncompressed
   std::map<std::uint32_t, std::vector<Entry>> entries_;  ///< of the chunk, by connection
   std::map<ConnectionPtr, std::uint32_t> ids_;
   std::vector<std::string> connection_records_;

@@ -23,63 +23,63 @@
 
 namespace process_visualizer::recorder {
 
-/// Beginning of a recording: the last seconds of a choice of topics, and what is latched there.
+/// Beginning of a recording: the last seconds of some topics, and their latched messages.
 struct Beginning {
   TopicChoice choice;
-  double recent_s = 0;        ///< 0: none, only what is latched
+  double recent_s = 0;        ///< 0: only latched messages
   std::string configuration;  ///< of the cell; may be empty
 };
 
-/// Takes every message that arrives: into the memory and, while there is one, into the recording.
-/// It counts them, and knows the recorder's state. It needs no node and no master, and may be
-/// called by several threads at once, but its commands (begin, save, close, finish) by one only.
+/// Takes every arriving message into the memory and, if there is one, into the recording; counts
+/// messages, and has the recorder's state. Needs no node and no master. Thread-safe, except that
+/// only one thread may give commands (begin, save, close, finish).
 class Intake {
  public:
-  /// \param node the recorder's name, for what it writes itself
-  /// \param on_end called by the writing thread when a recording ends by itself
+  /// \param node the recorder's name, for messages of its own
+  /// \param on_end called by the writing thread when a recording ends on its own
   Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end,
          Machine machine = {});
 
-  void choose(TopicChoice choice);  ///< takes messages of these topics, and of no others
+  void choose(TopicChoice choice);  ///< takes messages of these topics only
   TopicChoice choice() const;
-  std::set<std::string> sources() const;  ///< the topics that have to be subscribed to
-  /// Takes new topics that match a pattern, but none whose name begins with one of the prefixes,
-  /// and forgets what was latched and has been replaced. \returns whether there was a new topic
+  std::set<std::string> sources() const;  ///< the topics to subscribe to
+  /// Adds new topics that match a pattern, except those with one of the prefixes, and forgets
+  /// latched messages that have been replaced. \returns whether there was a new topic
   bool follow(const Publishers& publishers, const std::vector<std::string>& own_prefixes);
 
   void receive(Message message);  ///< a message of any topic
-  /// Marks a moment, which may be past; the same mark once. \returns whether recording or memory
-  /// has taken it
+  /// Marks a moment, which may be in the past; repeated marks are ignored. \returns whether the
+  /// recording or the memory has the mark
   bool mark(const ros::Time& time, const std::string& label);
 
   /// Begins a recording. \throws RecordingError
   void begin(const RecordingOptions& options, const Beginning& beginning);
-  /// Begins one of what is in memory, if there is something, and closes it at the same moment: what
-  /// comes from then on is not of it. \throws RecordingError
+  /// Begins a recording of the memory and closes it at the same moment, so later messages are not
+  /// in it. \throws RecordingError, also if there is nothing in memory
   void save(const RecordingOptions& options, const Beginning& beginning);
-  /// Returns all messages for a bag of what is in memory, whatever a recording has of it: what is
-  /// latched before that, and an account. Changes nothing, and may be called at any time.
+  /// Returns all messages for a bag of the memory, including those that a recording has, with the
+  /// latched messages from before and an account. Changes nothing, and may be called at any time.
   /// \throws RecordingError if there is nothing
   std::deque<Message> copy(const Beginning& beginning) const;
-  void close();  ///< ends the recording: what comes from now on is not of it
-  /// Waits until what was taken before the recording was closed is written.
-  /// \returns why something could not be written; empty if everything was
+  void close();  ///< ends the recording: later messages are not in it
+  /// Waits until all messages of the closed recording are written.
+  /// \returns why some could not be written; empty if all were
   std::string finish();
-  bool isOpen() const;             ///< whether a recording was begun and not closed
-  bool isWriting() const;          ///< whether the recording's thread still writes
-  RecordingStatus status() const;  ///< of the recording begun last; there has to be one
-  bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory at all
+  bool isOpen() const;             ///< whether a recording has begun and is not closed
+  bool isWriting() const;          ///< whether the recording's thread is still writing
+  RecordingStatus status() const;  ///< of the latest recording; there must be one
+  bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory
   void forget();                                         ///< empties the memory
   /// Returns messages in memory, as RecentMessages does.
   NumberedMessages recent(const MessageWish& wish) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
-  /// \param present what is said behind it until no topic of the recording is silent any more, or
-  /// the recording ends
+  /// \param present text behind it until no topic of the recording is silent any more, or the
+  /// recording ends
   void addProblem(const std::string& problem, const std::string& present = "");
   void measureRates();                      ///< to be called about every second
-  std::vector<std::string> fallenSilent();  ///< topics of the recording, since the last call
-  RecorderState state() const;              ///< all but how many publishers are connected
+  std::vector<std::string> fallenSilent();  ///< topics of the recording; since the last call
+  RecorderState state() const;              ///< without the counts of connected publishers
 
  private:
   bool take(const Message& message);
@@ -109,7 +109,7 @@ class Intake {
   bool is_open_ = false;                               ///< the recording takes messages
   SteadyTime begin_, end_;                             ///< of the recording
   ros::Time last_time_;                                ///< when it was closed
-  /// The one that is made or, with its figures, the last one. Its thread uses what is above.
+  /// The current recording or, for its figures, the last one. Its thread uses the members above.
   std::shared_ptr<Recording> recording_;
 };
 

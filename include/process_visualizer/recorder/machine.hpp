@@ -16,17 +16,17 @@ namespace process_visualizer::recorder {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// Clocks and disk of the computer that a recorder runs on. A test hands in answers of its own.
+/// Clocks and disk of the recorder's computer; tests replace them.
 struct Machine {
   std::function<ros::Time()> now = ros::Time::now;  ///< the time of messages; may be simulated
-  std::function<bool()> isSimulated = ros::Time::isSimTime;             ///< whether it is
-  std::function<ros::WallTime()> wall = ros::WallTime::now;             ///< can be set, and jump
+  std::function<bool()> isSimulated = ros::Time::isSimTime;  ///< whether `now` is
+  std::function<ros::WallTime()> wall = ros::WallTime::now;  ///< can be set, so it can jump
   std::function<SteadyTime()> steady = std::chrono::steady_clock::now;  ///< never jumps
   std::function<std::uint64_t(const BagFile&)> freeBytes = &BagFile::freeBytes;
 };
 
-/// A jump of the clock that messages are stamped with: the time after it (s since the epoch), and
-/// how far it went (s).
+/// A jump of the clock that stamps messages: the time after it (s since the epoch), and its size
+/// (s).
 struct ClockJump {
   double time;
   double seconds;
@@ -34,8 +34,8 @@ struct ClockJump {
 
 /// Finds jumps of the clock by comparing it with one that never jumps.
 ///
-/// A simulated clock (/clock) may stand still, and run faster than any real one; it must not go
-/// back, nor further in a moment than any simulation comes.
+/// A simulated clock (/clock) may stand still or run faster than real time, but not go back, nor
+/// advance faster than any simulation can.
 class ClockWatch {
  public:
   explicit ClockWatch(Machine machine) : machine_(std::move(machine)), last_(measure()) {}

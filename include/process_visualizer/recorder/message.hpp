@@ -13,7 +13,7 @@
 
 namespace process_visualizer::recorder {
 
-/// One publisher's stream of a topic: what a bag calls a connection.
+/// One publisher's stream of a topic: a connection, in the terms of bags.
 struct Connection {
   std::string topic;
   std::map<std::string, std::string> header;  ///< type, md5sum, message_definition, callerid, ...
@@ -28,7 +28,7 @@ struct Connection {
 
 using ConnectionPtr = std::shared_ptr<const Connection>;
 
-/// A message with its publisher and the time when it arrived.
+/// A message with its connection and its time of arrival.
 struct Message {
   ConnectionPtr connection;
   ros::Time time;
@@ -38,12 +38,12 @@ struct Message {
   const std::string& topic() const { return connection->topic; }
 };
 
-/// Returns the connection for what a publisher said of itself, so that every program can read it in
-/// a bag: fields that have to be there are, and texts are UTF-8 (other bytes become U+FFFD).
+/// Returns the connection for a publisher's header, such that every program can read it in a bag:
+/// with all required fields, and texts in UTF-8 (other bytes become U+FFFD).
 Connection connectionWith(const std::string& topic,
                           const std::map<std::string, std::string>& header);
 
-/// Returns a connection of type std_msgs/String, for what the recorder itself says.
+/// Returns a connection of type std_msgs/String, for the recorder's own messages.
 ConnectionPtr textConnection(const std::string& topic, const std::string& node,
                              bool is_latching = true);
 
@@ -54,10 +54,10 @@ Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
 /// Returns a text in which every byte that is not part of UTF-8 is replaced by U+FFFD.
 std::string validUtf8(const std::string& text);
 
-/// Before the names of all topics that the recorder itself writes; as in ros_names.py.
+/// Prefix of the topics that the recorder itself writes, as in ros_names.py.
 inline const std::string kOwnPrefix = "/process_visualizer/";
 
-/// Connections of what a recorder itself says in its bags.
+/// Connections of the recorder's own messages in bags.
 struct OwnTopics {
   /// \param node the recorder's name
   explicit OwnTopics(const std::string& node)
@@ -68,14 +68,14 @@ struct OwnTopics {
   const ConnectionPtr marks, account, configuration;
 };
 
-/// The cell's own frames get a topic of their own in a bag, so that a player can tell them from all
-/// others on /tf_static.
+/// The cell's own frames, which get a topic of their own in a bag, so that a player can distinguish
+/// them from all others on /tf_static.
 class Calibration {
  public:
-  static const std::string kSource;  ///< the topic on which the frames come
-  static const std::string kTopic;   ///< and that under which they are recorded
+  static const std::string kSource;  ///< the topic on which the frames arrive
+  static const std::string kTopic;   ///< the topic under which they are recorded
 
-  /// Returns the message under the other topic if it holds the cell's frames, else nothing.
+  /// Returns the message under the other topic if it has the cell's frames, else nothing.
   std::optional<Message> copyOf(const Message& message);
 
  private:

@@ -9,7 +9,7 @@
 
 namespace process_visualizer::recorder {
 
-/// Reason why a recording cannot be written: which file, why, and what to do.
+/// Error: a recording cannot be written; the text names the file, the reason, and what to do.
 class RecordingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -22,7 +22,7 @@ inline std::string joined(const std::vector<std::string>& words, const std::stri
   return text;
 }
 
-/// Returns names as a part of a sentence: the first ones, and how many more there are.
+/// Returns names as part of a sentence: the first ones, and the number of others.
 inline std::string listed(const std::vector<std::string>& names) {
   constexpr std::ptrdiff_t kMax = 5;
   const auto more = static_cast<std::ptrdiff_t>(names.size()) - kMax;
@@ -31,21 +31,21 @@ inline std::string listed(const std::vector<std::string>& names) {
          " more";
 }
 
-/// Problems of a recorder: the newest texts, and how many there were since the node runs.
+/// Problems of a recorder: the newest texts, and the number since the node started.
 class Problems {
  public:
   static constexpr std::size_t kMax = 20;  ///< that are remembered
 
-  /// \param present what is said behind the text until `settle`
+  /// \param present text behind it until `settle`
   void add(const std::string& text, const std::string& present = "") {
     problems_.push_back({text, present});
     ++count_;
     if (problems_.size() > kMax) problems_.erase(problems_.begin());
   }
-  void settle() {  ///< what was said about the present is over; what happened stays
+  void settle() {  ///< removes the texts about the present; past events stay
     for (Problem& problem : problems_) problem.present.clear();
   }
-  void clear() { problems_.clear(); }       ///< forgets the texts; the count goes on
+  void clear() { problems_.clear(); }       ///< removes the texts; the count continues
   std::vector<std::string> texts() const {  ///< the newest last
     std::vector<std::string> texts;
     texts.reserve(problems_.size());

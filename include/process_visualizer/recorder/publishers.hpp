@@ -12,33 +12,33 @@
 
 namespace process_visualizer::recorder {
 
-/// Names of the publishing nodes by topic, as the master knows them.
+/// Names of the publishing nodes by topic, according to the master.
 using Publishers = std::map<std::string, std::set<std::string>>;
 
-// Whatever another program answers, nothing is thrown: what is not as it should be is passed over.
+// Nothing is thrown, whatever another program answers: unexpected values are ignored.
 
-/// Reads what getSystemState returns.
+/// Reads the result of getSystemState.
 Publishers publishersIn(XmlRpc::XmlRpcValue& system_state);
 
-/// The connections between two nodes: topic, and the number by which a node tells them apart.
+/// The connections between two nodes: topic, and the number that a node gives to the connection.
 using Links = std::set<std::pair<std::string, int>>;
 
-/// Reads the answer to getBusInfo: the connections by which a publisher sends to a subscriber.
-/// \param subscriber as the publisher knows it: its name
+/// Reads a publisher's answer to getBusInfo: its connections to a subscriber.
+/// \param subscriber its name
 /// \returns nothing if the answer is not a list of connections
 std::optional<Links> linksTo(const std::string& subscriber, XmlRpc::XmlRpcValue& answer);
 
-/// Reads a subscriber's answer to getBusInfo: the connections by which it receives from a
-/// publisher. \param publisher as the subscriber knows it: the address of its XML-RPC server
+/// Reads a subscriber's answer to getBusInfo: its connections from a publisher.
+/// \param publisher the address of its XML-RPC server
 Links linksFrom(const std::string& publisher, XmlRpc::XmlRpcValue& answer);
 
-/// Returns a value if it is a text, else an empty one.
+/// Returns a value if it is a text, else an empty text.
 std::string textOf(const XmlRpc::XmlRpcValue& value);
 
 /// Asks the master; nothing if it does not answer.
 std::optional<Publishers> publishersAtMaster();
 
-/// The connections by which publishers send to this node, by the name of the publisher.
+/// The connections of publishers to this node, by the name of the publisher.
 using LinksOfNodes = std::map<std::string, Links>;
 
 /// Asks every publisher of the topics for its connections to this node.
@@ -48,18 +48,19 @@ LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>
 
 /// Asks every publisher of the topics whether this node is among its subscribers.
 ///
-/// A publisher that has put a subscriber on its list sends it every message from then on, which is
-/// more than what the subscriber's own side of the connection can tell. A publisher whose address
-/// refuses connections is dead, however long the master remembers it. One that answers something
-/// else counts as connected as soon as this node's side of the connection stands.
-/// \param old connections that do not count: some publishers keep those that this node has closed
+/// A publisher with a subscriber on its list sends it every message from then on; the subscriber's
+/// own side of the connection cannot tell that. A publisher whose address refuses connections is
+/// dead, even if the master still lists it. One that answers something else counts as connected as
+/// soon as this node has its side of the connection.
+/// \param old connections that do not count: some publishers keep connections that this node has
+///   closed
 /// \param timeout_s how long to wait for the answers
-/// \returns the publishers that live and do not send to this node yet, as "TOPIC (NODE)"
+/// \returns the living publishers that do not send to this node yet, as "TOPIC (NODE)"
 std::vector<std::string> unconnectedPublishers(const Publishers& publishers,
                                                const std::set<std::string>& topics,
                                                const LinksOfNodes& old, double timeout_s);
 
-/// Returns those of the topics that have a publisher which lives: it answers in time.
+/// Returns the topics with a living publisher, that is, one that answers in time.
 std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
                                                 const std::set<std::string>& topics,
                                                 double timeout_s);

@@ -28,33 +28,32 @@ struct RecordingOptions {
   std::uint64_t minimum_free_bytes = 1 << 30;
 };
 
-/// Contents of a recording besides the messages that arrive.
+/// Contents of a recording besides the arriving messages.
 struct RecordingContents {
   LatchedMessages latched;     ///< every bag begins with these
   std::deque<Message> recent;  ///< then with these
-  /// The last message of every bag, an account of what was lost until then.
-  /// Takes the time that it gets, the jumps of the clock, and how many messages could not be
-  /// written, by topic.
+  /// Creates the last message of every bag, an account of the losses so far. Takes its time, the
+  /// jumps of the clock, and the number of unwritten messages by topic.
   std::function<Message(const ros::Time&, const std::vector<ClockJump>&,
                         const std::map<std::string, std::uint64_t>&)>
       account;
-  std::function<void()> on_end;  ///< called by the writing thread when it ends by itself
+  std::function<void()> on_end;  ///< called by the writing thread when it ends on its own
 };
 
 /// Progress of a recording.
 struct RecordingStatus {
   std::vector<std::string> files;  ///< the bags, the one being written last
-  std::uint64_t bytes = 0;         ///< written into all of them
-  /// Number of messages in all of them, by topic, with those that the recorder adds itself.
+  std::uint64_t bytes = 0;         ///< written, in all files
+  /// Number of messages in all files by topic, including the recorder's own.
   std::map<std::string, std::uint64_t> messages;
-  std::uint64_t free_bytes = 0;        ///< on the disk
-  std::uint64_t least_free_bytes = 0;  ///< below it the recording ends
-  std::string problem;                 ///< why it ended by itself; empty if it did not
+  std::uint64_t free_bytes = 0;      ///< on the disk
+  std::uint64_t min_free_bytes = 0;  ///< limit below which the recording ends
+  std::string problem;               ///< why it ended on its own; empty if it did not
   bool ended = false;
   std::vector<ClockJump> clock_jumps;
 };
 
-/// One recording: a queue bounded in bytes, and a thread that writes it into bags.
+/// A recording: a queue bounded in bytes, and a thread that writes it into bags.
 class Recording {
  public:
   /// Opens the first bag and starts to write. \throws RecordingError
@@ -65,13 +64,13 @@ class Recording {
   bool push(const Message& message);
 
   /// Writes everything that was pushed, and finishes the bag. May be called twice.
-  /// \param end when the recording ended, which may be long ago if much has to be written; zero:
-  ///   with its last message
+  /// \param end when the recording ended, which may be long ago if much remains to be written;
+  ///   zero: at its last message
   void stop(const ros::Time& end = {});
 
-  bool isOver() const;  ///< whether it takes no more messages, for whatever reason
+  bool isOver() const;  ///< whether it takes no more messages
   RecordingStatus status() const;
-  /// Messages that were pushed and not written, by topic; to be called after stop().
+  /// Number of messages that were pushed but not written, by topic; to be called after stop().
   const std::map<std::string, std::uint64_t>& unwritten() const { return unwritten_; }
 
  private:
@@ -99,7 +98,7 @@ class Recording {
   unsigned part_ = 0;
   ClockWatch clock_watch_;
   SteadyTime last_look_;
-  std::optional<Message> current_;  ///< not in the queue any more, and not in the bag yet
+  std::optional<Message> current_;  ///< no longer in the queue, and not yet in the bag
   std::map<std::string, std::uint64_t> unwritten_;
 
   mutable std::mutex mutex_;  ///< for what follows
@@ -107,22 +106,22 @@ class Recording {
   std::deque<Message> queue_;
   std::uint64_t queued_bytes_ = 0;
   bool closing_ = false;
-  ros::Time end_;  ///< as stop() was told
+  ros::Time end_;  ///< given to stop()
   std::uint64_t finished_bytes_ = 0;
   std::map<std::string, std::uint64_t> finished_messages_;
   RecordingStatus status_;
   std::thread thread_;
 };
 
-/// Returns how large a bag of these messages becomes, about, if it is not compressed.
+/// Returns the approximate size of a bag of these messages, uncompressed.
 std::uint64_t bagBytes(const std::deque<Message>& messages);
 
-/// Creates the file for a bag of so many bytes where a recording on the same disk can go on after
-/// it. \throws RecordingError if there is no room for both
+/// Creates the file for a bag of this size, if a recording on the same disk can continue after it.
+/// \throws RecordingError if there is no room for both
 BagFile createWhole(const RecordingOptions& options, std::uint64_t bytes);
 
-/// Writes messages and finishes the bag; whoever reads it does not wait for the disk. If it cannot
-/// have all of them, the file is removed.
+/// Writes messages and finishes the bag, without waiting for the disk. If it cannot hold all of
+/// them, the file is removed.
 /// \throws RecordingError
 void writeWhole(BagFile& file, std::deque<Message> messages);
 

@@ -13,46 +13,44 @@
 
 namespace process_visualizer::recorder {
 
-/// The folders in which somebody in the network may let the recorder write.
+/// The folders in which clients in the network may let the recorder write.
 class AllowedFolders {
  public:
   explicit AllowedFolders(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
-  /// Throws RecordingError if a folder is none of these, and below none of them, when all links are
-  /// followed.
+  /// Throws RecordingError unless a folder, with all links resolved, is one of these or below one.
   void check(const std::string& folder) const;
 
  private:
   std::vector<std::string> folders_;
 };
 
-/// Throws RecordingError if a recording could not be split like that: at sizes in bytes or times in
-/// s that make a file of every message, or are no numbers. 0 is never.
+/// Throws RecordingError if a recording cannot be split like this: at sizes or times that would
+/// give a file to every message, or that are not numbers. 0: never split.
 void checkSplit(std::uint64_t bytes, double duration_s);
 
-/// Throws RecordingError if this is no time [s] that may be wanted of the memory.
+/// Throws RecordingError if this is not a valid duration [s] of the memory.
 void checkRecent(double recent_s);
 
-/// Returns a file mode mask written in octal, such as 0027. Throws RecordingError if it is none.
+/// Returns a file mode mask written in octal, such as 0027. Throws RecordingError if it is invalid.
 mode_t fileModeMask(const std::string& octal);
 
-/// Returns the options for a recording that is asked for; creates its folder.
-/// \param node its private parameters say what the request leaves open
-/// \param folder where the request names none
-/// \param allowed where it may be
+/// Returns the options for a requested recording; creates its folder.
+/// \param node its private parameters are the defaults of the request
+/// \param folder if the request names none
+/// \param allowed allowed folders
 /// \throws RecordingError if the request cannot be met
 RecordingOptions optionsOf(const StartRecording::Request& request, const ros::NodeHandle& node,
                            const std::string& folder, const AllowedFolders& allowed);
 
-/// Returns the path for a bag that is asked for; creates its folder. It is free until somebody else
-/// creates such a file.
-/// \throws RecordingError if there cannot be such a bag
+/// Returns the path for a requested bag; creates its folder. There is no such file yet.
+/// \throws RecordingError if such a bag cannot be created
 std::string pathOf(const StartRecording::Request& request, const std::string& folder,
                    const AllowedFolders& allowed);
 
-/// Returns the folders in which requests may let the recorder write: those of the parameter
-/// ~folders, or the user's own, those for removable disks and temporary files, and those of the
-/// environment; and always the default folder.
+/// Returns the folders in which requests may let the recorder write: the default folder, those in
+/// the environment, and those in the parameter ~folders; without the parameter, the user's home and
+/// the folders for removable disks and temporary files.
 AllowedFolders allowedFolders(const ros::NodeHandle& node, const std::string& folder);
 
 /// Returns a parameter in megabytes as bytes.

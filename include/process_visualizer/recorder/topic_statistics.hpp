@@ -16,28 +16,30 @@
 
 namespace process_visualizer::recorder {
 
-/// Counts the messages of a topic and finds what is missing between them.
+/// Counts the messages of a topic and detects missing ones.
 ///
-/// Messages of one publisher whose type begins with a Header carry a sequence number: a number left
-/// out is a lost message. Where there is no such number, an interval of more than three times the
-/// usual one (the median of the last ones) is a gap.
+/// Messages whose type begins with a Header carry a sequence number of their publisher: a skipped
+/// number is a lost message. Without such a number, an interval of more than three times the usual
+/// one (the median of the last ones) is a gap.
 class TopicStatistics {
  public:
   void add(const Message& message);  ///< a message that arrived
   void addDropped(std::uint64_t count) { dropped_ += count; }
-  /// Returns true once when messages that came regularly have not come for a second and ten times
-  /// the usual interval. A log is never silent.
+  /// Returns true once when regular messages have stopped for a second and ten times their usual
+  /// interval. A log never falls silent.
   bool fellSilent(const ros::Time& now);
-  bool isSilent() const { return is_silent_; }  ///< whether nothing has come since it fell silent
+  bool isSilent() const {
+    return is_silent_;
+  }  ///< whether no message has come since it fell silent
 
   std::uint64_t received() const { return received_; }
-  std::uint64_t bytes() const { return bytes_; }      ///< of those that arrived
-  std::uint64_t dropped() const { return dropped_; }  ///< arrived, but not recorded
-  std::uint64_t lost() const { return lost_; }        ///< sequence numbers left out
+  std::uint64_t bytes() const { return bytes_; }      ///< of the received messages
+  std::uint64_t dropped() const { return dropped_; }  ///< received, but not recorded
+  std::uint64_t lost() const { return lost_; }        ///< skipped sequence numbers
   std::uint64_t gaps() const { return gaps_; }
   double largestGap() const { return largest_gap_; }              ///< longest interval, s
   ros::Time largestGapTime() const { return largest_gap_time_; }  ///< when it began
-  double usualInterval() const;  ///< median of the last ones, s; 0 before they are known
+  double usualInterval() const;  ///< median of the last ones, s; 0 if not yet known
 
  private:
   struct Publisher {
@@ -59,26 +61,26 @@ class TopicStatistics {
 /// Returns whether the type with this definition begins with a std_msgs/Header.
 bool beginsWithHeader(const std::string& definition);
 
-/// The figures of all topics: counts of a recording, and what arrives now.
+/// The figures of all topics: counts of a recording, and current rates.
 class TopicBoard {
  public:
-  /// \param now from when on rates are measured
+  /// \param now time from which rates are measured
   explicit TopicBoard(SteadyTime now) : looked_(now), measured_(now) {}
 
-  void begin(const std::vector<std::string>& topics);  ///< counts anew
-  void freeze() { is_counting_ = false; }              ///< the counts stay as they are; rates go on
+  void begin(const std::vector<std::string>& topics);  ///< restarts the counts
+  void freeze() { is_counting_ = false; }              ///< stops the counts; rates continue
   void add(const Message& message, bool is_recorded);
   void addDropped(const std::map<std::string, std::uint64_t>& counts);
 
-  /// Computes the rates since the last call; to be called about every second. A call that comes
-  /// late changes nothing, as what came meanwhile may still wait: the next one is over both times.
+  /// Computes the rates since the last call; to be called about every second. A late call changes
+  /// nothing, as messages from meanwhile may still be waiting; the next call covers both periods.
   void measureRates(SteadyTime now);
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
-  /// While counting: the topics that came regularly and have fallen silent since the last call.
+  /// While counting: the regular topics that have fallen silent since the last call.
   std::vector<std::string> fallenSilent(const ros::Time& now);
-  bool hasSilent() const;  ///< whether one of them has not come again
+  bool hasSilent() const;  ///< whether one of them is still silent
 
-  /// The figures of these topics; as `messages` the count of those that arrived.
+  /// The figures of these topics; `messages` is the number received.
   std::vector<TopicRecord> records(const std::set<std::string>& topics, const ros::Time& now) const;
   const std::map<std::string, TopicStatistics>& statistics() const { return statistics_; }
 
@@ -100,9 +102,9 @@ class TopicBoard {
   bool is_late_ = false;
 };
 
-/// Returns what a recorder knows of a recording at its end, as JSON: by topic what it received and
-/// what it dropped, and the jumps of the clock.
-/// \param unwritten messages that were received and could not be written, by topic
+/// Returns the account of a recording at its end, as JSON: received and dropped messages by topic,
+/// and jumps of the clock.
+/// \param unwritten number of messages that were received and could not be written, by topic
 std::string accountText(const std::map<std::string, TopicStatistics>& statistics,
                         const std::vector<ClockJump>& jumps,
                         const std::map<std::string, std::uint64_t>& unwritten);

@@ -7,16 +7,16 @@
 
 namespace process_visualizer::recorder {
 
-/// Lets threads do something again and again, until all shall end.
+/// Paces threads that repeat something, until all have to end.
 class Turns {
  public:
-  /// Waits for a period, or less if there is something to do at once; returns false at the end.
+  /// Waits for a period, or until `wake`; returns false at the end.
   bool waitFor(std::chrono::milliseconds period) {
     std::unique_lock<std::mutex> lock(mutex_);
     if (!has_ended_) wake_.wait_for(lock, period);
     return !has_ended_;
   }
-  void wake() { wake_.notify_all(); }  ///< there is something to do at once
+  void wake() { wake_.notify_all(); }  ///< ends the waits at once
   void end() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);

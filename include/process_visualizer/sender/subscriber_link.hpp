@@ -14,7 +14,7 @@ namespace process_visualizer::sender {
 /// A message in the format of TCPROS: its length (uint32, little-endian), then its bytes.
 class Packet {
  public:
-  Packet() = default;  ///< no message: ends the latching of a topic's source
+  Packet() = default;  ///< no message: removes a source's latched one
   Packet(const char* message, std::size_t size);
 
   bool hasMessage() const { return size_ > 0; }
@@ -27,11 +27,11 @@ class Packet {
   std::unique_ptr<char[]> bytes_;
 };
 
-/// One copy for all subscribers of a topic.
+/// A packet shared by all subscribers of a topic.
 using PacketPtr = std::shared_ptr<const Packet>;
 
 /// The times at which parts of a packet are written. A subscriber has a message once its last byte
-/// has come: so a large one is sent in slices before it is due, and only its last byte waits. It
+/// has arrived, so a large one is sent in slices before it is due, except for its last byte. It
 /// arrives on time, and small messages between the slices do not wait for it. Times are in
 /// nanoseconds.
 class Transfer {
@@ -41,9 +41,9 @@ class Transfer {
   std::int64_t due() const { return due_ns_; }
   /// Time from which the first byte may be written.
   std::int64_t begin() const { return timeOf(0); }
-  /// Time from which the next part may be written, after some bytes have been.
+  /// Time from which the part after the written bytes may be written.
   std::int64_t timeOf(std::size_t written) const;
-  /// Size of the next part at a time when it may be written, bytes.
+  /// Size of that part at a time when it may be written, bytes.
   std::size_t sizeOf(std::size_t written, std::int64_t now_ns) const;
 
  private:
@@ -52,20 +52,20 @@ class Transfer {
   std::size_t slice_bytes_;
 };
 
-/// Limits of the queue for a subscriber that is slower than the messages.
+/// Limits of the queue for a subscriber that cannot keep up.
 struct QueueLimits {
   std::size_t packets;
   std::size_t bytes;
 };
 
-/// The connection to one subscriber. It never waits: what cannot be sent waits in a queue;
-/// when that is full, its oldest packet is dropped and counted. One packet always has room,
-/// whatever its size. For one thread.
+/// The connection to one subscriber. Its functions never block: packets wait in a queue; when that
+/// is full, the oldest one is dropped and counted. One packet always has room, whatever its size.
+/// Not thread-safe.
 class SubscriberLink {
  public:
   enum class State { kIdle, kReady, kBlocked, kBroken };
 
-  /// Uses a duplicate of a connected socket, so that its number stays the same.
+  /// Duplicates a connected socket, so that the socket's number stays valid.
   /// @throws std::system_error if there is no such socket.
   SubscriberLink(int socket, const QueueLimits& limits);
   ~SubscriberLink();
@@ -77,11 +77,11 @@ class SubscriberLink {
   /// Time from which the next part may be written; `Wakeup::kNever` if there is none, or the link
   /// is blocked.
   std::int64_t nextWrite() const;
-  /// Writes the next part, together with everything else that may be written: a system call costs
+  /// Writes the next part and all others that may be written now, in one system call: a call costs
   /// more than the bytes of a small message.
   State write(std::int64_t now_ns);
   void markBroken();
-  /// The subscriber accepts data again.
+  /// Notes that the subscriber accepts data again.
   void markWritable();
 
   State state() const { return state_; }
@@ -105,7 +105,7 @@ class SubscriberLink {
   QueueLimits limits_;
   std::deque<Queued> queue_;
   std::size_t queued_bytes_ = 0;
-  std::size_t front_written_ = 0;  ///< of the first packet, bytes
+  std::size_t front_written_ = 0;  ///< bytes of the first packet
   std::size_t dropped_ = 0;
   State state_ = State::kIdle;
 };

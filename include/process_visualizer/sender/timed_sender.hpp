@@ -17,12 +17,12 @@
 
 namespace process_visualizer::sender {
 
-/// The time of the next work of each numbered item. Due items are found without a look at the
-/// rest. Times are of the monotonic clock, in nanoseconds.
+/// Numbered items, each with the time at which it is due. Due items are found without a search.
+/// Times are of the monotonic clock, in nanoseconds.
 class Agenda {
  public:
-  /// Sets an item's time; `Wakeup::kNever` removes it. Of two items with one time, the one with
-  /// the lower rank comes first.
+  /// Sets an item's time; `Wakeup::kNever` removes it. Of two items with the same time, the one
+  /// with the lower rank comes first.
   void set(int item, std::int64_t time_ns, std::uint64_t rank = 0);
   /// The earliest time; `Wakeup::kNever` if there is nothing to do.
   std::int64_t nextTime() const;
@@ -38,15 +38,15 @@ class Agenda {
   std::unordered_map<int, std::set<Entry>::iterator> places_;
 };
 
-/// Sends messages to the subscribers of topics at times given before, in its own thread.
-/// Times are of the monotonic clock, in nanoseconds. May be used by several threads.
+/// Sends messages to the subscribers of topics at given times, in its own thread. Times are of the
+/// monotonic clock, in nanoseconds. Thread-safe.
 ///
 /// The packets of a topic are sent in the order in which they were given: none is begun before its
-/// predecessor is due, however large it is. A packet that has been begun is finished, and one that
-/// was due at once is sent: neither these nor earlier ones are withdrawn.
+/// predecessor is due, however large it is. A packet that has been begun or was due at once, and
+/// all earlier ones, are sent and cannot be withdrawn.
 class TimedSender {
  public:
-  /// Takes what its thread waits by, which has its clock.
+  /// Takes the clock and the means of waiting of its thread.
   /// @throws std::system_error if the system has no more descriptors.
   explicit TimedSender(std::unique_ptr<Wakeup> wakeup = std::make_unique<Wakeup>());
   ~TimedSender();
@@ -61,21 +61,21 @@ class TimedSender {
   int addLink(int topic, int socket);
   void removeLink(int number);
 
-  /// Sends a packet so that it arrives at a time, but not before those given before it.
-  /// One without a message is for new subscribers only: they get nothing more of the source.
+  /// Sends a packet so that it arrives at a time, but not before packets given earlier. A packet
+  /// without a message only removes the source's latched one: new subscribers get none.
   void send(int topic, int source, std::int64_t due_ns, PacketPtr packet);
-  /// Withdraws packets due after a time, and returns how many: the last ones given. Those that stay
-  /// have been begun or were due at once, or are due no later than such a packet. A packet that
-  /// has been begun is due at most a few milliseconds later.
+  /// Withdraws the packets due after a time, always the last ones given, and returns their number.
+  /// Packets that have been begun or were due at once stay, and those due no later than these. A
+  /// packet that has been begun is due at most a few milliseconds later.
   std::size_t revoke(std::int64_t after_ns);
 
-  /// Packets of a topic that have been begun, with or without subscribers.
+  /// Number of packets of a topic that have been begun, even without subscribers.
   std::size_t sent(int topic) const;
-  /// Packets that slow subscribers did not get.
+  /// Number of packets dropped for slow subscribers.
   std::size_t dropped() const;
-  /// Waits until everything has been sent to all subscribers; returns whether it has.
+  /// Waits until everything has been sent to all subscribers; returns false at the timeout.
   bool waitUntilSent(double timeout_s);
-  /// Waits for a subscriber that has gone away and returns its number; -1 after `close`.
+  /// Waits until a subscriber is gone and returns its number; -1 after `close`.
   int waitForBroken();
   /// Ends the thread; what is still queued is not sent.
   void close();
@@ -83,7 +83,7 @@ class TimedSender {
  private:
   struct Scheduled {
     Transfer transfer;
-    std::uint64_t number;  ///< in the order in which packets were given
+    std::uint64_t number;  ///< sequence number of the packet
     int source;
     PacketPtr packet;
   };
@@ -95,9 +95,9 @@ class TimedSender {
   struct Topic {
     bool latch;
     QueueLimits limits;
-    std::vector<Latched> latched = {};  ///< one of each source, in the order of sending
+    std::vector<Latched> latched = {};  ///< one for each source, in sending order
     std::vector<int> links = {};
-    std::deque<Scheduled> scheduled = {};  ///< not begun, in the order of giving
+    std::deque<Scheduled> scheduled = {};  ///< not begun, in the given order
     std::int64_t begun_due_ns = 0;         ///< due time of the packet that was begun last
     std::size_t sent = 0;
   };

@@ -9,13 +9,13 @@ namespace process_visualizer::sender {
 /// The monotonic clock [ns].
 std::int64_t monotonicNow();
 
-/// Ends a thread's wait: at a time, by another thread, or by a socket. Times are of the monotonic
-/// clock, in nanoseconds; tests put a wait with a clock of their own in its place.
+/// A thread's wait, which ends at a time, or is ended by another thread or a socket. Times are of
+/// the monotonic clock, in nanoseconds; tests replace it, with a clock of their own.
 class Wakeup {
  public:
   struct Event {
     int number;   ///< by which the socket was added
-    bool broken;  ///< the other side has gone away; otherwise it accepts data again
+    bool broken;  ///< the other side is gone; otherwise it accepts data again
   };
   static constexpr std::int64_t kNever = INT64_MAX;
 
@@ -28,14 +28,14 @@ class Wakeup {
   virtual std::int64_t now() const { return monotonicNow(); }
 
   void add(int socket, int number);
-  /// Chooses whether the wait also ends when the socket can be written to.
+  /// Sets whether the wait also ends when the socket is writable.
   void watchWritable(int socket, int number, bool watch);
   void remove(int socket);
 
-  /// Ends the wait, or the next one. For any thread; everything else is for the waiting
+  /// Ends the current wait, or the next one. Any thread may call this; all else is for the waiting
   /// thread or for one that holds its lock.
   virtual void ring();
-  /// Waits until a time [ns]; returns what happened to sockets.
+  /// Waits until a time [ns]; returns the events of sockets.
   virtual std::vector<Event> waitUntil(std::int64_t time_ns);
 
  private:
