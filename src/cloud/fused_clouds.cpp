@@ -7,7 +7,7 @@
 namespace process_visualizer::cloud {
 namespace {
 
-constexpr double kLostAfter = 1;  ///< s without a state of the player, which sends ten per second
+constexpr double kSilentAfter = 1;  ///< s without a state of the player, which sends ten per second
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void DataClock::follow(double wall_s, double speed) {
 
 double DataClock::at(double wall_s) const {
   const double elapsed = std::max(wall_s - wall_s_, 0.0);
-  const double followed = std::min(elapsed, kLostAfter);
+  const double followed = std::min(elapsed, kSilentAfter);
   return data_s_ + followed * speed_ + (elapsed - followed);
 }
 

@@ -8,7 +8,7 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr double kLostAfter_s = 2;  ///< without a state of the player, which sends ten per second
+constexpr double kSilentAfter_s = 2;  ///< without a state of the player, which sends ten per second
 constexpr double kTenth_s = 0.1;
 constexpr double kLeaves_s = 0.08;  ///< change at this distance from the shown tenth (half: 0.05)
 constexpr double kMinute_s = 60, kHour_s = 3600;
@@ -61,7 +61,7 @@ double agoAt(const PlayedState& state, double now_s) {
 
 std::string ReplayText::at(const std::optional<PlayedState>& state, double now_s) {
   if (!state) return "preparing\u2026";
-  if (now_s - state->received_s > kLostAfter_s) return "player is not responding";
+  if (now_s - state->received_s > kSilentAfter_s) return "player is not responding";
   const double ago_s = agoAt(*state, now_s);
   if (std::abs(ago_s - shown_s_) > kLeaves_s) shown_s_ = std::round(ago_s / kTenth_s) * kTenth_s;
   return ago(shown_s_) + pace(*state);

@@ -73,7 +73,7 @@ SENSOR_TYPES = frozenset((
 SILENT_NODE_KEY, CONCERNED_KEY = 'silent_node', 'concerned'
 """Keys of a status on /diagnostics about a node that does not answer: the node, and its device (''
 for a node of the program itself)."""
-OLD_POINTS_KEY = 'old_points'
+STALE_POINTS_KEY = 'stale_points'
 """Key of a status on /diagnostics about a sensor that sends no clouds: its device."""
 CONFLICT_KEY = 'several_sources'
 """Key of a status on /diagnostics about nodes that contradict each other: topic and problem."""

@@ -176,7 +176,7 @@ class OurNodesTest(unittest.TestCase):
                 os.kill(process, signal.SIGCONT)
             markers.next(lambda array: not says('watched')(array))
             os.kill(process, signal.SIGKILL)
-            markers.next(says('watched: depth_proc stopped; this picture is old'))
+            markers.next(says('watched: depth_proc stopped; this picture is out of date'))
 
 
 if __name__ == '__main__':

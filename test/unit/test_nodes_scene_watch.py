@@ -14,14 +14,14 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.scene_watch import SceneWatch
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
-from process_visualizer.ros_names import CONCERNED_KEY, OLD_POINTS_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, STALE_POINTS_KEY
 
 STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'
 PARAMETERS = SceneParameters('r/link0', (
     WatchedDevice('r', 'r/link0', (0.0, 0.0, 0.7), {
         STATE_PUBLISHER: 'the robot does not move', PROCESSOR: 'no arrows and numbers',
         NEVER: 'never started'}, ('/r/marker',)),
-    WatchedDevice('c', 'world', (0.0, 0.0, 0.0), {'/c/depth_proc': 'the points are old'},
+    WatchedDevice('c', 'world', (0.0, 0.0, 0.0), {'/c/depth_proc': 'the points are out of date'},
                   ('/c/points',), '/c/points_age')), 0.7)
 STEP_S = 0.05
 NOTICED_S = 1.0
@@ -152,7 +152,7 @@ def test_several_are_named_and_drawn_before_rviz_removes_the_words(watch: Watch)
     assert watch.words().splitlines() == [
         'r: robot_state_publisher stopped; the robot does not move',
         'r: robot_proc is not responding; no arrows and numbers']
-    assert watch.words('c') == 'c: depth_proc stopped; the points are old'
+    assert watch.words('c') == 'c: depth_proc stopped; the points are out of date'
     watch.node.sent('~marker_array').clear()
     watch.wait(4.0)
     assert len(watch.node.sent('~marker_array')) >= 4.0 / 0.8 * 2
@@ -166,7 +166,7 @@ def test_publisher_of_a_shown_topic_that_takes_its_leave(watch: Watch) -> None:
     watch.processes.running.remove('/other')
     watch.processes.publishers.clear()
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: other stopped; this picture is old'
+    assert watch.words() == 'r: other stopped; this picture is out of date'
 
 
 def test_cloud_that_comes_no_more(watch: Watch) -> None:
@@ -185,10 +185,10 @@ def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) 
             watch.wait(0.2)
         return [it.message for sent in watch.node.sent('/diagnostics') for it in sent.status
                 if it.values and it.values[0].key == 'messages'
-                and {value.key: value.value for value in it.values}.get(OLD_POINTS_KEY) == 'c']
+                and {value.key: value.value for value in it.values}.get(STALE_POINTS_KEY) == 'c']
 
     assert told(1.5) == []
-    assert set(told(2.5)) == {'no cloud comes; the points in the picture are old'}
+    assert set(told(2.5)) == {'no cloud comes; the points in the picture are out of date'}
     watch.wait(10.0)  # the depth processor is gone: still no cloud comes
     count = len(told(0.1))
     assert len(told(0.1)) == count

@@ -126,7 +126,7 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
 
 
 def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
-    """Return the value that holds at each of some times, NaN where the last one is out of date.
+    """Return the value that holds at each of some times, NaN where the last one is stale.
 
     A rarely sent topic holds its value as in the scene (see ``holds_for_s``); a topic that is sent
     at a rate holds it only until a few messages are missing.

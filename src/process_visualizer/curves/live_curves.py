@@ -251,7 +251,7 @@ def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagInd
 MAX_S = 600.0
 """Time that is kept [s]."""
 _QUICK_S = 1.5
-"""A value that usually arrives within this time is out of date after it [s]."""
+"""A value that usually arrives within this time is stale after it [s]."""
 _MAX_COLUMNS = 1500  # of a drawn curve: about the pixels of a screen
 
 
@@ -261,7 +261,7 @@ class LiveCurve(NamedTuple):
     source: CurveSource
     low: np.ndarray
     high: np.ndarray
-    value: float  # of now; NaN if there is none yet, or the newest one is out of date
+    value: float  # of now; NaN if there is none yet, or the newest one is stale
     age_s: float = math.inf  # of the newest value; infinite if there is none yet
 
 
@@ -341,7 +341,7 @@ class LiveCurves:
                           self._begin_ns / 1e9)
 
     def _value(self, source: CurveSource, now_s: float) -> Tuple[float, float]:
-        """Return the value that holds now, NaN where it is out of date, and its age [s]."""
+        """Return the value that holds now, NaN where it is stale, and its age [s]."""
         time_s, value = self._values.get(source, (-math.inf, math.nan))
         age_s = now_s - time_s
         holds = age_s <= _QUICK_S or age_s <= self._habits[source].holds_for_s(_QUICK_S)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time for which a value holds before it is out of date, judged by how its topic is usually sent.
+"""Time for which a value holds before it is stale, judged by how its topic is usually sent.
 
 A driver that sends at a rate has stopped when it is silent for longer than usual. A driver that
 sends when a value changes may be silent for any time.

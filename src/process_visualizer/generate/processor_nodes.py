@@ -288,7 +288,7 @@ _APART_M = 0.14
 _MEANINGS = {
     ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
-    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old'}
+    DEPTH_PROC: 'the points are out of date', ROI_FILTER: 'the points are out of date'}
 
 
 def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
@@ -326,7 +326,7 @@ def _meanings(device: Device) -> Dict[str, str]:
     """Return the consequence for a device if a node has ended, by node."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
-    fusion = {} if device.fusion is None else {FUSION: 'the points are old'}
+    fusion = {} if device.fusion is None else {FUSION: 'the points are out of date'}
     finder = {} if device.objects is None else {OBJECT_FINDER: 'no objects are found'}
     return {**_MEANINGS, **fusion, **finder}
 

@@ -21,9 +21,9 @@ from process_visualizer.ros_names import (
     CONFLICT_KEY,
     EXCESS_KEY,
     LIMIT_KEY,
-    OLD_POINTS_KEY,
     RVIZ,
     SILENT_NODE_KEY,
+    STALE_POINTS_KEY,
 )
 
 
@@ -173,7 +173,7 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condi
     """Return a condition if a device's clouds are missing, as the node scene_watch reports."""
     return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
                       end='clouds come again')
-            for it in warnings if it.values.get(OLD_POINTS_KEY) == device]
+            for it in warnings if it.values.get(STALE_POINTS_KEY) == device]
 
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],

@@ -34,7 +34,7 @@ class TopicActivity(NamedTuple):
 
     rate_hz: float
     silence_s: Optional[float]
-    is_stale: bool
+    is_silent: bool
 
 
 class TopicWatch:
@@ -171,7 +171,7 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     """Return the state of a topic whose messages are counted."""
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
-    if activity.is_stale:
+    if activity.is_silent:
         return Line(Level.WARNING, f'no data for {activity.silence_s:.1f} s')
     return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 

@@ -301,8 +301,8 @@ class RobotProcessor:
             self._tool.note_motion(math.hypot(*twist.linear), math.hypot(*twist.angular))
         pose_age_s = self._playback.clock.age_s(self._pose_time_s, now_s)
         joints_age_s = self._playback.clock.age_s(self._joints_time_s or 0.0, now_s)
-        is_fresh = max(pose_age_s, joints_age_s) < self._parameters.stale_after_s
-        place = self._tool.place(self._pose, is_fresh)
+        is_stale = max(pose_age_s, joints_age_s) >= self._parameters.stale_after_s
+        place = self._tool.place(self._pose, is_stale)
         self._frames.want(place.frame, self._parameters.tool_center_frame.name
                           or self._parameters.joint_states.name)
         age_s = shown.age_s if self._twist.is_recorded else pose_age_s

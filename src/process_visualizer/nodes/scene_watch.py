@@ -2,8 +2,8 @@
 """Shows in the scene which devices are out of date, because a process has ended or hangs.
 
 Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A
-robot that no longer moves, or a cloud, stays in the picture: only a text can say that it is old.
-So every process that draws is asked a few times a second whether it is alive.
+robot that no longer moves, or a cloud, stays in the picture: only a text can say that it is out of
+date. So every process that draws is asked a few times a second whether it is alive.
 """
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.ros_names import (
     CELL_FRAMES,
     GHOST,
-    OLD_POINTS_KEY,
     SCENE_WATCH,
     SENSOR_FIT,
+    STALE_POINTS_KEY,
 )
 
 TEXT_PERIOD_S = 0.2
@@ -43,13 +43,13 @@ ITSELF = 'the cell'
 ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
-    f'/{GHOST}': 'the reference run is old'}
+    f'/{GHOST}': 'the reference run is out of date'}
 """The program's own nodes, and the effect of losing each. Player and recorder come and go."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
-NO_CLOUD = 'no cloud comes; the points in the picture are old'
-OTHERS_MEANING = 'this picture is old'
+NO_CLOUD = 'no cloud comes; the points in the picture are out of date'
+OTHERS_MEANING = 'this picture is out of date'
 
 
 class SceneWatch:
@@ -94,7 +94,7 @@ class SceneWatch:
         self._pulses.step(now_s, longest_s)
         self._remember()
         self._silent.tell(self._silent_nodes())
-        self._report_old_points()
+        self._report_stale_points()
         problems = self.problems()
         if (self._texts if problems else self._calm).is_due(now_s):
             self._publish(problems)
@@ -107,14 +107,14 @@ class SceneWatch:
                 for name, meaning in meanings.items()
                 if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
 
-    def _report_old_points(self) -> None:
+    def _report_stale_points(self) -> None:
         """Report the clouds that do not come; a cloud without a reported age keeps its state."""
         now_s = self._node.monotonic_s()
         for device, (age_s, reported_s) in tuple(self._ages.items()):  # others add to it
             if now_s - reported_s >= _AGE_HOLDS_S:
                 continue
             if age_s > max(self._stale_after_s, ALARM_AGE_S):
-                self._clouds.state(f'points of {device}', NO_CLOUD, {OLD_POINTS_KEY: device},
+                self._clouds.state(f'points of {device}', NO_CLOUD, {STALE_POINTS_KEY: device},
                                    LOG_PERIOD_S)
             else:
                 self._clouds.end(f'points of {device}')

@@ -40,7 +40,7 @@ from process_visualizer.robot.arrows import (
 from process_visualizer.robot.rotations import Vector
 from process_visualizer.ros_names import VARIABLE_PROC
 
-_LOST_AFTER_S = 2.0
+_UNJUDGED_AFTER_S = 2.0
 """Age from which a value is no longer judged [s], if its topic usually sends sooner."""
 
 
@@ -69,7 +69,7 @@ class ShownVariable:
         return self._parameters.colors.limits.exist
 
     def judge(self, now_s: float, age_s: Callable[[float], float]) -> None:
-        """Compare the present value with its limits, if it is not out of date.
+        """Compare the present value with its limits, if it is not stale.
 
         Args:
             now_s: the present time [s] of a monotonic clock.
@@ -78,7 +78,7 @@ class ShownVariable:
         self._update()
         if self._value is None:
             return
-        if self.is_stale(age_s(self._time_s), _LOST_AFTER_S):
+        if self.is_stale(age_s(self._time_s), _UNJUDGED_AFTER_S):
             self._limits.lose()
         else:
             self._limits.take(now_s, self._value)
@@ -103,7 +103,7 @@ class ShownVariable:
         return colors.color if self._value is None else colors.of(self._value)
 
     def is_stale(self, age_s: float, stale_after_s: float) -> bool:
-        """Return whether a value of this age is out of date.
+        """Return whether a value of this age is stale.
 
         A value that is sent slowly, or only when it changes, stays valid for longer.
         """

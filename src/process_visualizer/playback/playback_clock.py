@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
 
-LOST_AFTER_S = 1.0  # without a state from the player, which sends ten per second
+SILENT_AFTER_S = 1.0  # without a state from the player, which sends ten per second
 _MEMORY = 64  # states: some seconds
 _MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
 
@@ -70,7 +70,7 @@ class PlaybackClock:
             return
         last = self.state
         is_other = last is None or state.begin_s() > last.stamp_s and \
-            state.stamp_s - last.stamp_s >= LOST_AFTER_S
+            state.stamp_s - last.stamp_s >= SILENT_AFTER_S
         if is_other:
             self._begin = state.begin_s(), self.data_time_s(state.begin_s())
         if last is not None and state.stamp_s < last.stamp_s:
@@ -87,7 +87,7 @@ class PlaybackClock:
 
     def follows_player(self, now_s: float) -> bool:
         """Return whether a player has sent a state recently."""
-        return bool(self._states) and now_s - self._states[-1].stamp_s < LOST_AFTER_S
+        return bool(self._states) and now_s - self._states[-1].stamp_s < SILENT_AFTER_S
 
     def bag_time(self, wall_s: float) -> Optional[BagTime]:
         """Return the bag time played at a wall time [s]; None without a player."""
@@ -129,7 +129,7 @@ class PlaybackClock:
         """
         basis_s, data_s, speed = self._age_basis
         elapsed_s = max(wall_s - basis_s, 0.0)
-        followed_s = min(elapsed_s, LOST_AFTER_S)
+        followed_s = min(elapsed_s, SILENT_AFTER_S)
         return data_s + followed_s * speed + (elapsed_s - followed_s)
 
 

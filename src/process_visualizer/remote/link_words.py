@@ -225,8 +225,8 @@ def types_differ(topics: Mapping[str, OfferedTopic], ours: Mapping[str, str]) ->
 
 
 def no_connection(name: str, since_s: float) -> str:
-    """Return the message that the picture is old."""
-    return f'no connection to {name} for {_duration(since_s)}: this picture is old'
+    """Return the message that the picture is out of date."""
+    return f'no connection to {name} for {_duration(since_s)}: this picture is out of date'
 
 
 def _duration(seconds: float) -> str:

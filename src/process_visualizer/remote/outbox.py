@@ -12,7 +12,7 @@ import numpy as np
 from process_visualizer.bagio.message_layout import MessageDamaged, read_text
 from process_visualizer.remote.frames import PART_BYTES, message_frames
 
-OLD_S = 0.3
+MAX_WAIT_S = 0.3
 """Maximum waiting time of a message that need not arrive; after that it is dropped."""
 _SOON_S = 1.0
 """Time after a large message of a channel in which another one is expected."""
@@ -109,7 +109,7 @@ class Outbox:
                 return b''.join(message_frames(it.channel, it.arrived_ns, it.data))
         while self._small:
             it = self._take_small()
-            if now_s - it.since_s <= OLD_S:
+            if now_s - it.since_s <= MAX_WAIT_S:
                 return b''.join(message_frames(it.channel, it.arrived_ns, it.data))
             self._leave_out(it.channel)
         return self._next_part(thinned) if with_large else None

@@ -144,7 +144,7 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 
 
 _STEP_S = 0.25
-_OLD_S = 1.0
+_STALE_AFTER_S = 1.0
 """Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
 Say = Callable[[str], None]
@@ -321,9 +321,9 @@ class Viewer:
         self._changed_wants()
         for problem in self._scene.take_problems():
             self._tell(problem, _printable(problem))
-        if self._lost_s is not None and time.monotonic() - self._lost_s > _OLD_S and self._frame:
-            self._scene.tell(no_connection(self._name, time.monotonic() - self._lost_s),
-                             self._frame)
+        lost_for_s = 0.0 if self._lost_s is None else time.monotonic() - self._lost_s
+        if lost_for_s > _STALE_AFTER_S and self._frame:
+            self._scene.tell(no_connection(self._name, lost_for_s), self._frame)
         elif self._lost_s is None:
             self._said.pop('lost', None)
         if self._connection.clock.is_known:

@@ -56,9 +56,9 @@ from process_visualizer.ros_names import (
     CONFLICT_KEY,
     EXCESS_KEY,
     LIMIT_KEY,
-    OLD_POINTS_KEY,
     SCENE_WATCH,
     SILENT_NODE_KEY,
+    STALE_POINTS_KEY,
 )
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
@@ -613,7 +613,7 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
 def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:
     def say(severity: 'Severity | None') -> None:
         stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud comes',
-                              stand.now_s, {OLD_POINTS_KEY: 'arm', 'for_s': '0.0'})
+                              stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '0.0'})
         stand.warnings.look()
 
     say(Severity.WARNING)

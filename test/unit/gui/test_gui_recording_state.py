@@ -249,7 +249,7 @@ class Sequences(RuleBasedStateMachine):
         if not self.sent:
             self.tell()
         sent_s, snapshot = self.sent.pop(0)
-        if self.state.is_late(snapshot, sent_s):
+        if self.state.is_outdated(snapshot, sent_s):
             return
         was_asked, before = self.state.is_asked, self.state.phase
         self.take(events.updated(self.state, snapshot, self.now_s))
@@ -358,28 +358,28 @@ def test_marks_do_not_stay_when_something_else_is_recorded_after_the_recorder_ha
     assert events.updated(state, other, 15.0).state.marks == ()
 
 
-def test_a_state_is_late_that_was_sent_before_an_answer() -> None:
+def test_a_state_is_outdated_that_was_sent_before_an_answer() -> None:
     before = RecorderSnapshot('idle', ('/bags/earlier.bag',))
-    assert recording().is_late(before, 10.0) and not recording().is_late(before, 10.2)
-    assert not recording().is_late(RecorderSnapshot('recording', (BAG,)), 10.0)
+    assert recording().is_outdated(before, 10.0) and not recording().is_outdated(before, 10.2)
+    assert not recording().is_outdated(RecorderSnapshot('recording', (BAG,)), 10.0)
 
 
-def test_a_state_is_late_also_when_the_finished_bag_was_dismissed() -> None:
+def test_a_state_is_outdated_also_when_the_finished_bag_was_dismissed() -> None:
     state = events.ended(recording(), [BAG], 20.0).state.dismissed()
-    assert state.is_late(RecorderSnapshot('recording', (BAG,)), 20.0)
+    assert state.is_outdated(RecorderSnapshot('recording', (BAG,)), 20.0)
 
 
-def test_a_state_is_late_also_when_something_else_was_saved_since() -> None:
+def test_a_state_is_outdated_also_when_something_else_was_saved_since() -> None:
     state = events.ended(events.ended(recording(), [BAG], 20.0).state, ['/bags/2.bag'], 20.5).state
-    assert state.is_late(RecorderSnapshot('recording', (BAG,)), 20.5)
+    assert state.is_outdated(RecorderSnapshot('recording', (BAG,)), 20.5)
 
 
 def test_a_state_with_the_last_figures_is_not_late() -> None:
     state = events.ended(recording(), [BAG], 20.0).state
     assert state.figures is None
-    assert state.is_late(RecorderSnapshot('stopping', (BAG,)), 20.0)
+    assert state.is_outdated(RecorderSnapshot('stopping', (BAG,)), 20.0)
     last = RecorderSnapshot('idle', (BAG,), 9.0, messages=7)
-    assert not state.is_late(last, 21.0)
+    assert not state.is_outdated(last, 21.0)
     after = events.updated(state, last, 21.0).state
     assert after.figures is not None and after.figures.messages == 7
     assert after.elapsed_s(99.0) == 9.0

@@ -106,19 +106,20 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
     second = SecondLauncher(owner())
     second.take_look(CellLook(frozenset(['/scene_watch'])))  # the others say so in the scene
     second.take_look(CellLook(master=MASTER_SILENT))  # what is connected goes on
-    assert second.old is None
+    assert second.stale is None
     for look in (CellLook(frozenset(CELL_NODES)), CellLook(master=MASTER_OTHER)):
         second.take_look(look)
-        assert second.old is not None and second.old.isVisible()
-        assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d', second.old.text())
-        assert second.old.testAttribute(Qt.WA_ShowWithoutActivating)
+        assert second.stale is not None and second.stale.isVisible()
+        assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d',
+                         second.stale.text())
+        assert second.stale.testAttribute(Qt.WA_ShowWithoutActivating)
         if not look.master:
             second.take_look(CellLook())
-            assert second.old is None
+            assert second.stale is None
     second.box.hide()
     second._is_asking = False  # RViz is shown
     with qtbot.waitSignal(second.ended):
-        second.old.findChild(QAbstractButton, 'stop_looking_on').click()
+        second.stale.findChild(QAbstractButton, 'stop_looking_on').click()
 
 
 def test_why_one_cannot_look_on(qtbot: Any) -> None:

@@ -16,7 +16,7 @@ from process_visualizer.remote.frames import (
     MessageParts,
     frame_bytes,
 )
-from process_visualizer.remote.outbox import OLD_S, Outbox
+from process_visualizer.remote.outbox import MAX_WAIT_S, Outbox
 
 JOINTS, MARKERS, CLOUD, IMAGE = 1, 2, 3, 4
 MBIT_S = 125_000.0
@@ -89,7 +89,7 @@ def test_what_has_to_arrive_goes_first_and_is_never_too_old() -> None:
     box.put(JOINTS, 0, b'joints', 0.0)
     box.put_frame(frame_bytes(Kind.PONG))
     box.put_kept(MARKERS, 0, b'latched')
-    sent = [box.next_frames(2.0 * OLD_S, as_it_is) for _ in range(4)]
+    sent = [box.next_frames(2.0 * MAX_WAIT_S, as_it_is) for _ in range(4)]
     assert sent[0] == frame_bytes(Kind.PONG)
     assert b'latched' in b''.join(filter(None, sent))
     assert b'joints' not in b''.join(filter(None, sent))

@@ -109,4 +109,5 @@ def test_versions_and_types() -> None:
     assert types_differ(topics, {'a/A': '1' * 32, 'a/B': '3' * 32}) == (
         'a/B is another type here than at the cell: what is sent as such is not shown; '
         'install the same version of a',)
-    assert no_connection('cell', 12.04) == 'no connection to cell for 12.0 s: this picture is old'
+    assert no_connection('cell', 12.04) == (
+        'no connection to cell for 12.0 s: this picture is out of date')

@@ -44,7 +44,7 @@ class SecondLauncher(QObject):
     """Offers to look on; emits ``ended`` when the user declines, or stops looking on.
 
     RViz keeps its last picture when the cell ends, and shows no sign of that. So a box in front of
-    it then tells how old the picture is.
+    it then says since when the picture is out of date.
     """
 
     ended = pyqtSignal()
@@ -61,7 +61,7 @@ class SecondLauncher(QObject):
         self._rviz.errorOccurred.connect(self._take_error)
         self._watch = CellWatch(lambda: CELL_NODES, self._looked.emit, refuses_s=0.0)
         self._looked.connect(self.take_look)
-        self.old: Optional[QMessageBox] = None
+        self.stale: Optional[QMessageBox] = None
         self.box = message_box(None, self._text(), QMessageBox.Information)
         self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
         self.look_on.setObjectName('look_on')
@@ -74,18 +74,18 @@ class SecondLauncher(QObject):
 
     def take_look(self, look: CellLook) -> None:
         """Tell from when on nothing has come from the cell, until it answers again."""
-        is_old = look.silent >= set(CELL_NODES) or look.master == MASTER_OTHER
-        if is_old and self.old is None:
-            self.old = self._picture_is_old()
-        elif not is_old and self.old is not None:
-            self.old.disconnect()
-            self.old.close()
-            self.old = None
+        is_stale = look.silent >= set(CELL_NODES) or look.master == MASTER_OTHER
+        if is_stale and self.stale is None:
+            self.stale = self._say_it_is_stale()
+        elif not is_stale and self.stale is not None:
+            self.stale.disconnect()
+            self.stale.close()
+            self.stale = None
 
-    def _picture_is_old(self) -> QMessageBox:
+    def _say_it_is_stale(self) -> QMessageBox:
         since = time.strftime('%H:%M:%S')
         print(f'nothing has come from the cell since {since}', file=sys.stderr, flush=True)
-        box = message_box(None, 'This picture is old: nothing has come from the cell since '
+        box = message_box(None, 'This picture is out of date: nothing has come from the cell since '
                           f'{since}. It was quit, or its ROS master was started again.')
         box.setWindowFlag(Qt.WindowStaysOnTopHint)
         stop = box.addButton('Stop looking on', QMessageBox.RejectRole)

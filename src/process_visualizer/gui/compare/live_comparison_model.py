@@ -63,7 +63,7 @@ class LiveComparisonModel(QObject):
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
-        self._known_s, self._is_blind = 0.0, False  # time of the newest value; is it too old
+        self._known_s, self._is_stale = 0.0, False  # time of the newest value; is it too old
         self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
@@ -128,7 +128,7 @@ class LiveComparisonModel(QObject):
             return _no_data(self._now_s)
         if not self._has_common:
             return _NOTHING.format(self.reference)
-        if self._is_blind:
+        if self._is_stale:
             return _no_data(self._known_s)
         if phase is None or not self._is_placed(_SILENT_S):
             asked_s = max(self._values_since_s, 0.0 if phase is None else phase.stamp_s)
@@ -158,7 +158,7 @@ class LiveComparisonModel(QObject):
     def told(self) -> str:
         """Return the result as JSON, for programs; see `verdict_entry` in serving/live_cell.py."""
         phase, text = self._phase, self.text
-        is_in = (bool(text) and not self._live.problem and not self._is_blind
+        is_in = (bool(text) and not self._live.problem and not self._is_stale
                  and self._is_placed(_SILENT_S)
                  and phase is not None and phase.reference_s is not None)
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
@@ -216,7 +216,7 @@ class LiveComparisonModel(QObject):
 
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
-        self._known_s, self._is_blind, self._values_since_s = 0.0, False, 0.0
+        self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
         self._history = PhaseHistory(MAX_S)
         self.changed.emit()
 
@@ -233,11 +233,11 @@ class LiveComparisonModel(QObject):
             times_s, values, self._history.at(times_s)))
         lost = comparison.lost(times_s, values)
         self._known_s = comparison.known_s(times_s, values) or self._known_s
-        self._is_blind = self._has_common and lost.issuperset(comparison.keys) and any(
+        self._is_stale = self._has_common and lost.issuperset(comparison.keys) and any(
             math.isnan(it.value) for it in window.curves if _key(it) in comparison.keys)
         lost = lost if self._is_placed(_PLACED_S) else frozenset(comparison.keys)
         self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
-        if self._runs is not None and self._is_blind:
+        if self._runs is not None and self._is_stale:
             self._runs.lose()
         elif self._runs is not None and self._has_common:
             self._runs.judge(self._departures)

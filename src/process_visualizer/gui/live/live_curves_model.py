@@ -118,8 +118,8 @@ class LiveCurvesModel(QObject):
         return self._is_held
 
     @property
-    def is_old(self) -> bool:
-        """Return whether the newest data is old although the picture is not on hold."""
+    def is_stale(self) -> bool:
+        """Return whether the newest data is stale although the picture is not on hold."""
         return bool(self.problem) or self._is_late
 
     @property

@@ -212,7 +212,7 @@ class LivePanel(QWidget):
     def _show_age(self) -> None:
         """Show the age of the right end, which grows while the curves stand still."""
         stands = self._curves.window is not None and (
-            self._curves.is_held or not self._curves.is_running or self._curves.is_old)
+            self._curves.is_held or not self._curves.is_running or self._curves.is_stale)
         if stands != self._clock.isActive():
             self._clock.start() if stands else self._clock.stop()
         self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
@@ -238,9 +238,9 @@ class LivePanel(QWidget):
         self._show_moment()
 
     def _present(self, curve: LiveCurve) -> float:
-        """Return a curve's value; NaN if it is old, so that it is not taken for the current one."""
-        is_old = self._curves.is_old and not self._curves.is_held
-        return math.nan if is_old else curve.value
+        """Return a curve's value; NaN if it is stale, and must not pass for the current one."""
+        is_stale = self._curves.is_stale and not self._curves.is_held
+        return math.nan if is_stale else curve.value
 
     def _want_replay(self, time_s: float) -> None:
         if self._curves.is_running:

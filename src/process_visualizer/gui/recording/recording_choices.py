@@ -161,7 +161,7 @@ class TopicTicks:
         self._changed: Dict[str, bool] = {}
         self._seen: Dict[str, TopicSnapshot] = {}
         self._watch = TopicWatch()
-        self._stale: Set[str] = set()
+        self._silent: Set[str] = set()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Set the devices; a topic of two devices is listed with the first."""
@@ -184,8 +184,8 @@ class TopicTicks:
         if not topics:
             self._watch = TopicWatch()  # a new run begins
         self._seen = {topic.name: topic for topic in topics}
-        self._stale = {it.name for it in topics if self._watch.update(
-            it.name, it.rate_hz, it.silence_s, it.messages).is_stale}
+        self._silent = {it.name for it in topics if self._watch.update(
+            it.name, it.rate_hz, it.silence_s, it.messages).is_silent}
 
     def ticked(self) -> Tuple[str, ...]:
         """Return the names of the topics to record."""
@@ -211,7 +211,7 @@ class TopicTicks:
             return TopicHealth.NO_PUBLISHER
         if topic.silence_s is None:
             return TopicHealth.NO_MESSAGE
-        return TopicHealth.SILENT if topic.name in self._stale else TopicHealth.GOOD
+        return TopicHealth.SILENT if topic.name in self._silent else TopicHealth.GOOD
 
 
 class NameChoice(Enum):

@@ -196,7 +196,7 @@ class RecordingModel(QObject):
             return
         self._silence.hear()
         now_s = self._now_s()
-        if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
+        if not self._state.is_outdated(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
             self.choices.take_topics(snapshot.topics)
             self._take(updated(self._state, snapshot, now_s))
             self._write_unsent()

@@ -32,7 +32,7 @@ _HOLE_S, _MEASURED_S = 1.5, 4.0
 Reports come every half second. The recorder measures rates once a second, and the first
 measurement after it stood still covers that time.
 """
-_LATE_S = 0.1
+_SENT_ERROR_S = 0.1
 """Maximum error of the estimated time at which a state was sent [s]."""
 
 
@@ -134,9 +134,9 @@ class RecordingState(NamedTuple):
         """The marks that the recorder has not taken yet."""
         return tuple(it for it in self.marks if not it.is_written) if self.is_made else ()
 
-    def is_late(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
+    def is_outdated(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
         """Return whether a report was sent before the last command's answer, which overtook it."""
-        if sent_s - self.answered_s > _LATE_S:
+        if sent_s - self.answered_s > _SENT_ERROR_S:
             return False
         if self.path:
             return self.path not in snapshot.files
@@ -291,7 +291,7 @@ def failed(state: RecordingState, message: str, refused: Optional[RecordingOptio
 
 
 def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingStep:
-    """Return the step after a report of the recorder that is not late."""
+    """Return the step after a report of the recorder that is not outdated."""
     after = _followed(state, snapshot, now_s)
     if state.path and after.phase is RecordingPhase.IDLE:
         return _ended_by_itself(after, now_s)
@@ -301,7 +301,8 @@ def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> 
 def ended(state: RecordingState, files: Sequence[str], now_s: float) -> RecordingStep:
     """Return the step after the recorder reported the finished files, possibly none.
 
-    A late report may have looked like a recording; files that ended before are not announced again.
+    An outdated report may have looked like a recording; files that ended before are not announced
+    again.
     """
     is_known = state.path not in ('', *files) and state.ended.issuperset(files)
     bag = FinishedBag(tuple(files), state.snapshot.problems) if files and not is_known else None

@@ -26,7 +26,7 @@ ARROW_ID, TEXT_ID = 0, 1
 TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 LIFETIME_S = 0.8
 """Time after which RViz removes a marker that is not redrawn [s], so none outlives its process.
-Processes redraw at least ten times a second, even if nothing changes or the data is old."""
+Processes redraw at least ten times a second, even if nothing changes or the data is stale."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ class ValuePlace(NamedTuple):
 
 
 class ShownValue(NamedTuple):
-    """A value as an arrow and a text, gray if it is out of date.
+    """A value as an arrow and a text, gray if it is stale.
 
     ``namespace`` is that of its markers.
     """

@@ -102,7 +102,7 @@ class EventWatch:
 
 
 _MAX_ROWS = 20_000
-_OLD_S = 0.2
+_STALE_AFTER_S = 0.2
 """Age of joints [s] from which they count as no longer sent, and the robots as at rest."""
 
 
@@ -159,7 +159,7 @@ class LiveFollower:
     def _measured_s(self, now_s: float) -> float:
         """Return the time of the last known positions; it goes back only with the clock."""
         stamp_s = max(it.stamp_s for it in self._joints.values())
-        moment_s = stamp_s if now_s - _OLD_S < stamp_s <= now_s else now_s
+        moment_s = stamp_s if now_s - _STALE_AFTER_S < stamp_s <= now_s else now_s
         return max(moment_s, self._moment_s) if self._moment_s <= now_s else moment_s
 
     def close(self) -> None:

@@ -223,12 +223,12 @@ class ToolPlacer:
                                  self._parameters.base_frame, positions, self._positions, stamp_s)
         return None
 
-    def place(self, pose: ToolPose, is_fresh: bool) -> ToolPlace:
+    def place(self, pose: ToolPose, is_stale: bool) -> ToolPlace:
         """Return where to draw the arrows of a tool.
 
         Args:
             pose: the last reported one.
-            is_fresh: whether pose and joint states are recent enough to be compared.
+            is_stale: whether pose or joint states are too old to be compared.
         """
         frame, model = self._parameters.tool_frame, self._model_placement()
         self._is_placed = model is not None
@@ -236,7 +236,7 @@ class ToolPlacer:
             if pose.child_frame == frame:  # tf itself has the orientation of that frame
                 return ToolPlace(frame, pose.quaternion, (0.0, 0.0, 0.0), pose.position)
             return base_place(self._parameters.base_frame, pose.position)
-        if is_fresh:
+        if not is_stale:
             quaternion = pose.quaternion if pose.has_rotation else None
             self._difference.add(model, pose.position, quaternion)
             if self._may_learn():
