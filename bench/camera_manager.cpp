@@ -10,7 +10,6 @@
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
-#include <sensor_msgs/distortion_models.h>
 
 #include <boost/make_shared.hpp>
 #include <cstdint>
@@ -24,7 +23,6 @@
 namespace {
 
 constexpr std::uint32_t kQueueSize = 2;
-constexpr double kFocalPx = 525, kCenterX = (kWidth - 1) / 2.0, kCenterY = (kHeight - 1) / 2.0;
 constexpr double kFramesPerSecond = 30;
 
 sensor_msgs::Image colorImage() {
@@ -32,19 +30,6 @@ sensor_msgs::Image colorImage() {
   std::mt19937 generator(2);
   for (std::uint8_t& value : color.data) value = static_cast<std::uint8_t>(generator());
   return color;
-}
-
-sensor_msgs::CameraInfo cameraInfo() {
-  sensor_msgs::CameraInfo info;
-  info.header.frame_id = "camera";
-  info.width = kWidth;
-  info.height = kHeight;
-  info.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
-  info.D.assign(5, 0);
-  info.K = {kFocalPx, 0, kCenterX, 0, kFocalPx, kCenterY, 0, 0, 1};
-  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.P = {kFocalPx, 0, kCenterX, 0, 0, kFocalPx, kCenterY, 0, 0, 0, 1, 0};
-  return info;
 }
 
 // The driver fills a new message for each frame: what was published belongs to the nodelets too.

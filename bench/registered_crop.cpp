@@ -5,8 +5,6 @@
 /// with distortion half as long again: the peer knows of no lens.
 #include "process_visualizer/cloud/registered_crop.hpp"
 
-#include <sensor_msgs/distortion_models.h>
-
 #include <cstdio>
 #include <vector>
 
@@ -18,19 +16,6 @@
 namespace {
 
 constexpr int kRounds = 1000;
-
-sensor_msgs::CameraInfo cameraInfo(double distortion) {
-  sensor_msgs::CameraInfo info;
-  info.header.frame_id = "camera";
-  info.width = kWidth;
-  info.height = kHeight;
-  info.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
-  info.D.assign(5, 0);
-  info.D[0] = distortion;
-  info.K = {525, 0, 319.5, 0, 525, 239.5, 0, 0, 1};
-  info.P = {525, 0, 319.5, 0, 0, 525, 239.5, 0, 0, 0, 1, 0};
-  return info;
-}
 
 bool measure(const char* name, const sensor_msgs::CameraInfo& info, double limit) {
   using process_visualizer::cloud::Lens;

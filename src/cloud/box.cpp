@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/cloud/box.hpp"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include "process_visualizer/cloud/require.hpp"
 
 namespace process_visualizer::cloud {
@@ -28,22 +30,14 @@ using visualization_msgs::Marker;
 
 constexpr double kLineWidth = 0.004;  ///< m
 
-geometry_msgs::Point toPoint(const Eigen::Vector3d& place) {
-  geometry_msgs::Point point;
-  point.x = place.x();
-  point.y = place.y();
-  point.z = place.z();
-  return point;
-}
-
 /// Edges join the corners whose numbers differ in one bit.
 void addEdges(Marker& outline, const Box& box) {
   const auto corners = box.corners();
   for (int begin = 0; begin < 8; ++begin) {
     for (const int bit : {1, 2, 4}) {
       if (begin & bit) continue;
-      outline.points.push_back(toPoint(corners.col(begin)));
-      outline.points.push_back(toPoint(corners.col(begin | bit)));
+      for (const int number : {begin, begin | bit})
+        outline.points.push_back(tf2::toMsg(Eigen::Vector3d(corners.col(number))));
     }
   }
 }

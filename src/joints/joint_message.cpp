@@ -172,9 +172,8 @@ std::string aboutUnusable(const std::vector<std::string>& joints) {
   if (joints.size() == 1)
     return "the position of " + joints.front() +
            " is NaN or infinite; that joint stays where it was";
-  std::string names;
-  for (const std::string& name : joints) names += (names.empty() ? "" : ", ") + name;
-  return "the positions of " + names + " are NaN or infinite; those joints stay where they were";
+  return "the positions of " + listed(joints) +
+         " are NaN or infinite; those joints stay where they were";
 }
 
 std::vector<std::string> movableJoints(const std::string& urdf) {

@@ -9,7 +9,14 @@ import rospkg
 from catkin.find_in_workspaces import find_in_workspaces
 from roslib.packages import find_node
 
-from process_visualizer.cell.errors import Location, Problem, ProblemList, missing_file, nearest
+from process_visualizer.cell.errors import (
+    ConfigurationError,
+    Location,
+    Problem,
+    ProblemList,
+    missing_file,
+    nearest,
+)
 from process_visualizer.cell.model import (
     Cell,
     Device,
@@ -35,6 +42,17 @@ def check_environment(cell: Cell, mode: Optional[Mode] = None,
     for device in chosen:
         check.device(device)
     return check.problems.sorted()
+
+
+def require_environment(cell: Cell, mode: Mode, devices: Iterable[str]) -> None:
+    """Check everything that chosen devices need on this machine in a mode.
+
+    Raises:
+        ConfigurationError: something is missing.
+    """
+    problems = check_environment(cell, mode, devices)
+    if problems:
+        raise ConfigurationError(problems)
 
 
 def find_launch_file(package_folder: str, name: str) -> Optional[str]:

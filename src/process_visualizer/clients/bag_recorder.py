@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
 
 from process_visualizer.bagio.message_definition import Connection, with_definition
-from process_visualizer.clients.service_connection import (
-    ServiceConnection,
-    ServiceUnreachable,
-    StateFollower,
-)
+from process_visualizer.clients.service_connection import NodeClient, ServiceConnection
 from process_visualizer.curves.live_curves import RecentPart
 from process_visualizer.msg import RecorderState
 from process_visualizer.ros_names import BAG_RECORDER
@@ -74,38 +70,15 @@ def request_of(options: RecordingOptions) -> StartRecordingRequest:
         recent=options.recent_s)
 
 
-class BagRecorder:
-    """Commands the node ``bag_recorder`` and follows its state; needs an initialized rospy node.
+class BagRecorder(NodeClient[RecorderState]):
+    """Commands the node ``bag_recorder`` and follows its state."""
 
-    Every command waits for the recorder's answer; do not call it in the GUI thread. ``on_state`` is
-    called in rospy's thread.
-    """
+    REFUSED, UNREACHABLE = RecorderError, RecorderUnreachable
 
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
                  node: str = _NODE, follow_now: bool = True) -> None:
-        """Follow the state, from now or from ``begin`` on."""
-        self._node = node
-        self._follower: StateFollower[RecorderState] = StateFollower(
-            f'{node}/state', RecorderState, on_state, follow_now)
-        self._services: Dict[str, ServiceConnection] = {
-            name: ServiceConnection(f'{node}/{name}', service, _ANSWER_TIMEOUT_S,
-                                    address=self._follower.sender_address)
-            for name, service in _SERVICES.items()}
-
-    def begin(self) -> None:
-        """Start following the state, if the constructor did not; waits for the master."""
-        self._follower.begin()
-
-    @property
-    def state(self) -> Optional[RecorderState]:
-        """The last state; None before the first one."""
-        return self._follower.state
-
-    def close(self) -> None:
-        """Stop following the state and close the connections; the recorder continues."""
-        self._follower.close()
-        for service in self._services.values():
-            service.close()
+        """See NodeClient."""
+        super().__init__(node, RecorderState, _SERVICES, _ANSWER_TIMEOUT_S, on_state, follow_now)
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Wait until the recorder runs.
@@ -113,14 +86,7 @@ class BagRecorder:
         Raises:
             RecorderError: it is not running after the timeout.
         """
-        if not self._services['start'].wait(timeout_s):
-            raise RecorderUnreachable(f'{self._node} is not running; start it with '
-                                      '"rosrun process_visualizer bag_recorder"')
-
-    def wait_for(self, condition: Callable[[RecorderState], bool],
-                 timeout_s: Optional[float] = None) -> Optional[RecorderState]:
-        """Wait for a state that fulfills a condition; return it, or None after the timeout."""
-        return self._follower.wait_for(condition, timeout_s)
+        self._wait_for_service('start', timeout_s, 'bag_recorder')
 
     def start(self, options: RecordingOptions) -> str:
         """Start a recording; return its path once every topic with a publisher is connected.
@@ -128,7 +94,7 @@ class BagRecorder:
         Raises:
             RecorderError: no recording has started.
         """
-        return str(self._call('start', request_of(options)).path)
+        return str(self._answer('start', request_of(options)).path)
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write the messages in memory (or of the last ``recent_s``) to a bag; return its path.
@@ -136,7 +102,7 @@ class BagRecorder:
         Raises:
             RecorderError: the bag cannot be written.
         """
-        return str(self._call('save_recent', request_of(options)).path)
+        return str(self._answer('save_recent', request_of(options)).path)
 
     def copy_recent(self, folder: str, name: str = '', recent_s: float = 0.0) -> str:
         """Copy the messages in memory (or of the last ``recent_s``) to a bag; return its path.
@@ -147,7 +113,7 @@ class BagRecorder:
             RecorderError: the memory is empty, or the bag cannot be written.
         """
         options = RecordingOptions(folder=folder, name=name, recent_s=recent_s)
-        return str(self._call('copy_recent', request_of(options)).path)
+        return str(self._answer('copy_recent', request_of(options)).path)
 
     def stop(self) -> List[str]:
         """Stop recording; return the paths of the bags once everything is written.
@@ -157,7 +123,7 @@ class BagRecorder:
         Raises:
             RecorderError: there was no recording, or something could not be written.
         """
-        return list(self._call('stop').files)
+        return list(self._answer('stop').files)
 
     def mark(self, label: str, stamp_s: float = 0.0) -> None:
         """Write a labeled mark to the recording or to the memory.
@@ -168,16 +134,7 @@ class BagRecorder:
         Raises:
             RecorderError: there is neither a recording nor a memory to write to.
         """
-        self._call('mark_at', label, genpy.Time.from_sec(stamp_s))
-
-    def _call(self, name: str, *request: object) -> Any:
-        try:
-            answer = self._services[name].call(*request)
-        except ServiceUnreachable as error:
-            raise RecorderUnreachable(str(error)) from error
-        if not answer.success:
-            raise RecorderError(answer.message)
-        return answer
+        self._answer('mark_at', label, genpy.Time.from_sec(stamp_s))
 
 
 _TEXTS = 5  # number of texts that describe a connection

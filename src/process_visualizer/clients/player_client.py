@@ -6,11 +6,7 @@ from typing import Any, Callable, Dict, Optional, Type
 
 from std_srvs.srv import Trigger
 
-from process_visualizer.clients.service_connection import (
-    ServiceConnection,
-    ServiceUnreachable,
-    StateFollower,
-)
+from process_visualizer.clients.service_connection import NodeClient
 from process_visualizer.msg import PlayerState
 from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
@@ -31,45 +27,20 @@ class PlayerUnreachable(PlayerError):
     """The player cannot be reached."""
 
 
-class PlayerClient:
-    """Commands the node ``bag_player`` and follows its state; needs an initialized rospy node.
+class PlayerClient(NodeClient[PlayerState]):
+    """Commands the node ``bag_player`` and follows its state.
 
-    Every command waits for the player's answer and returns it as a text for the user; do not call
-    it in the GUI thread. Connections are kept, for scrubbing, and renewed after a restart of the
-    player. A command that cannot be carried out raises PlayerError with the player's reason, or
-    PlayerUnreachable. ``on_state`` is called in rospy's thread.
+    Each command returns the player's answer as a text for the user. A command that cannot be
+    carried out raises PlayerError with the player's reason, or PlayerUnreachable.
     """
+
+    REFUSED, UNREACHABLE = PlayerError, PlayerUnreachable
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
                  node: str = _NODE, timeout_s: float = 10.0, follow_now: bool = True,
                  master_uri: Optional[str] = None) -> None:
-        """Follow the state, from now or from ``begin`` on.
-
-        A player on another master can be commanded, but not followed. A call fails if the player
-        does not answer within the timeout.
-        """
-        self._node = node
-        self._follower: StateFollower[PlayerState] = StateFollower(
-            f'{node}/state', PlayerState, on_state, follow_now)
-        address = self._follower.sender_address if master_uri is None else None
-        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s,
-                                                  master_uri, address)
-                          for name, service in _SERVICES.items()}
-
-    def begin(self) -> None:
-        """Start following the state, if the constructor did not; waits for the master."""
-        self._follower.begin()
-
-    @property
-    def state(self) -> Optional[PlayerState]:
-        """The last state; None before the first one."""
-        return self._follower.state
-
-    def close(self) -> None:
-        """Stop following the state and close the connections; the player continues."""
-        self._follower.close()
-        for service in self._services.values():
-            service.close()
+        """See NodeClient."""
+        super().__init__(node, PlayerState, _SERVICES, timeout_s, on_state, follow_now, master_uri)
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Wait until the player runs.
@@ -77,14 +48,7 @@ class PlayerClient:
         Raises:
             PlayerUnreachable: it is not running after the timeout.
         """
-        if not self._services[_LAST_OFFERED].wait(timeout_s):
-            raise PlayerUnreachable(f'{self._node} is not running; start it with '
-                                    '"rosrun process_visualizer bag_player FILE"')
-
-    def wait_for(self, condition: Callable[[PlayerState], bool],
-                 timeout_s: Optional[float] = None) -> Optional[PlayerState]:
-        """Wait for a state that fulfills a condition; return it, or None after the timeout."""
-        return self._follower.wait_for(condition, timeout_s)
+        self._wait_for_service(_LAST_OFFERED, timeout_s, 'bag_player FILE')
 
     def play(self) -> str:
         """Continue playing; at the end, start over."""
@@ -123,10 +87,4 @@ class PlayerClient:
         return self._call('set_loop', loop, begin_s, end_s)
 
     def _call(self, name: str, *request: object) -> str:
-        try:
-            answer = self._services[name].call(*request)
-        except ServiceUnreachable as error:
-            raise PlayerUnreachable(str(error)) from error
-        if not answer.success:
-            raise PlayerError(answer.message)
-        return str(answer.message)
+        return str(self._answer(name, *request).message)

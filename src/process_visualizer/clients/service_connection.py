@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A persistent connection to a service, which notices a node that hangs or has restarted."""
+"""Persistent connections to services, which notice a node that hangs or has restarted."""
 from __future__ import annotations
 
 import io
@@ -7,7 +7,7 @@ import socket
 import struct
 import threading
 import time
-from typing import Any, Callable, Generic, Optional, Tuple, Type, TypeVar
+from typing import Any, Callable, ClassVar, Generic, Mapping, Optional, Tuple, Type, TypeVar
 from urllib.parse import urlsplit
 
 import genpy
@@ -20,6 +20,7 @@ from process_visualizer.launching.ros_api import (
     AskedMaster,
     connected_by_handshake,
     connected_publisher,
+    received,
 )
 
 _RETRY_S = 0.1
@@ -145,23 +146,13 @@ class ServiceConnection:
 def _exchange(connection: socket.socket, data: bytes) -> bytes:
     try:
         connection.sendall(data)
-        good, length = _HEAD.unpack(_received(connection, _HEAD.size))
-        answer = _received(connection, length)
+        good, length = _HEAD.unpack(received(connection, _HEAD.size, _Gone))
+        answer = received(connection, length, _Gone)
     except ConnectionError as error:
         raise _Gone(error) from error
     if not good:
         raise ValueError(answer.decode('utf-8', 'replace'))
     return answer
-
-
-def _received(connection: socket.socket, size: int) -> bytes:
-    data = b''
-    while len(data) < size:
-        part = connection.recv(size - len(data))
-        if not part:
-            raise _Gone('it has closed the connection')
-        data += part
-    return data
 
 
 def _serialized(request: genpy.Message) -> bytes:
@@ -173,24 +164,38 @@ def _serialized(request: genpy.Message) -> bytes:
 State = TypeVar('State')
 
 
-class StateFollower(Generic[State]):
-    """Follows a topic in an initialized rospy node; ``on_state`` is called in rospy's thread."""
+class NodeClient(Generic[State]):
+    """Commands a node by its services and follows its state; needs an initialized rospy node.
 
-    def __init__(self, topic: str, message_class: Type[Any],
-                 on_state: Optional[Callable[[State], None]] = None,
-                 follow_now: bool = True) -> None:
-        """Subscribe, which blocks until the master answers, or leave that to ``begin``."""
-        self._topic, self._message_class = topic, message_class
-        self._on_state = on_state
+    Every command waits for the node's answer; do not call it in the GUI thread. Connections are
+    kept, and renewed after a restart of the node. ``on_state`` is called in rospy's thread.
+    """
+
+    REFUSED: ClassVar[Type[Exception]]
+    UNREACHABLE: ClassVar[Type[Exception]]
+
+    def __init__(self, node: str, state_class: Type[Any], services: Mapping[str, Type[Any]],
+                 timeout_s: float, on_state: Optional[Callable[[State], None]] = None,
+                 follow_now: bool = True, master_uri: Optional[str] = None) -> None:
+        """Follow the state, from now (which blocks until the master answers) or from ``begin`` on.
+
+        A node on another master can be commanded, but not followed. A call fails if the node does
+        not answer within the timeout.
+        """
+        self._node, self._state_class, self._on_state = node, state_class, on_state
         self._state: Optional[State] = None
         self._changed = threading.Condition()
         self._subscriber: Optional[rospy.Subscriber] = None
+        self._services = {
+            name: ServiceConnection(f'{node}/{name}', service, timeout_s, master_uri,
+                                    self._address if master_uri is None else None)
+            for name, service in services.items()}
         if follow_now:
             self.begin()
 
     def begin(self) -> None:
-        """Subscribe."""
-        self._subscriber = rospy.Subscriber(self._topic, self._message_class, self._take)
+        """Start following the state, if the constructor did not; waits for the master."""
+        self._subscriber = rospy.Subscriber(f'{self._node}/state', self._state_class, self._take)
 
     @property
     def state(self) -> Optional[State]:
@@ -198,20 +203,11 @@ class StateFollower(Generic[State]):
         return self._state
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Stop following the state and close the connections; the node continues."""
         if self._subscriber is not None:
             self._subscriber.unregister()
-
-    def sender_address(self) -> Tuple[str, int]:
-        """Return host and port of the sending node, which may also offer services there.
-
-        The master is not asked: it may have died, or been restarted.
-
-        Raises:
-            CONNECTION_ERRORS: no node sends the topic, or the node does not answer.
-        """
-        return connected_publisher(rospy.get_node_uri(), rospy.get_name(), self._topic,
-                                   PATIENT_TIMEOUT_S)
+        for service in self._services.values():
+            service.close()
 
     def wait_for(self, condition: Callable[[State], bool],
                  timeout_s: Optional[float] = None) -> Optional[State]:
@@ -220,6 +216,32 @@ class StateFollower(Generic[State]):
             fulfilled = self._changed.wait_for(
                 lambda: self._state is not None and condition(self._state), timeout_s)
             return self._state if fulfilled else None
+
+    def _wait_for_service(self, name: str, timeout_s: float, program: str) -> None:
+        if not self._services[name].wait(timeout_s):
+            raise self.UNREACHABLE(f'{self._node} is not running; start it with '
+                                   f'"rosrun process_visualizer {program}"')
+
+    def _answer(self, name: str, *request: object) -> Any:
+        """Return the answer of a service; UNREACHABLE, or REFUSED with the node's reason."""
+        try:
+            answer = self._services[name].call(*request)
+        except ServiceUnreachable as error:
+            raise self.UNREACHABLE(str(error)) from error
+        if not answer.success:
+            raise self.REFUSED(answer.message)
+        return answer
+
+    def _address(self) -> Tuple[str, int]:
+        """Return host and port of the sender of the state, which also offers the services there.
+
+        The master is not asked: it may have died, or been restarted.
+
+        Raises:
+            CONNECTION_ERRORS: no node sends the topic, or the node does not answer.
+        """
+        return connected_publisher(rospy.get_node_uri(), rospy.get_name(), f'{self._node}/state',
+                                   PATIENT_TIMEOUT_S)
 
     def _take(self, state: State) -> None:
         with self._changed:

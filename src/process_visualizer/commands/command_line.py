@@ -14,7 +14,7 @@ from process_visualizer.bagio.recording_calibration import (
     saved_poses,
     with_saved_poses,
 )
-from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.environment import require_environment
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
@@ -278,10 +278,7 @@ def _calibrated(cell: Cell, bag: str) -> Cell:
 
 def _plan(choice: Choice) -> Plan:
     """Return the plan; anything missing on this machine is an error before anything starts."""
-    problems = check_environment(choice.cell, choice.mode,
-                                 [device.name for device in choice.devices])
-    if problems:
-        raise ConfigurationError(problems)
+    require_environment(choice.cell, choice.mode, [device.name for device in choice.devices])
     plan = generate(choice)
     for warning in plan.warnings:
         say(f'warning: {warning}', file=sys.stderr)

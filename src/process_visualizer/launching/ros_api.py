@@ -6,7 +6,7 @@ import socket
 import struct
 import time
 from http.client import HTTPConnection, HTTPException
-from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple, Type
 from xml.parsers.expat import ExpatError
 from xmlrpc.client import Error, ServerProxy, Transport
 
@@ -269,23 +269,25 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
 
 def _handshake_header(connection: socket.socket) -> Dict[str, str]:
     """Read the header of a node, and nothing behind it: its first message may have come with it."""
-    head = _exactly(connection, _LENGTH_BYTES)
+    head = received(connection, _LENGTH_BYTES, ROSHandshakeException)
     size = int.from_bytes(head, 'little')
     if size > _HEADER_BYTES:
         raise ROSHandshakeException(f'a header of {size} bytes is too large')
     try:
-        header: Dict[str, str] = decode_ros_handshake_header(head + _exactly(connection, size))
+        header: Dict[str, str] = decode_ros_handshake_header(
+            head + received(connection, size, ROSHandshakeException))
     except struct.error as error:
         raise ROSHandshakeException(f'the header is damaged: {error}') from None
     return header
 
 
-def _exactly(connection: socket.socket, count: int) -> bytes:
+def received(connection: socket.socket, size: int, closed: Type[Exception]) -> bytes:
+    """Return exactly this number of bytes; if the node closes the connection, raise ``closed``."""
     data = b''
-    while len(data) < count:
-        part = connection.recv(count - len(data))
+    while len(data) < size:
+        part = connection.recv(size - len(data))
         if not part:
-            raise ROSHandshakeException('the node has closed the connection')
+            raise closed('the node has closed the connection')
         data += part
     return data
 

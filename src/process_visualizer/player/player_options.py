@@ -205,7 +205,7 @@ def _add_playing(parser: argparse.ArgumentParser) -> None:
                        help='play without waiting between messages, in the direction of --rate')
     group.add_argument('-s', '--start', metavar='SEC', type=_seconds,
                        help='begin SEC seconds into the recording, also when playing backwards')
-    group.add_argument('-u', '--duration', metavar='SEC', type=_positive_seconds,
+    group.add_argument('-u', '--duration', metavar='SEC', type=_above_zero(_MAX_S, 's'),
                        help='play only SEC seconds of the recording; not backwards')
     group.add_argument('--skip-empty', metavar='SEC', type=_seconds,
                        help='skip parts without messages that are longer than SEC seconds')
@@ -246,7 +246,7 @@ def _add_publishing(parser: argparse.ArgumentParser) -> None:
                             '(default: present; recorded with --clock)')
     group.add_argument('--clock', action='store_true',
                        help='publish the time of the recording on /clock, for use_sim_time')
-    group.add_argument('--hz', type=_frequency, default=100.0,
+    group.add_argument('--hz', type=_above_zero(_MAX_HZ, 'Hz'), default=100.0,
                        help='how many times a second --clock publishes (default: 100)')
     group.add_argument('--others', choices=['warn', 'pause'], default='warn',
                        help='what to do when other nodes publish the same topics (default: warn)')
@@ -282,20 +282,15 @@ def _seconds(text: str) -> float:
     return value
 
 
-@_argument
-def _positive_seconds(text: str) -> float:
-    value = number(text)
-    if not 0.0 < value <= _MAX_S:
-        raise ValueError(f'must be more than 0 and at most {_MAX_S:.0f} s, not {text}')
-    return value
-
-
-@_argument
-def _frequency(text: str) -> float:
-    value = number(text)
-    if not 0.0 < value <= _MAX_HZ:
-        raise ValueError(f'must be more than 0 and at most {_MAX_HZ:.0f} Hz, not {text}')
-    return value
+def _above_zero(most: float, unit: str) -> Callable[[str], Any]:
+    """Return a converter for numbers above 0 and up to a maximum."""
+    @_argument
+    def converted(text: str) -> float:
+        value = number(text)
+        if not 0.0 < value <= most:
+            raise ValueError(f'must be more than 0 and at most {most:.0f} {unit}, not {text}')
+        return value
+    return converted
 
 
 @_argument

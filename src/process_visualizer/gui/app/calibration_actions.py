@@ -2,7 +2,8 @@
 """Connects the calibration tab to the session, and to the window's node for frames and markers."""
 from __future__ import annotations
 
-from typing import Optional
+from functools import partial
+from typing import Any, Callable, Optional
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -100,14 +101,9 @@ class CalibrationActions(QObject):
         cell, base, pose = self._session.cell, self.model.base, self.model.pose
         if is_shown and cell is not None and base is not None:
             self._tasks.run(_MARKER, lambda: self._link.show_marker(cell.frame, base.frame, pose),
-                            None, self._report_marker_error)
+                            None, partial(_report, self.failed.emit))
         else:
             self._tasks.run(_MARKER, self._link.hide_marker)
-
-    def _report_marker_error(self, error: Exception) -> None:
-        if not isinstance(error, RosLinkError):
-            raise error
-        self.failed.emit(str(error))
 
     def _take_drag(self, frame: str, pose: Pose) -> None:
         base = self.model.base
@@ -141,11 +137,13 @@ class RegionActions(QObject):
         if is_shown and region is not None:
             chosen = region
             self._tasks.run(_MARKER, lambda: self._link.show_marker(device, chosen), None,
-                            self._report_marker_error)
+                            partial(_report, self.model.failed.emit))
         else:
             self._tasks.run(_MARKER, self._link.hide_marker)
 
-    def _report_marker_error(self, error: Exception) -> None:
-        if not isinstance(error, RosLinkError):
-            raise error
-        self.model.failed.emit(str(error))
+
+def _report(say: Callable[[str], Any], error: Exception) -> None:
+    """Say why a marker cannot be shown."""
+    if not isinstance(error, RosLinkError):
+        raise error
+    say(str(error))

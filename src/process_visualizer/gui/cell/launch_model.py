@@ -10,7 +10,7 @@ from typing import Callable, Collection, Dict, List, Optional, Tuple
 import rosgraph
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.environment import require_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
@@ -221,10 +221,7 @@ class LaunchModel(QObject):
 
 
 def _plan(choice: Choice) -> Plan:
-    problems = check_environment(choice.cell, choice.mode,
-                                 [device.name for device in choice.devices])
-    if problems:
-        raise ConfigurationError(problems)
+    require_environment(choice.cell, choice.mode, [device.name for device in choice.devices])
     return generate_parts(choice)
 
 

@@ -13,12 +13,13 @@ from PyQt5.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt5.QtWidgets import QMenu, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QFrame, QMenu, QSizePolicy, QVBoxLayout, QWidget
 
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.lane_stack import LaneStack
 from process_visualizer.gui.lanes.timeline_header import HEADER_HEIGHT
 from process_visualizer.gui.lanes.timeline_lanes import LaneTexts
+from process_visualizer.gui.toolkit.theme import set_sheet
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
 _MIN_LANES = 2  # that are always visible, if there are that many
@@ -123,3 +124,18 @@ class LanesTimeline(QWidget):
         if row is not None:
             self.stack.add_actions(menu, row, self._choices)
         menu.addAction('Curves…', self.curves_wanted)
+
+
+def framed(timeline: LanesTimeline, *below: QWidget) -> QFrame:
+    """Return a frame on paper around a timeline and the widgets below it; it grows with lanes."""
+    frame = QFrame()
+    frame.setFrameShape(QFrame.StyledPanel)
+    set_sheet(frame, 'QFrame { background: <paper>; }')
+    inside = QVBoxLayout(frame)
+    inside.setContentsMargins(0, 2, 0, 0)
+    inside.setSpacing(0)
+    inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
+    inside.addWidget(timeline, 1)
+    for widget in below:
+        inside.addWidget(widget)
+    return frame

@@ -11,11 +11,9 @@ from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
 from PyQt5.QtWidgets import (
     QComboBox,
-    QFrame,
     QHBoxLayout,
     QPushButton,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -24,6 +22,7 @@ from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
+from process_visualizer.gui.lanes.lanes_timeline import framed
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
 from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurvesModel
 from process_visualizer.gui.live.live_timeline import LiveTimeline, LiveValue
@@ -167,13 +166,7 @@ class LivePanel(QWidget):
         row = in_row(plain_label('Last'), self.durations, self.hold, self.replay, self.state,
                      wide=self.state)
         row.addStrut(self.replay.sizeHint().height())  # keeps the place of the curves below
-        frame = QFrame()
-        frame.setFrameShape(QFrame.StyledPanel)
-        set_sheet(frame, 'QFrame { background: <paper>; }')
-        inside = QVBoxLayout(frame)
-        inside.setContentsMargins(0, 2, 0, 0)
-        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
-        inside.addWidget(self.timeline, 1)
+        frame = framed(self.timeline)
         layout = in_column(self, 8, row, frame)
         layout.setStretchFactor(frame, 1)
         layout.addStretch(0)

@@ -6,13 +6,11 @@ from dataclasses import replace
 from typing import Dict, Optional, Sequence, Tuple
 
 from PyQt5.QtWidgets import (
-    QFrame,
     QHBoxLayout,
     QInputDialog,
     QProgressBar,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -20,6 +18,7 @@ from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.compare.compare_model import BandsModel
 from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.lanes.lanes_timeline import framed
 from process_visualizer.gui.lanes.timeline_header import Alarms
 from process_visualizer.gui.lanes.timeline_lanes import Lane, grouped_lanes, lane_label, lane_of
 from process_visualizer.gui.playback.bag_model import BagModel, CurvesModel, placed_gaps
@@ -120,15 +119,7 @@ class PlaybackPanel(QWidget):
         self._show_notes()
 
     def _lay_out(self) -> None:
-        frame = QFrame()
-        frame.setFrameShape(QFrame.StyledPanel)
-        set_sheet(frame, 'QFrame { background: <paper>; }')
-        inside = QVBoxLayout(frame)
-        inside.setContentsMargins(0, 2, 0, 0)
-        inside.setSpacing(0)
-        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # grows with its lanes
-        inside.addWidget(self.timeline, 1)
-        inside.addWidget(self.curves)
+        frame = framed(self.timeline, self.curves)
         self.below = QWidget()
         below = in_column(self.below, 8, self.transport, frame)
         below.setStretchFactor(frame, 1)

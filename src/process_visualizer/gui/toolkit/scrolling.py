@@ -70,8 +70,11 @@ class ColumnScroll(StillScroll):
 
     def minimumSizeHint(self) -> QSize:
         """Return a size with room for the content's width and the scroll bar."""
+        return self._size(_MIN_HEIGHT_PX)
+
+    def _size(self, height: int) -> QSize:
         bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
-        return QSize(self.widget().minimumSizeHint().width() + bar, _MIN_HEIGHT_PX)
+        return QSize(self.widget().minimumSizeHint().width() + bar, height)
 
 
 # Scrolling places for widgets that come and go, so that nothing around them moves.
@@ -80,21 +83,16 @@ _MIN_NOTICE_LINES = 3
 _BELOW_PX = 5  # lines are up to a pixel higher than the font reports, with underscores at the end
 
 
-class _Place(StillScroll):
+class _Place(ColumnScroll):
     """Scrolls back to its beginning whenever one of its widgets appears."""
 
     def __init__(self, *widgets: QWidget) -> None:
-        super().__init__()
-        self.setFrameShape(QFrame.NoFrame)
-        self.setWidgetResizable(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
-        self.setFocusPolicy(Qt.NoFocus)  # keys go to the window
         body = QWidget()
-        self._column = QVBoxLayout(body)
+        self._column = QVBoxLayout(body)  # first: a scroll area asks for sizes with its widget
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(2)
         self._column.setAlignment(Qt.AlignTop)
-        self.setWidget(body)
+        super().__init__(body)
         for widget in reversed(widgets):
             self.put_first(widget)
 
@@ -108,11 +106,6 @@ class _Place(StillScroll):
         if event.type() == QEvent.Show:
             self.verticalScrollBar().setValue(0)
         return super().eventFilter(watched, event)
-
-    def _size(self, height: int) -> QSize:
-        """Return a size with room for the content's width and the scroll bar."""
-        bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
-        return QSize(self.widget().minimumSizeHint().width() + bar, height)
 
 
 class TextPlace(_Place):

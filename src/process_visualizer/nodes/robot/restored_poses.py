@@ -113,12 +113,7 @@ class RestoredPoses:
         part = PosePart(first_s - _BEFORE_S, last_s + _AFTER_S)
         values: DefaultDict[str, List[Tuple[float, float]]] = defaultdict(list)
         for topic, messages in self._joints.read(self._node, self._service, part).items():
-            for recorded_s, message in messages.messages:
-                try:
-                    found = self._joints.decode(topic, messages.type, message,
-                                                messages.begin_s + recorded_s)
-                except ValueError:
-                    continue  # joint_proc reports it when it is played
+            for _, found in self._joints.decoded(topic, messages):
                 measured_s = found.stamp.to_sec() - messages.begin_s
                 for name, position in found.positions.items():
                     values[name].append((measured_s, position))

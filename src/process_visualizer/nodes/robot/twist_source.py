@@ -76,7 +76,15 @@ class RecordedJoints(NamedTuple):
                  for topic in self.latencies_s}
         return {topic: it for topic, it in parts.items() if it is not None}
 
-    def decode(self, topic: str, kind: str, message: bytes, recorded_s: float) -> JointsAt:
+    def decoded(self, topic: str, part: TopicPart) -> Iterator[Tuple[float, JointsAt]]:
+        """Yield the time [s] of each usable message of a topic, and the robot's joints in it."""
+        for recorded_s, message in part.messages:
+            try:
+                yield recorded_s, self._decode(topic, part.type, message, part.begin_s + recorded_s)
+            except ValueError:
+                continue  # joint_proc reports it when it is played
+
+    def _decode(self, topic: str, kind: str, message: bytes, recorded_s: float) -> JointsAt:
         """Return the robot's joints in a message that was recorded at a time [s].
 
         Raises:
@@ -225,12 +233,7 @@ class RecordedReader:
         shortest_s = _SHORTEST / JOINTS_HZ if self._has_poses else 0.0
         new: Dict[str, float] = {}
         next_s = -math.inf
-        for recorded_s, message in joints.messages:
-            try:
-                found = self._joints.decode(topic, joints.type, message,
-                                            joints.begin_s + recorded_s)
-            except ValueError:
-                continue  # joint_proc reports it when it is played
+        for recorded_s, found in self._joints.decoded(topic, joints):
             new.update(found.positions)
             if new and recorded_s >= next_s:
                 next_s = recorded_s + shortest_s
