@@ -87,7 +87,7 @@ def cut(recording: Recording, span: CutSpan, path: str, topics: Optional[Collect
     inside = _inside(recording, chosen, span)
     if not len(inside):
         raise BagError(path, 'would have no messages: the recording has none in this span')
-    marks = [mark for it in recording.paths for mark in added_marks(it)
+    marks = [mark for source in recording.paths for mark in added_marks(source)
              if span.begin_ns <= mark.time_ns <= span.end_ns]
     poses = saved_poses(recording.paths[0])
     try:

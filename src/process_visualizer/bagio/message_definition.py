@@ -254,8 +254,9 @@ def _text_in(module: Path) -> Optional[str]:
         tree = ast.parse(module.read_text(encoding='utf-8'))
     except (OSError, ValueError, SyntaxError):
         return None
-    values = [it.value for kind in tree.body if isinstance(kind, ast.ClassDef) for it in kind.body
-              if isinstance(it, ast.Assign) and isinstance(it.targets[0], ast.Name)
-              and it.targets[0].id == _TEXT]
-    texts = [it.value for it in values if isinstance(it, ast.Constant)]
+    assigned = [statement for kind in tree.body if isinstance(kind, ast.ClassDef)
+                for statement in kind.body if isinstance(statement, ast.Assign)]
+    texts = [statement.value.value for statement in assigned
+             if isinstance(statement.targets[0], ast.Name) and statement.targets[0].id == _TEXT
+             and isinstance(statement.value, ast.Constant)]
     return texts[0] if texts and isinstance(texts[0], str) else None

@@ -9,7 +9,7 @@ import os
 import re
 import stat
 from pathlib import Path
-from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -192,13 +192,15 @@ def _own_line(before: str, after: str, element: str) -> str:
 def _check_added(before: List[StartTag], after: List[StartTag], parent: StartTag,
                  elements: Sequence[str]) -> None:
     """Make sure that only the elements are new, whatever the file looks like."""
-    begin = [it.offset for it in before].index(parent.offset) + 1
+    def contents(tags: List[StartTag]) -> List[Tuple[Any, ...]]:
+        return [(tag.tag, tag.attributes, tag.parent) for tag in tags]
+
+    begin = [tag.offset for tag in before].index(parent.offset) + 1
     end = begin + len(elements)
-    wanted = [(it.tag, it.attributes, parent.attributes) for element in elements
-              for it in start_tags(element.encode())]
-    if [(it.tag, it.attributes, it.parent) for it in after[begin:end]] != wanted \
-            or [(it.tag, it.attributes, it.parent) for it in after[:begin] + after[end:]] != [
-                (it.tag, it.attributes, it.parent) for it in before]:
+    wanted = [(tag.tag, tag.attributes, parent.attributes) for element in elements
+              for tag in start_tags(element.encode())]
+    if contents(after[begin:end]) != wanted \
+            or contents(after[:begin] + after[end:]) != contents(before):
         raise ValueError('it cannot be changed without other changes; edit it by hand')
 
 

@@ -33,9 +33,9 @@ def with_variable_topics(devices: Iterable[Device]) -> Tuple[Device, ...]:
 
     Topics that the program itself publishes are not added, as they are not recorded.
     """
-    found = tuple(devices)
-    taken = {topic.name for device in found for topic in device.topics} | set(outputs(found))
-    return tuple(_completed(device, taken) for device in found)
+    given = tuple(devices)
+    taken = {topic.name for device in given for topic in device.topics} | set(outputs(given))
+    return tuple(_completed(device, taken) for device in given)
 
 
 def _completed(device: Device, taken: Set[str]) -> Device:

@@ -115,10 +115,10 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
             problems.add(machine.location, 'machine', f'a machine named {quoted(name)} already '
                                                       'exists; choose another name')
         names += [name] if name else []
-    for one in (it for device in devices for it in (device, *device.all('node'))):
-        name = one.values['machine']
+    for user in (element for device in devices for element in (device, *device.all('node'))):
+        name = user.values['machine']
         if name and name not in names:
-            problems.add(one.location, one.tag, f'there is no machine {quoted(name)}; '
+            problems.add(user.location, user.tag, f'there is no machine {quoted(name)}; '
                          + (advice(name, names) if names else 'no <machine> is declared'))
 
 

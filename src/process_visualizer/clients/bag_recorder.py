@@ -175,9 +175,9 @@ class RecorderMemory:
 
 
 def _connections(texts: Sequence[str]) -> Tuple[Connection, ...]:
+    columns = [texts[first::_TEXTS] for first in range(_TEXTS)]
     return tuple(with_definition(Connection(topic, kind, md5sum, definition, False, node))
-                 for topic, kind, md5sum, definition, node in zip(*(texts[it::_TEXTS]
-                                                                    for it in range(_TEXTS))))
+                 for topic, kind, md5sum, definition, node in zip(*columns))
 
 
 def _part(answer: Any, connections: Tuple[Connection, ...]) -> RecentPart:

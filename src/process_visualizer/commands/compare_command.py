@@ -90,15 +90,15 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     for text, _ in sorted(_absent([reference, *others, *runs])):
         say(f'cell: not judged: {text}', file=sys.stderr)
     good = GoodRuns(reference, others, options.band, options.tolerance)
-    found = [good.compare(run) for run in runs]
-    say(as_json(good, found) if options.json else as_text(good, found))
+    comparisons = [good.compare(run) for run in runs]
+    say(as_json(good, comparisons) if options.json else as_text(good, comparisons))
     if options.csv is not None:
-        write_text(options.csv, as_csv(found))
+        write_text(options.csv, as_csv(comparisons))
     if options.report is not None:
-        write_text(options.report, _report(options, arguments, good, found))
-    if any(it.departures for it in found):
+        write_text(options.report, _report(options, arguments, good, comparisons))
+    if any(it.departures for it in comparisons):
         return 2
-    return 3 if any(it.why_not or it.has_gaps for it in found) else 0
+    return 3 if any(it.why_not or it.has_gaps for it in comparisons) else 0
 
 
 def _check(options: argparse.Namespace) -> None:

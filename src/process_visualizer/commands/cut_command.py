@@ -119,16 +119,16 @@ def _moment(paths: Tuple[str, ...], words: str, chosen: ChosenRuns) -> _Moment:
         times_s = [((it.time_ns - recording.begin_ns) / 1e9, it.label)
                    for it in read_marks(recording)]
     marks = [_Moment(time_s, time_s, label) for time_s, label in times_s]
-    known, found = marks, _with_words(words, marks)
-    if not found:
+    known, matching = marks, _with_words(words, marks)
+    if not matching:
         known = marks + _alarms(paths, chosen)
-        found = _with_words(words, known)
-    if len(found) == 1:
-        return found[0]
-    count = 'several marks or alarms' if found else 'no mark or alarm'
+        matching = _with_words(words, known)
+    if len(matching) == 1:
+        return matching[0]
+    count = 'several marks or alarms' if matching else 'no mark or alarm'
     raise ValueError('\n'.join([
         f'{paths[0]} has {count} with "{words}"; give more words, or the time',
-        *(f'  {clock_text(it.begin_s)}  {it.text}' for it in sorted(found or known))]))
+        *(f'  {clock_text(it.begin_s)}  {it.text}' for it in sorted(matching or known))]))
 
 
 def _with_words(words: str, moments: Sequence[_Moment]) -> List[_Moment]:

@@ -79,12 +79,12 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
         BagError: a file cannot be read as a bag.
     """
     columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
-                     for part in it.locators.parts) for it in series]
+                     for part in one.locators.parts) for one in series]
     _collect(recording, [part for parts in columns for part in parts], most,
              on_progress or (lambda _: None), is_canceled)
     holes_s = holes_of(recording)
-    return [_samples(recording, it, parts, by_stamp, holes_s)
-            for it, parts in zip(series, columns)]
+    return [_samples(recording, one, parts, by_stamp, holes_s)
+            for one, parts in zip(series, columns)]
 
 
 def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
@@ -162,7 +162,8 @@ def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) ->
 def _samples(recording: Recording, series: Series,
              parts: Sequence[Dict[int, NumberColumns]], by_stamp: bool,
              holes_s: np.ndarray) -> Samples:
-    numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
+    numbers = [joined_numbers(tuple(column.numbers() for column in part.values()))
+               for part in parts]
     with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         joined = series.locators.joined(partial(measured_s, recording), numbers)
     if series.source.quantity is Quantity.SPEED:

@@ -262,20 +262,20 @@ class SourceLocators(NamedTuple):
         path = self.path
         if path is None:
             return parts[0]
-        counts = [len(it.positions) for it in parts]
-        leader = next((row for row, it in enumerate(path.moving)
-                       if isinstance(it, SentTransform)), counts.index(max(counts)))
+        counts = [len(part.positions) for part in parts]
+        leader = next((row for row, moving in enumerate(path.moving)
+                       if isinstance(moving, SentTransform)), counts.index(max(counts)))
         known_s = [measured(part) for part in parts]
         times_s = known_s[leader]
-        joints_s = [it for it, moving in zip(known_s, path.moving)
-                    if len(it) and not isinstance(moving, SentTransform)]
-        latest_s = max((it[-1] for it in joints_s), default=math.inf)
-        values = {moving: _at(times_s, it, part.values, moving, latest_s)
-                  for moving, it, part in zip(path.moving, known_s, parts)}
+        joints_s = [part_s for part_s, moving in zip(known_s, path.moving)
+                    if len(part_s) and not isinstance(moving, SentTransform)]
+        latest_s = max((joint_s[-1] for joint_s in joints_s), default=math.inf)
+        values = {moving: _at(times_s, part_s, part.values, moving, latest_s)
+                  for moving, part_s, part in zip(path.moving, known_s, parts)}
         positions = path.places(values).positions
         known = np.isfinite(positions).all(axis=1)
         if joints_s:
-            known &= np.any([_comes(times_s, it) for it in joints_s], axis=0)
+            known &= np.any([_comes(times_s, joint_s) for joint_s in joints_s], axis=0)
         return Numbers(parts[leader].positions[known], positions[known],
                        parts[leader].stamps_ns[known])
 

@@ -80,12 +80,12 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
     kind = short_name(sources[0].type)
     messages = [values for source in sources if short_name(source.type) == kind
                 for values in readable(source)]
-    frames = (it['header']['frame_id'].lstrip('/') for values in messages
-              for it in (values, *_markers(values)) if _has_header(it))
+    frames = (part['header']['frame_id'].lstrip('/') for values in messages
+              for part in (values, *_markers(values)) if _has_header(part))
     joints = (name for values in messages if kind in NAMED_JOINTS
               for name in _texts(values.get('name', values.get('joint_names'))))
     return SeenTopic(
-        sources[0].topic, kind, tuple(dict.fromkeys(it.publisher for it in sources)),
+        sources[0].topic, kind, tuple(dict.fromkeys(source.publisher for source in sources)),
         tuple(dict.fromkeys(frame for frame in frames if frame)),
         tuple(dict.fromkeys(joints)), _length(messages), _numbers(messages))
 
@@ -211,7 +211,8 @@ def _sources(recording: Recording) -> List[Source]:
         number: _positions(index.positions(number), len(index), connection)
         for number, connection in enumerate(index.connections)}
     messages: Dict[int, List[bytes]] = {number: [] for number in wanted}
-    by_place = sorted((position, number) for number, found in wanted.items() for position in found)
+    by_place = sorted((position, number) for number, positions in wanted.items()
+                      for position in positions)
     for position, number in by_place:  # in file order, so each chunk is decompressed once
         try:
             messages[number].append(bytes(recording.message(position)))

@@ -108,15 +108,15 @@ def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix:
     if group.model is None:
         return
     links = group.model.description.links
-    child = next((it for it in forest.frames if _FORCE_NAME.search(it) and is_frame(it)
-                  and names.is_free(it) and (forest.parent(it) or '') in links), None)
+    child = next((frame for frame in forest.frames if _FORCE_NAME.search(frame) and is_frame(frame)
+                  and names.is_free(frame) and (forest.parent(frame) or '') in links), None)
     if child is not None:
-        found = forest.transform(child)
-        device.add('force', {'parentframe': prefix + found.parent, 'frame': names.frame(child),
-                             **_whole_pose(pose_of(found.placement))})
+        transform = forest.transform(child)
+        device.add('force', {'parentframe': prefix + transform.parent, 'frame': names.frame(child),
+                             **_whole_pose(pose_of(transform.placement))})
         return
-    unknown = [it for it in topic.frames if is_frame(it) and it not in links
-               and it not in forest.frames and names.is_free(it)]
+    unknown = [frame for frame in topic.frames if is_frame(frame) and frame not in links
+               and frame not in forest.frames and names.is_free(frame)]
     if unknown:
         device.add('force', {'parentframe': prefix + tool_link(group.model),
                              'frame': names.frame(unknown[0]), **_whole_pose(Pose())},
@@ -187,16 +187,16 @@ def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names
     for frame in frames:
         path = forest.path(frame)
         done.update(dict.fromkeys(path[:path.index(end)] if end in path else ()))
-    begin = sum(it.tag == 'node' for it in device.elements) + 1
-    for number, child in enumerate((it for it in done if names.is_free(it)), begin):
-        it = forest.transform(names.frame(child))
-        values = ' '.join(f'{value:.9g}' for value in (*it.placement.position,
-                                                       *it.placement.quaternion))
+    begin = sum(element.tag == 'node' for element in device.elements) + 1
+    for number, child in enumerate(filter(names.is_free, done), begin):
+        moved = forest.transform(names.frame(child))
+        values = ' '.join(f'{value:.9g}' for value in (*moved.placement.position,
+                                                       *moved.placement.quaternion))
         device.add('node', {'ifstate': 'playback', 'pkg': 'tf2_ros',
                             'type': 'static_transform_publisher', 'name': f'frame_{number}',
-                            'args': f'{values} {it.parent} {child}'},
-                   'moved while it was looked at, which a fixed transform does not' * it.changes,
-                   active=not it.changes)
+                            'args': f'{values} {moved.parent} {child}'},
+                   'moved while it was looked at, which a fixed transform does not' * moved.changes,
+                   active=not moved.changes)
 
 
 def _add_cloud(device: DraftDevice, cloud: SeenTopic, is_computed: bool) -> None:
@@ -398,21 +398,21 @@ class Machines:
     def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
         """Add the candidates of a topic; return whether one of them became a variable."""
         states = self._states.get(topic.name, [])
-        fields = [it.field for it in states]
-        found = [it for it in candidates(topic, self._color, self._is_moment)
-                 if it.attributes.get('field', 'data') not in fields]
+        fields = [state.field for state in states]
+        variables = [it for it in candidates(topic, self._color, self._is_moment)
+                     if it.attributes.get('field', 'data') not in fields]
         self._add_states(device, topic, states)
-        self._color += len(found)
-        frame = self._frame(device, topic) if found else ''
+        self._color += len(variables)
+        frame = self._frame(device, topic) if variables else ''
         comment = '' if device.first('variable') else _VARIABLES
-        for it in found:
+        for variable in variables:
             device.add('variable', {'topic': topic.name.lstrip('/'), 'frame': frame,
-                                    **it.attributes},
-                       comment if it.likely else _CONSTANT, it.likely)
-            comment = '' if it.likely else comment
+                                    **variable.attributes},
+                       comment if variable.likely else _CONSTANT, variable.likely)
+            comment = '' if variable.likely else comment
         if left_out(topic):
             device.comments.append(f'{topic.name} has {left_out(topic)} more numbers.')
-        return any(it.likely for it in found)
+        return any(it.likely for it in variables)
 
     def _add_states(self, device: DraftDevice, topic: SeenTopic,
                     states: Sequence[StateNumber]) -> None:
@@ -456,7 +456,7 @@ class Machines:
 
     def _add_display_frames(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
         """Add the frames that displays need: a machine's base and the frames below it."""
-        frames = [frame for it in topics if it.type in _DISPLAYS for frame in it.frames
+        frames = [frame for topic in topics if topic.type in _DISPLAYS for frame in topic.frames
                   if is_frame(frame) and frame in self._forest.frames and frame not in self._known]
         tops = [top_frame(self._forest, frame, self._known) for frame in frames]
         own = [top for top, _ in tops if self._can_be_base(top)]

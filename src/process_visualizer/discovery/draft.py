@@ -127,8 +127,8 @@ def _element(element: DraftElement, indent: str) -> Iterator[str]:
 
 def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
     """Return paragraphs as the lines of a comment; no lines without paragraphs."""
-    lines = [line for it in paragraphs
-             for line in textwrap.wrap(_safe(it), _WIDTH, break_long_words=False)]
+    lines = [line for paragraph in paragraphs
+             for line in textwrap.wrap(_safe(paragraph), _WIDTH, break_long_words=False)]
     if len(lines) < 2:
         return [f'{indent}<!-- {line} -->' for line in lines]
     return [f'{indent}<!--', *(f'{indent}  {line}' for line in lines), f'{indent}-->']

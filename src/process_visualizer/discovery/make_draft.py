@@ -70,11 +70,11 @@ class _Making:
         groups = robot_groups(self._topics, self._models)
         robots = [self._robot(group, groups) for group in groups]
         self._add_still_models(groups)
-        taken = {it.name for group in groups for it in group.topics}
-        cameras = camera_groups([it for it in self._topics if it.name not in taken])
-        taken |= {it.name for group in cameras for it in group.topics}
+        taken = {topic.name for group in groups for topic in group.topics}
+        cameras = camera_groups([topic for topic in self._topics if topic.name not in taken])
+        taken |= {topic.name for group in cameras for topic in group.topics}
         owners = self._owners(groups, robots, cameras)
-        self._add_rest([it for it in self._topics if it.name not in taken], owners)
+        self._add_rest([topic for topic in self._topics if topic.name not in taken], owners)
         self._draft.devices = [it for it in self._draft.devices if it.elements]
         self._draft.remarks += self._places.remarks
         return MadeConfiguration(self._draft, self._texts)
@@ -131,18 +131,17 @@ class _Making:
         return owners
 
     def _add_rest(self, topics: Sequence[SeenTopic], owners: Dict[str, DraftDevice]) -> None:
-        bases = [base.attributes['frame'] for it in self._draft.devices
-                 for base in [it.first('base')] if base is not None]
+        bases = [base.attributes['frame'] for device in self._draft.devices
+                 for base in [device.first('base')] if base is not None]
         machines = Machines(self._names, self._places, self._forest, {*self._links, *bases},
                             self._is_moment, self._states)
         by_name = {it.name: it for it in self._draft.devices}
-        for first, found in by_namespace(topics).items():
-            device = owners.get(first) if first else None
-            device = device or by_name.get(first)
+        for first, inside in by_namespace(topics).items():
+            device = (owners.get(first) if first else None) or by_name.get(first)
             if device is None:
                 device = DraftDevice('other', self._names.device('other', first or ROOT_DEVICE))
                 self._add(device)
-            machines.add_topics(device, found)
+            machines.add_topics(device, inside)
 
 
 def _add_joint_comments(device: DraftDevice, group: RobotGroup,
@@ -151,14 +150,15 @@ def _add_joint_comments(device: DraftDevice, group: RobotGroup,
     topic, model = group.joint_topic, group.model
     if model is None or not topic.joints:
         return
-    models = [it.model for it in groups if it.joint_topic is topic and it.model is not None]
-    drawn = {f'{it.joint_prefix}{joint.get("name")}' for it in models
-             for joint in ElementTree.fromstring(it.description.text).findall('joint')}
-    left = [it for it in topic.joints if it not in drawn]
+    models = [other.model for other in groups
+              if other.joint_topic is topic and other.model is not None]
+    drawn = {f'{shown.joint_prefix}{joint.get("name")}' for shown in models
+             for joint in ElementTree.fromstring(shown.description.text).findall('joint')}
+    left = [joint for joint in topic.joints if joint not in drawn]
     if left:
         device.comments.append(f'{topic.name} has joints that the model lacks, and that are not '
                                f'drawn: {", ".join(left)}.')
-    others = {joint for it in group.other_joint_topics for joint in it.joints}
+    others = {joint for other in group.other_joint_topics for joint in other.joints}
     silent = sorted(model.joints - set(topic.joints) - others)
     if silent:
         device.comments.append(f'The model of {device.name} has joints that are not on '

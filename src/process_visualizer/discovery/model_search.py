@@ -7,6 +7,7 @@ import re
 import tempfile
 from collections import Counter
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import (
     Collection,
     Dict,
@@ -92,8 +93,8 @@ class ModelFiles:
     def all(self) -> List[ModelFile]:
         """Return the files of all packages, sorted by package name."""
         if self._files is None:
-            self._files = [it for package in sorted(self._packages.list())
-                           for it in self._look_into(package)]
+            self._files = [file for package in sorted(self._packages.list())
+                           for file in self._look_into(package)]
         return self._files
 
     def count_of(self, package: str, joints: Collection[str]) -> int:
@@ -170,22 +171,22 @@ class ModelFit:
         bases = self._places(motion.parent, motion)
         if not bases:
             return None
-        reported = np.array([base.then(it.place).position
-                             for base, it in zip(bases, motion.samples)])
-        return min((_rms(np.array([it.position for it in places]) - reported)
+        reported = np.array([base.then(sample.place).position
+                             for base, sample in zip(bases, motion.samples)])
+        return min((_rms(np.array([place.position for place in places]) - reported)
                     for places in self._moving(motion).values()), default=None)
 
     def free_tool_m(self, motion: FrameMotion) -> Optional[float]:
         """Return ``tool_m`` with a free base pose or a free constant offset of tool to link."""
-        found = [rigid_residuals(np.array([it.position for it in places]),
-                                 np.array([it.place.position for it in motion.samples]))
-                 for places in self._moving(motion).values()]
+        moving = self._moving(motion).values()
+        tools = np.array([sample.place.position for sample in motion.samples])
+        residuals = [rigid_residuals(np.array([place.position for place in places]), tools)
+                     for places in moving]
         bases = self._places(motion.parent, motion)
         if bases:
-            found += [_offset_residuals(places, [base.then(it.place) for base, it
-                                                 in zip(bases, motion.samples)])
-                      for places in self._moving(motion).values()]
-        return min(map(_rms, found), default=None)
+            reported = [base.then(sample.place) for base, sample in zip(bases, motion.samples)]
+            residuals += [_offset_residuals(places, reported) for places in moving]
+        return min(map(_rms, residuals), default=None)
 
     def _moving(self, motion: FrameMotion) -> Dict[str, List[Placement]]:
         """Return the places in the root link of all links that move in it."""
@@ -195,11 +196,11 @@ class ModelFit:
 
     def _places(self, frame: str, motion: FrameMotion) -> List[Placement]:
         """Return a frame's places in the root link, one per sample; empty if one is unknown."""
-        found = [self._kinematics.connection(
+        places = [self._kinematics.connection(
             self._own(frame), self._description.root_link,
-            {self._own(name): position for name, position in it.positions.items()})
-            for it in motion.samples]
-        return [it for it in found if it is not None] if None not in found else []
+            {self._own(name): position for name, position in sample.positions.items()})
+            for sample in motion.samples]
+        return [place for place in places if place is not None] if None not in places else []
 
     def _own(self, name: str) -> str:
         """Return a link or joint name without the prefix that the driver adds."""
@@ -251,13 +252,13 @@ class ModelEvidence:
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:
         """Compare motions: first poses as those of a link, then with a free base or tool offset."""
-        motions = [it for it in self._motions if it.joint_topic == topic.name]
-        exact = ((it, [fit.tool_m(it) for fit in fits], '') for it in motions)
-        free = ((it, [fit.free_tool_m(it) for fit in fits], ', up to a constant offset')
-                for it in motions)
+        motions = [motion for motion in self._motions if motion.joint_topic == topic.name]
+        exact = ((motion, [fit.tool_m(motion) for fit in fits], '') for motion in motions)
+        free = ((motion, [fit.free_tool_m(motion) for fit in fits], ', up to a constant offset')
+                for motion in motions)
         choices = (_decided(models, misfits, f'its joints bring it to {motion.name}{more}')
-                   for them in (exact, free) for motion, misfits, more in them)
-        return next((it for it in choices if it is not None), None)
+                   for motion, misfits, more in chain(exact, free))
+        return next((choice for choice in choices if choice is not None), None)
 
     def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[ModelChoice]:
         """Choose the only model whose name was seen; names near the topic come first."""
@@ -278,9 +279,10 @@ class ModelEvidence:
 
     def _words(self, topic: SeenTopic) -> Iterable[FrozenSet[str]]:
         yield _all_words((topic.name, *topic.publishers, *topic.frames))
-        yield _all_words(name for it in self._seen.topics
-                         for name in (it.name, *it.publishers, *it.frames))
-        yield _all_words(name for it in self._seen.transforms for name in (it.parent, it.child))
+        yield _all_words(name for other in self._seen.topics
+                         for name in (other.name, *other.publishers, *other.frames))
+        yield _all_words(name for transform in self._seen.transforms
+                         for name in (transform.parent, transform.child))
         yield words(self._seen.where.replace(' ', '_'))
 
 
@@ -344,10 +346,11 @@ class ModelSearch:
 
     def find(self, seen: Seen, known: Sequence[FoundModel] = ()) -> List[FoundModel]:
         """Return the ``known`` models, those of the descriptions, and those for other joints."""
-        models = [*known, *(model for it in seen.descriptions
-                            for model in self._of_description(it))]
+        models = [*known, *(model for description in seen.descriptions
+                            for model in self._of_description(description))]
         joint_topics = [it for it in device_topics(seen.topics) if is_joints(it)]
-        frames = {name for it in seen.transforms for name in (it.parent, it.child)}
+        frames = {name for transform in seen.transforms
+                  for name in (transform.parent, transform.child)}
         taken = [group.joint_topic for group in robot_groups(joint_topics, models) if group.model]
         evidence = ModelEvidence(seen, self._motions)
         for topic in without_model(joint_topics, models, taken):
@@ -363,7 +366,7 @@ class ModelSearch:
         The list is empty if the same models do not have these joints too.
         """
         parts = parts_of(topic, joint_topics)
-        more = {joint for it in parts for joint in it.joints}
+        more = {joint for part in parts for joint in part.joints}
         if not more:
             return []
         whole = replace(topic, joints=(*topic.joints, *sorted(more)))
@@ -490,7 +493,7 @@ class ModelSearch:
 
 
 def _joints_of(models: Sequence[FoundModel]) -> Set[str]:
-    return {joint for it in models for joint in it.joints}
+    return {joint for model in models for joint in model.joints}
 
 
 def _with_hand(file: ModelFile) -> List[_Arguments]:

@@ -59,18 +59,19 @@ def recorded_motions(recording: Recording) -> List[FrameMotion]:
     """Return each moving frame with each topic of joint states; reads only some messages."""
     index = recording.index
     types = {'joints': (JOINT_STATE,), 'frames': (POSE_STAMPED, *TF_TYPES)}
-    numbers = {kind: [i for i, it in enumerate(index.connections) if short_name(it.type) in kinds]
-               for kind, kinds in types.items()}
-    found = []
+    numbers = {kind: [number for number, connection in enumerate(index.connections)
+                      if short_name(connection.type) in kinds] for kind, kinds in types.items()}
+    motions = []
     for number in numbers['frames']:
         for (parent, frame), places in _moving(recording, number).items():
             for joints in numbers['joints']:
-                samples = [it for place in places for it in _samples(recording, joints, place)]
+                samples = [sample for place in places
+                           for sample in _samples(recording, joints, place)]
                 if len(samples) >= MIN_SAMPLES:
-                    found.append(FrameMotion(index.connections[joints].topic,
-                                             index.connections[number].topic, parent, frame,
-                                             tuple(samples)))
-    return found
+                    motions.append(FrameMotion(index.connections[joints].topic,
+                                               index.connections[number].topic, parent, frame,
+                                               tuple(samples)))
+    return motions
 
 
 def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Timed]]:
@@ -79,10 +80,10 @@ def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Ti
     chosen = np.unique(np.linspace(0, max(len(positions) - 1, 0), _MOMENTS).astype(int))
     places: Dict[Tuple[str, str], List[_Timed]] = defaultdict(list)
     for position in positions[chosen] if len(positions) else ():
-        for pair, it in _places(recording, number, int(position)):
-            places[pair].append(it)
-    return {pair: found for pair, found in places.items() if len(found) >= MIN_SAMPLES
-            and _has_moved(np.array([it.value.position for it in found]))}
+        for pair, place in _places(recording, number, int(position)):
+            places[pair].append(place)
+    return {pair: track for pair, track in places.items() if len(track) >= MIN_SAMPLES
+            and _has_moved(np.array([place.value.position for place in track]))}
 
 
 def _has_moved(positions: np.ndarray) -> bool:
@@ -111,23 +112,24 @@ def _samples(recording: Recording, number: int, place: _Timed) -> Iterator[Sampl
     at = int(np.searchsorted(times_ns, round(place.bag_s * 1e9)))
 
     def around(count: int) -> List[_Timed]:
-        return [it for position in positions[max(at - count, 0):at + count]
-                for it in _joints(recording, number, int(position))]
+        return [joints for position in positions[max(at - count, 0):at + count]
+                for joints in _joints(recording, number, int(position))]
 
     near = around(_AROUND)
-    if any(it.value.keys() != near[0].value.keys() for it in near):
+    if any(joints.value.keys() != near[0].value.keys() for joints in near):
         near = around(_AROUND * _GROUPS)
-    has_stamps = all(it.stamp_s and abs(it.stamp_s - place.stamp_s) < _SAME_CLOCK_S for it in near)
-    near.sort(key=lambda it: it.stamp_s if has_stamps else it.bag_s)
+    has_stamps = all(joints.stamp_s and abs(joints.stamp_s - place.stamp_s) < _SAME_CLOCK_S
+                     for joints in near)
+    near.sort(key=lambda joints: joints.stamp_s if has_stamps else joints.bag_s)
     time_s = place.stamp_s if has_stamps else place.bag_s
     tracks: Dict[str, List[Tuple[float, float]]] = defaultdict(list)
-    for it in near:
-        for name, value in it.value.items():
-            tracks[name].append((it.stamp_s if has_stamps else it.bag_s, value))
-    if tracks and all(len(it) > 1 and (it[0][0] <= time_s <= it[-1][0] or not has_stamps)
-                      for it in tracks.values()):
-        yield Sample({name: float(np.interp(time_s, *zip(*it))) for name, it in tracks.items()},
-                     place.value)
+    for joints in near:
+        for name, value in joints.value.items():
+            tracks[name].append((joints.stamp_s if has_stamps else joints.bag_s, value))
+    if tracks and all(len(track) > 1 and (track[0][0] <= time_s <= track[-1][0] or not has_stamps)
+                      for track in tracks.values()):
+        yield Sample({name: float(np.interp(time_s, *zip(*track)))
+                      for name, track in tracks.items()}, place.value)
 
 
 def _joints(recording: Recording, number: int, position: int) -> Iterator[_Timed]:

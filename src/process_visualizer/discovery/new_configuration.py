@@ -198,10 +198,11 @@ def _one_text(name: str, texts: Mapping[Tuple[Tuple[str, str], ...], str]) -> st
              for given, text in texts.items()]
     robot = ElementTree.Element('robot', plain[0][1].attrib)
     robot.set('xmlns:xacro', 'http://www.ros.org/wiki/xacro')
-    for it in names:
-        ElementTree.SubElement(robot, 'xacro:arg', {'name': it, 'default': _NOT_GIVEN})
+    for argument in names:
+        ElementTree.SubElement(robot, 'xacro:arg', {'name': argument, 'default': _NOT_GIVEN})
     for given, root in plain:
-        alike = ' and '.join(f"'$(arg {it})' == '{given.get(it, _NOT_GIVEN)}'" for it in names)
+        alike = ' and '.join(f"'$(arg {argument})' == '{given.get(argument, _NOT_GIVEN)}'"
+                             for argument in names)
         part = robot if len(plain) == 1 else ElementTree.SubElement(
             robot, 'xacro:if', {'value': f'${{{alike}}}'})
         part.extend(root)
@@ -213,19 +214,20 @@ def _process_of(cell: Cell, states: Sequence[StateNumber]) -> Optional[Process]:
     if cell.run is not None or cell.events:
         return None
     recorded = {topic.name for device in cell.devices for topic in device.topics if topic.record}
-    labels = {(it.topic, it.field): it.label for device in cell.devices
-              for it in device.variables}
-    return proposed_process([replace(it, label=labels.get((it.topic, it.field), it.label))
-                             for it in states if (it.topic, it.field) in labels
-                             or it.topic in recorded and it.field == 'data'])
+    labels = {(variable.topic, variable.field): variable.label for device in cell.devices
+              for variable in device.variables}
+    return proposed_process([
+        replace(state, label=labels.get((state.topic, state.field), state.label))
+        for state in states if (state.topic, state.field) in labels
+        or state.topic in recorded and state.field == 'data'])
 
 
 def _with_process(data: bytes, process: Optional[Process]) -> bytes:
     """Return the file with the elements of the process at its end."""
     if process is None:
         return data
-    return with_last(data, ''.join(f'{line}\n' for it in process.elements
-                                   for line in element_lines(it, '  ')))
+    return with_last(data, ''.join(f'{line}\n' for element in process.elements
+                                   for line in element_lines(element, '  ')))
 
 
 def _confine(main: str, folder: str, provenance: Provenance,

@@ -80,10 +80,11 @@ def recorded_states(recording: Recording, topics: Sequence[str]) -> List[StateNu
     sources = [CurveSource('', field, '', (0.0, 0.0, 0.0), Quantity.NUMBER, topic, field=field)
                for topic, field in fields]
     samples = read_samples(recording, found_series(recording, sources, ()), _MAX_MESSAGES)
-    found = [it for sample in samples for it in _state(sample.source, sample.times_s,
-                                                       sample.values[:, 0])]
-    labels = Counter(it.label for it in found)
-    return [it if labels[it.label] == 1 else replace(it, label=_whole_name(it)) for it in found]
+    states = [state for sample in samples
+              for state in _state(sample.source, sample.times_s, sample.values[:, 0])]
+    labels = Counter(state.label for state in states)
+    return [state if labels[state.label] == 1 else replace(state, label=_whole_name(state))
+            for state in states]
 
 
 def _whole_name(state: StateNumber) -> str:
@@ -162,15 +163,16 @@ class _Span(NamedTuple):
 
 def _span(begin: _Event, end: _Event, known: Sequence[StateNumber]) -> Optional[_Span]:
     begins_s, ends_s = begin.times_s, end.times_s
-    found = tuple(Cycle(*it) for it in zip(begins_s.tolist(), begins_s[1:].tolist())) \
+    runs = tuple(map(Cycle, begins_s.tolist(), begins_s[1:].tolist())) \
         if begin is end else cycles(begins_s.tolist(), ends_s.tolist())
-    whole = tuple(it for it in found if not it.is_broken_off)
-    usual_s = float(np.median([it.end_s - it.begin_s for it in whole])) if whole else 0.0
-    whole = tuple(it for it in whole if it.end_s - it.begin_s > _SHORT * usual_s)
+    whole = tuple(run for run in runs if not run.is_broken_off)
+    usual_s = float(np.median([run.end_s - run.begin_s for run in whole])) if whole else 0.0
+    whole = tuple(run for run in whole if run.end_s - run.begin_s > _SHORT * usual_s)
     if len(whole) < _FEWEST:
         return None
-    covered = sum(it.end_s - it.begin_s for it in whole) / (whole[-1].end_s - whole[0].begin_s)
-    alike = [share for share in (_consistency(it, whole) for it in known) if share is not None]
+    covered = sum(run.end_s - run.begin_s for run in whole) / (whole[-1].end_s - whole[0].begin_s)
+    alike = [share for share in (_consistency(state, whole) for state in known)
+             if share is not None]
     consistent = float(np.mean(alike)) if alike else 1.0
     if consistent < _MIN_CONSISTENT:
         return None
@@ -179,9 +181,9 @@ def _span(begin: _Event, end: _Event, known: Sequence[StateNumber]) -> Optional[
     return _Span(begin, end, whole, weight * covered * consistent)
 
 
-def _consistency(state: StateNumber, found: Sequence[Cycle]) -> Optional[float]:
+def _consistency(state: StateNumber, runs: Sequence[Cycle]) -> Optional[float]:
     """Return the share of runs with the usual order of values; None if each run has one value."""
-    orders = [order if len(order) > 1 else () for order in (_order(state, it) for it in found)]
+    orders = [order if len(order) > 1 else () for order in (_order(state, run) for run in runs)]
     if not any(orders):
         return None
     return Counter(orders).most_common(1)[0][1] / len(orders)
@@ -237,8 +239,8 @@ class _Phase(NamedTuple):
 
 def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]]:
     """Return the values of a state as phases; a value reached from a higher one has no event."""
-    held = [_held(state, it) for it in span.found]
-    orders = [tuple(value for value, _ in it) for it in held]
+    held = [_held(state, run) for run in span.found]
+    orders = [tuple(value for value, _ in values) for values in held]
     usual = Counter(orders).most_common(1)[0][0]
     levels = np.unique(state.values)
     rising = {value: all(a < b for order in orders for a, b in zip(order, order[1:]) if b == value)
@@ -248,20 +250,21 @@ def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]
         if rising[value]:
             below = float(levels[levels < value].max())
             events[value] = _Event(f'{state.label} {value:g}', state, 0.5 * (below + value), True)
-    found: Dict[str, _Phase] = {}
+    phases: Dict[str, _Phase] = {}
     for row, value in enumerate(usual):
         begin = span.begin.name if row == 0 else events[value].name if value in events else ''
         behind = usual[row + 1] if row + 1 < len(usual) else None
         end = span.end.name if behind is None else \
             events[behind].name if behind in events else ''
-        ends_s = [it[row + 1][1] if behind is not None else cycle.end_s
-                  for it, order, cycle in zip(held, orders, span.found) if order == usual]
-        begins_s = [max(it[row][1], cycle.begin_s)
-                    for it, order, cycle in zip(held, orders, span.found) if order == usual]
+        as_usual = [(values, run) for values, order, run in zip(held, orders, span.found)
+                    if order == usual]
+        ends_s = [values[row + 1][1] if behind is not None else run.end_s
+                  for values, run in as_usual]
+        begins_s = [max(values[row][1], run.begin_s) for values, run in as_usual]
         if begin and end and begin != end:
-            found.setdefault(f'{state.label} {value:g}', _Phase(
+            phases.setdefault(f'{state.label} {value:g}', _Phase(
                 f'{state.label} {value:g}', begin, end, np.array(ends_s) - np.array(begins_s)))
-    return list(events.values()), list(found.values())
+    return list(events.values()), list(phases.values())
 
 
 def _waits(phases: Sequence[_Phase]) -> List[str]:
@@ -286,16 +289,16 @@ def _differing(known: Sequence[StateNumber], span: _Span) -> Dict[str, StateNumb
     """Return the numbers that give the variant (group) and the place of a run."""
     found: Dict[str, StateNumber] = {}
     for state in known:
-        orders = [_order(state, it) for it in span.found]
-        values = [it[0] for it in orders if len(it) == 1]
+        orders = [_order(state, run) for run in span.found]
+        values = [order[0] for order in orders if len(order) == 1]
         distinct = sorted(set(values))
         if len(values) < _MIN_CONSTANT * len(orders) or len(distinct) < 2:
             continue
         is_named = {what: bool(state.words & words) for what, words in _WORDS.items()}
         steps = [b - a for a, b in zip(values, values[1:])]
-        is_counter = all(it > 0.0 for it in steps)
+        is_counter = all(step > 0.0 for step in steps)
         is_pattern = len(distinct) > 2 and not is_counter and np.mean(
-            [it == 1.0 or it < 0.0 for it in steps]) >= _MIN_STEPS
+            [step == 1.0 or step < 0.0 for step in steps]) >= _MIN_STEPS
         comes_again = min(Counter(values).values()) >= _MIN_TIMES and not state.is_bit
         for what, fits in (('group', comes_again and not is_pattern), ('place', is_pattern)):
             is_other = is_named['place' if what == 'group' else 'group']
@@ -325,21 +328,21 @@ def proposed_process(known: Sequence[StateNumber]) -> Optional[Process]:
         return None
     events, phases = _of_states(known, span)
     differing = _differing([it for it in known if it is not span.begin.state], span)
-    took_s = [it.end_s - it.begin_s for it in span.found]
+    took_s = [cycle.end_s - cycle.begin_s for cycle in span.found]
     count = f'{len(took_s)} runs of {min(took_s):.1f} to {max(took_s):.1f} s'
     run = {'begin': span.begin.name, 'end': span.end.name, **_shortest(span),
-           **{what: it.topic.strip('/') if it.field == 'data' else it.label
-              for what, it in differing.items()}}
+           **{what: state.topic.strip('/') if state.field == 'data' else state.label
+              for what, state in differing.items()}}
     waits = _waits(phases)
-    elements = [it.element for it in {it.name: it for it in (span.begin, span.end,
-                                                             *events)}.values()]
+    by_name = {event.name: event for event in (span.begin, span.end, *events)}
+    elements = [event.element for event in by_name.values()]
     elements.append(DraftElement('run', run, _about_run(count, differing)))
-    for it in phases:
-        attributes = {'name': it.name, 'from': it.begin, 'to': it.end}
+    for phase in phases:
+        attributes = {'name': phase.name, 'from': phase.begin, 'to': phase.end}
         comment = ''
-        if it.name in waits:
+        if phase.name in waits:
             attributes['wait'] = 'true'
-            comment = (f'It took {it.took_s.min():.1f} to {it.took_s.max():.1f} s: as if the '
+            comment = (f'It took {phase.took_s.min():.1f} to {phase.took_s.max():.1f} s: as if the '
                        'process waited. What may take any time is not judged by its duration.')
         elements.append(DraftElement('phase', attributes, comment))
     return Process(tuple(elements), tuple(known),
@@ -374,15 +377,16 @@ def _of_states(known: Sequence[StateNumber],
         share = _consistency(state, span.found)
         if state.is_bit or share is None or share < _MIN_CONSISTENT:
             continue
-        length = len(Counter(_order(state, it) for it in span.found).most_common(1)[0][0])
-        best = max(best, (length, state), key=lambda it: it[0])
+        length = len(Counter(_order(state, run) for run in span.found).most_common(1)[0][0])
+        if length > best[0]:
+            best = length, state
     if best[1] is None:
         return _of_bits(known, span)
     if best[0] > _MAX_PHASES and len(np.unique(best[1].values)) > _MAX_PHASES:
         return [], []
     events, phases = _phases(best[1], span)
-    used = {it.begin for it in phases} | {it.end for it in phases}
-    return [it for it in events if it.name in used], phases
+    used = {phase.begin for phase in phases} | {phase.end for phase in phases}
+    return [event for event in events if event.name in used], phases
 
 
 def _of_bits(known: Sequence[StateNumber], span: _Span) -> Tuple[List[_Event], List[_Phase]]:
@@ -390,12 +394,12 @@ def _of_bits(known: Sequence[StateNumber], span: _Span) -> Tuple[List[_Event], L
     events: List[_Event] = []
     phases: List[_Phase] = []
     for state in known:
-        held = [_held(state, it) for it in span.found]
-        if len(phases) < _MAX_PHASES and all([value for value, _ in it] == [0.0, 1.0, 0.0]
-                                             for it in held):
+        held = [_held(state, run) for run in span.found]
+        if len(phases) < _MAX_PHASES and all([value for value, _ in values] == [0.0, 1.0, 0.0]
+                                             for values in held):
             on, off = (_Event(f'{state.label} {what}', state, 0.5, what == 'on')
                        for what in ('on', 'off'))
             events += [on, off]
             phases.append(_Phase(state.label, on.name, off.name,
-                                 np.array([it[2][1] - it[1][1] for it in held])))
+                                 np.array([values[2][1] - values[1][1] for values in held])))
     return events, phases

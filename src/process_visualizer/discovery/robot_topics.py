@@ -212,7 +212,8 @@ def _best_joints(model: FoundModel, topics: Sequence[SeenTopic],
 
 def _own_words(model: FoundModel, others: Sequence[FoundModel]) -> FrozenSet[str]:
     own = words(model.namespace) | words(model.name)
-    return own - frozenset(word for it in others for word in words(it.namespace) | words(it.name))
+    return own - frozenset(
+        word for other in others for word in words(other.namespace) | words(other.name))
 
 
 def _affinity(namespace: str, own_words: FrozenSet[str], topic: SeenTopic) -> int:
@@ -349,7 +350,8 @@ class ToolTransforms:
         self._links = {prefix + link for model, prefix in zip(models, prefixes)
                        for link in model.description.links}
         self._names = self._links.union(*(model.description.links for model in models))
-        self._seeing = {frame for it in topics if it.type in _SEEING for frame in it.frames}
+        self._seeing = {frame for topic in topics if topic.type in _SEEING
+                        for frame in topic.frames}
         self._is_read = any(it.name == TF_TOPIC and it.type == TF_MESSAGE for it in topics)
 
     def of(self, model: Optional[FoundModel]) -> Optional[ToolTransform]:

@@ -106,7 +106,8 @@ class FrameForest:
     @property
     def frames(self) -> Set[str]:
         """The names of the frames."""
-        return {name for it in self._up.values() for name in (it.parent, it.child)}
+        return {name for transform in self._up.values()
+                for name in (transform.parent, transform.child)}
 
     def path(self, frame: str) -> List[str]:
         """Return the frame and its ancestors, up to the root of its tree."""

@@ -72,7 +72,8 @@ class CameraGroup:
     def frames(self) -> List[str]:
         """The frames of the camera's messages, those of the cloud and the depth image first."""
         main = [it for it in (self.cloud, self.depth_image) if it is not None]
-        return list(dict.fromkeys(frame for it in [*main, *self.topics] for frame in it.frames))
+        return list(dict.fromkeys(frame for topic in [*main, *self.topics]
+                                  for frame in topic.frames))
 
     def info_of(self, image: SeenTopic) -> Optional[SeenTopic]:
         """Return the camera info beside an image, or None."""
@@ -127,15 +128,15 @@ def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
     A cloud cropped by this program stands for its sensor if nothing else from the sensor was seen:
     images and whole clouds are often too large to be recorded.
     """
-    found = tuple(topics)
-    names = {topic.name for topic in found}
+    given = tuple(topics)
+    names = {topic.name for topic in given}
     own = _robots_outputs(names) | _crops_outputs(names) | _finders_outputs(names)
-    kept = [it for it in found if it.name not in own and not _is_other(it, names)]
-    cropped = [it for it in found if it.name in own and it.name.endswith(_CROPPED)]
+    kept = [topic for topic in given if topic.name not in own and not _is_other(topic, names)]
+    cropped = [topic for topic in given if topic.name in own and topic.name.endswith(_CROPPED)]
     cameras = camera_groups(kept) if cropped else ()
-    kept += [it for it in cropped if not any(_is_source(group, it) for group in cameras)]
+    kept += [topic for topic in cropped if not any(_is_source(group, topic) for group in cameras)]
     chosen = set(map(id, kept))  # comparing them would take as long as there are many, squared
-    return tuple(it for it in found if id(it) in chosen)
+    return tuple(topic for topic in given if id(topic) in chosen)
 
 
 def _is_other(topic: SeenTopic, names: Set[str]) -> bool:

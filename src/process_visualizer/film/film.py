@@ -104,11 +104,11 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
     judged = [chosen.judged(it) for it in chosen.runs]
     runs, spans = list(chosen.runs), list(chosen.spans)
     good: List[int] = []
-    for it in judged:
-        if it.comparison is None or it.good is None:
-            raise ValueError(f'nothing can be shown beside {it.run.name}: name a good run with '
+    for one in judged:
+        if one.comparison is None or one.good is None:
+            raise ValueError(f'nothing can be shown beside {one.run.name}: name a good run with '
                              '--reference')
-        reference = it.good.reference
+        reference = one.good.reference
         known = [row for row in range(len(judged), len(runs)) if runs[row] is reference]
         if not known:
             runs.append(reference)
@@ -145,21 +145,21 @@ def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
     Raises:
         ValueError: the run has no such mark.
     """
-    found = []
+    timed = []
     for view, at in views:
         try:
             time_s = clock_seconds(at) if at else -math.inf
         except ValueError:
-            times_s = [run.begin_s + it.time_s for it in run.events if it.name == at]
+            times_s = [run.begin_s + event.time_s for event in run.events if event.name == at]
             if not times_s:
-                known = ', '.join(dict.fromkeys(it.name for it in run.events)) or 'none'
+                known = ', '.join(dict.fromkeys(event.name for event in run.events)) or 'none'
                 raise ValueError(
                     f'{view}@{at}: {run.name} has no mark or event "{at}" (it has: {known}); '
                     'write one of these, or a time such as 0:07.4') from None
-            found += [(it, view) for it in times_s]
+            timed += [(time_s, view) for time_s in times_s]
             continue
-        found.append((time_s, view))
-    return sorted(found, key=lambda it: it[0])
+        timed.append((time_s, view))
+    return sorted(timed, key=lambda pair: pair[0])
 
 
 def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: '_Shots',

@@ -154,15 +154,15 @@ def _started(stack: ExitStack) -> Any:
         said = []
         for line in process.stderr:
             said.append(line.strip())
-            found = _LISTENS.search(line)
-            if found is not None:
+            address = _LISTENS.search(line)
+            if address is not None:
                 break
         else:
             raise BrowserError(f'{program} does not start: {" ".join(said[-3:]) or "no reason"}')
     finally:
         timer.cancel()
     threading.Thread(target=_read_all, args=(process.stderr,), daemon=True).start()
-    return websocket.create_connection(found.group(1), timeout=_LIMIT_S, suppress_origin=True)
+    return websocket.create_connection(address.group(1), timeout=_LIMIT_S, suppress_origin=True)
 
 
 def _read_all(stream: IO[str]) -> None:

@@ -34,9 +34,9 @@ def far_computers(launch_file: str) -> List[FarComputer]:
     nodes: Dict[str, List[str]] = {}
     for machine, node in _nodes_by_machine(root, '/'):
         nodes.setdefault(machine, []).append(node)
-    return [FarComputer(name, it.get('address', ''), _port(it.get('ssh-port', '')),
+    return [FarComputer(name, element.get('address', ''), _port(element.get('ssh-port', '')),
                         tuple(nodes.get(name, ())))
-            for it in root.iter('machine') for name in [it.get('name', '')]]
+            for element in root.iter('machine') for name in [element.get('name', '')]]
 
 
 def _nodes_by_machine(element: ElementTree.Element, namespace: str) -> Iterator[Tuple[str, str]]:

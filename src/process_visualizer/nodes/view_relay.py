@@ -159,10 +159,9 @@ class ViewRelay:
         if not isinstance(more, list):
             raise ValueError('~topics is no list of names')
         wanted = {*named_topics(view), *map(str, more), TF_TOPIC, STATIC_TF_TOPIC}
-        types = {name: kind for name, kind in self._master.getTopicTypes() if name in wanted}
-        return {name: topic for name, topic in ((it, _topic(it, kind))
-                                                for it, kind in types.items())
-                if topic is not None}
+        offered = {name: _topic(name, kind) for name, kind in self._master.getTopicTypes()
+                   if name in wanted}
+        return {name: topic for name, topic in offered.items() if topic is not None}
 
     def _look_for_topics(self) -> None:
         """Offer new topics, and a changed view, while a viewer is connected."""

@@ -80,7 +80,7 @@ class EventMaker:
         message that a sensor's message had replaced may become visible later (see SensorTimes).
         """
         passed = self._sensors.passed_with(position)
-        messages = [message for it in passed for message in self._again(it)]
+        messages = [message for again in passed for message in self._again(again)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
     def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
@@ -146,15 +146,15 @@ class EventMaker:
         A camera's info comes before its image, so the newest of both often do not belong together;
         receivers that match them by their stamps would have nothing to show.
         """
-        found = {it: message for it in positions
-                 for message in [self._loader.load(it)] if message is not None}
-        stamps = {stamp for message in found.values() for stamp in first_stamp(message)}
-        for position, message in list(found.items()):
+        loaded = {position: message for position in positions
+                  for message in [self._loader.load(position)] if message is not None}
+        stamps = {stamp for message in loaded.values() for stamp in first_stamp(message)}
+        for position, message in list(loaded.items()):
             for earlier in self._earlier(position) if message.stamp_offsets else ():
                 partner = self._loader.load(earlier)
                 if partner is not None and stamps.intersection(first_stamp(partner)):
-                    found[earlier] = partner
-        return [found[position] for position in sorted(found)]
+                    loaded[earlier] = partner
+        return [loaded[position] for position in sorted(loaded)]
 
     def _earlier(self, position: int) -> Iterator[int]:
         """Yield the positions of earlier messages on the same topic, the nearest first."""

@@ -115,15 +115,15 @@ class Outbox:
         return self._next_part(thinned) if with_large else None
 
     def _next_part(self, thinned: Thinner) -> Optional[bytes]:
-        for channel in [it for it in self._large if it not in self._transfers]:
-            it = self._large.pop(channel)
-            data = thinned(channel, it.data)
-            if it.is_kept and data is not it.data:
-                self._smaller[channel] = it
-            self._transfers[channel] = message_frames(channel, it.arrived_ns, data)
+        for channel in [name for name in self._large if name not in self._transfers]:
+            message = self._large.pop(channel)
+            data = thinned(channel, message.data)
+            if message.is_kept and data is not message.data:
+                self._smaller[channel] = message
+            self._transfers[channel] = message_frames(channel, message.arrived_ns, data)
         if not self._transfers and self._smaller:
-            channel, it = self._smaller.popitem()
-            self._transfers[channel] = message_frames(channel, it.arrived_ns, it.data)
+            channel, message = self._smaller.popitem()
+            self._transfers[channel] = message_frames(channel, message.arrived_ns, message.data)
         elif not self._transfers and self._files:
             self._transfers.update([self._files.popleft()])
         while self._transfers:

@@ -86,11 +86,12 @@ class RobotDescription:
         children: Dict[str, List[str]] = {}
         for child, parent in self.parents.items():
             children.setdefault(parent, []).append(child)
-        found, level = {self.root_link}, [self.root_link]
+        connected, level = {self.root_link}, [self.root_link]
         while level:
-            level = [child for it in level for child in children.get(it, ()) if child not in found]
-            found.update(level)
-        return frozenset(found)
+            level = [child for link in level for child in children.get(link, ())
+                     if child not in connected]
+            connected.update(level)
+        return frozenset(connected)
 
     def ancestors(self, link: str) -> List[str]:
         """Return the links from a link's parent to the root, without repetition in a circle."""

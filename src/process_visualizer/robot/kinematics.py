@@ -223,7 +223,7 @@ def urdf_root(text: str) -> ElementTree.Element:
     while level:
         if depth > _DEEPEST:
             raise ValueError(f'elements are nested more than {_DEEPEST} deep')
-        level, depth = [child for it in level for child in it], depth + 1
+        level, depth = [child for element in level for child in element], depth + 1
     return root
 
 

@@ -129,8 +129,9 @@ def packages_beside(model_file: str) -> Dict[str, str]:
 def _uris(text: str) -> List[str]:
     """Return the names of a URDF's meshes and textures, each once."""
     root = ElementTree.fromstring(text)
-    names = (it.get('filename', '') for tag in ('mesh', 'texture') for it in root.iter(tag))
-    return list(dict.fromkeys(it for it in names if it))
+    names = (element.get('filename', '') for tag in ('mesh', 'texture')
+             for element in root.iter(tag))
+    return list(dict.fromkeys(filter(None, names)))
 
 
 def _beside(uri: str, model_file: str, packages: rospkg.RosPack) -> Optional[str]:

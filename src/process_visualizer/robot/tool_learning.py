@@ -109,12 +109,12 @@ class _Comparison:
     def __init__(self, chosen: str, bodies: Mapping[str, Body], names: Sequence[str],
                  samples: Sequence[_Sample]) -> None:
         self._chosen, self._bodies, self._names = chosen, bodies, names
-        self._reported = np.array([it.position for it in samples])
-        has_rotation = all(it.quaternion is not None for it in samples)
-        self._turns = _matrices([it.quaternion for it in samples]) if has_rotation else None
-        self._origins = {name: np.array([it.frames[name].position for it in samples])
+        self._reported = np.array([sample.position for sample in samples])
+        has_rotation = all(sample.quaternion is not None for sample in samples)
+        self._turns = _matrices([sample.quaternion for sample in samples]) if has_rotation else None
+        self._origins = {name: np.array([sample.frames[name].position for sample in samples])
                          for name in names}
-        self._axes = {name: _matrices([it.frames[name].quaternion for it in samples])
+        self._axes = {name: _matrices([sample.frames[name].quaternion for sample in samples])
                       for name in names}
         self._fixed = {name: self._seen_from(name) for name in names}
 

@@ -243,18 +243,18 @@ def verdict_entry(text: str) -> Dict[str, Any]:
     judged now).
     """
     try:
-        found = parsed_json(text) if len(text) <= _MAX_VERDICT else None
-        if not isinstance(found, dict) or not found['text']:
+        verdict = parsed_json(text) if len(text) <= _MAX_VERDICT else None
+        if not isinstance(verdict, dict) or not verdict['text']:
             return {}
         departed: List[List[Any]] = [
             [str(device), str(label), str(amount), float(since_s)]
-            for device, label, amount, since_s in found['departed']]
+            for device, label, amount, since_s in verdict['departed']]
         if not all(math.isfinite(it[3]) for it in departed):
             return {}
-        lost = [(str(device), str(label)) for device, label in found.get('lost', ())]
-        state = found['state'] if found['state'] in ('good', 'poor') else 'plain'
-        return {'text': str(found['text']), 'state': state, 'reference': str(found['reference']),
-                'departed': departed, 'lost': lost}
+        lost = [(str(device), str(label)) for device, label in verdict.get('lost', ())]
+        state = verdict['state'] if verdict['state'] in ('good', 'poor') else 'plain'
+        return {'text': str(verdict['text']), 'state': state,
+                'reference': str(verdict['reference']), 'departed': departed, 'lost': lost}
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return {}
 

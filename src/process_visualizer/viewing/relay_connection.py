@@ -190,7 +190,7 @@ class RelayConnection:
         Raises:
             OSError: no attempt is answered, or the connection is refused.
         """
-        found = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
+        addresses = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
         lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
         begin_s = next_s = time.monotonic()
         attempts: Deque[Tuple[float, socket.socket]] = deque()
@@ -202,7 +202,7 @@ class RelayConnection:
                     break
                 if now_s >= next_s:
                     next_s = now_s + _ATTEMPT_S
-                    attempts.append((now_s, _attempt(found[count % len(found)])))
+                    attempts.append((now_s, _attempt(addresses[count % len(addresses)])))
                     count += 1
                 ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
                 if ready:

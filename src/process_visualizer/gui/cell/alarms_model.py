@@ -214,35 +214,35 @@ class AlarmsModel(QObject):
         running = self._launch.running
         if running is None or self._launch.phase not in _UP:
             return [] if self._lost_master is None else [self._lost_master]
-        found: List[Condition] = []
+        conditions: List[Condition] = []
         for device in running.devices:
             report = self._launch.reports.get(device.name)
             if report is not None:
-                found += part_conditions(device.name, report, Action.RESTART_DEVICE)
-                found += self._history(device.name, report, Action.RESTART_DEVICE)
-                found += self._silences(device, report)
-        found += own_part_conditions(running.mode, self._launch.reports)
+                conditions += part_conditions(device.name, report, Action.RESTART_DEVICE)
+                conditions += self._history(device.name, report, Action.RESTART_DEVICE)
+                conditions += self._silences(device, report)
+        conditions += own_part_conditions(running.mode, self._launch.reports)
         for part, title in part_titles(running.mode).items():
             if part in self._launch.reports:
-                found += self._history(title, self._launch.reports[part], own_restart(part))
+                conditions += self._history(title, self._launch.reports[part], own_restart(part))
         silent = silence_conditions(self._states.watch_warnings())
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}
-        found += [*silent, *watch_conditions(running.mode, self._states.cell_look, parts,
+        conditions += [*silent, *watch_conditions(running.mode, self._states.cell_look, parts,
                                              silent)]
         if running.mode is Mode.PLAYBACK:
-            return [*found, *recorded_conditions(self._recorded, self._position_s),
+            return [*conditions, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]
         epoch_s = self._wall_s() - self._clock_s()
-        sources = {it.source for it in found}
+        sources = {it.source for it in conditions}
         for device in running.devices:
             warnings = self._states.warnings(device.name)
             if device.name not in sources:  # otherwise the reason is shown already
-                found += cloud_conditions(device.name, self._states.watch_warnings())
-            found += limit_conditions(device.name, warnings, epoch_s)
-            found += conflict_conditions(device.name, warnings)
-            found += message_conditions(device.name, warnings, self._clock_s())
-        return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]
+                conditions += cloud_conditions(device.name, self._states.watch_warnings())
+            conditions += limit_conditions(device.name, warnings, epoch_s)
+            conditions += conflict_conditions(device.name, warnings)
+            conditions += message_conditions(device.name, warnings, self._clock_s())
+        return [*conditions, *departure_conditions(self._departed), *self._losses, *self._objects]
 
 
 def _user() -> str:

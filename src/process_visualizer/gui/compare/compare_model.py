@@ -350,14 +350,14 @@ class CompareModel(QObject):
             return
         self._stop_writing()
         cell, compared = self._session.cell, self._compared
-        found = None if compared is None else compared.comparisons[number]
+        comparison = None if compared is None else compared.comparisons[number]
 
         progress = self._writing = TaskProgress(self)
 
         def work() -> str:
-            good = None if compared is None or found is None else compared.good
+            good = None if compared is None or comparison is None else compared.good
             judged = Judged(listed.run) if good is None else Judged(
-                listed.run, found, good.of(listed.run) or good)
+                listed.run, comparison, good.of(listed.run) or good)
             said = _write_shared(path, ChosenSpans(cell, [listed.run], [span], good, (judged,)),
                                  progress)
             return (f'{os.path.basename(path)} was written: {listed.run.name} from '
@@ -406,8 +406,8 @@ class CompareModel(QObject):
         def compared(_progress: TaskProgress) -> Compared:
             return before._replace(comparisons=tuple(
                 before.good.compare(runs[row], wanted[row])
-                if found is not None and (row == number or wanted[row]) else found
-                for row, found in enumerate(before.comparisons)))
+                if comparison is not None and (row == number or wanted[row]) else comparison
+                for row, comparison in enumerate(before.comparisons)))
 
         self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
 

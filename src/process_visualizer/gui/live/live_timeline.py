@@ -150,8 +150,8 @@ class LiveTimeline(LanesTimeline):
 
     def alarms(self) -> List[Tuple[float, float]]:
         """Return the spans (begin, end) [s] with a value beyond its limits; the present is 0."""
-        beyond = [it for lane in self.stack.lanes for it in map(_beyond, lane.curves)
-                  if it is not None]
+        beyond = [rows for lane in self.stack.lanes for rows in map(_beyond, lane.curves)
+                  if rows is not None]
         if not beyond:
             return []
         edges = np.flatnonzero(np.diff(np.concatenate(

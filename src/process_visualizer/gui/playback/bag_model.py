@@ -379,7 +379,8 @@ class BagModel(QObject):
         return self._is_of_another_cell(self.session.recording)
 
     def _is_of_another_cell(self, found: Optional[Catalog]) -> bool:
-        wanted = {topic.name for it in self.session.chosen for topic in it.topics if topic.record}
+        wanted = {topic.name for device in self.session.chosen for topic in device.topics
+                  if topic.record}
         return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
 
     @property

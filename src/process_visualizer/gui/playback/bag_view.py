@@ -163,17 +163,17 @@ class BagView(QWidget):
 
     def _show(self) -> None:
         self._show_recent()
-        found = self._bag.session.recording
-        self.facts.setText(self._facts(found))
-        self.facts.setToolTip(plain_tip('' if found is None else _origin(found)))
-        self.details.setVisible(found is not None)
-        if found is None:
+        recording = self._bag.session.recording
+        self.facts.setText(self._facts(recording))
+        self.facts.setToolTip(plain_tip('' if recording is None else _origin(recording)))
+        self.details.setVisible(recording is not None)
+        if recording is None:
             self.details.setChecked(False)
         else:
-            self.topics.show_topics(found)
-            self.details.setText(_contents(found, found.topic_names))
+            self.topics.show_topics(recording)
+            self.details.setText(_contents(recording, recording.topic_names))
             self.details.setMinimumWidth(self.details.sizeHint().width())  # a tick moves nothing
-            self.details.setText(_contents(found, self._bag.played.left_out))
+            self.details.setText(_contents(recording, self._bag.played.left_out))
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
         self.warnings.setVisible(bool(warnings))

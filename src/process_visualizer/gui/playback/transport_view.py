@@ -312,25 +312,26 @@ class TransportView(QWidget):
             lambda row: self._playback.set_step_unit(StepUnit(*self.unit.itemData(row))))
 
     def _button_row(self) -> QWidget:
-        it = self._playback
-        self.play = self._button('play', 'Play or pause  (space)', it.toggle)
+        playback = self._playback
+        self.play = self._button('play', 'Play or pause  (space)', playback.toggle)
         self.play.setIconSize(QSize(26, 26))
         self.backwards = self._button('play_backwards', 'Play backwards  (shift+space)',
-                                      it.toggle_backwards, True)
-        self.loop = self._button('loop', 'Repeat all, or from A to B  (L)', it.toggle_loop, True)
+                                      playback.toggle_backwards, True)
+        self.loop = self._button('loop', 'Repeat all, or from A to B  (L)', playback.toggle_loop,
+                                 True)
         self.begin = self._button('loop_begin', 'Set loop start  (A)',
-                                  lambda: it.set_loop_begin(), True)
+                                  lambda: playback.set_loop_begin(), True)
         self.end = self._button('loop_end', 'Set loop end  (B)',
-                                lambda: it.set_loop_end(), True)
-        moving = [self._button('to_start', 'To the beginning  (home)', lambda: it.seek(0.0)),
+                                lambda: playback.set_loop_end(), True)
+        moving = [self._button('to_start', 'To the beginning  (home)', lambda: playback.seek(0.0)),
                   self._button('step_back', 'One step back  (left arrow, or ,)',
-                               lambda: it.step(-1), repeats=True),
+                               lambda: playback.step(-1), repeats=True),
                   self.backwards, self.play, self._button('stop', 'Stop: pause at the beginning',
-                                                          it.stop),
+                                                          playback.stop),
                   self._button('step_forward', 'One step forward  (right arrow, or .)',
-                               lambda: it.step(1), repeats=True),
+                               lambda: playback.step(1), repeats=True),
                   self._button('to_end', 'To the end  (end)',
-                               lambda: it.seek(it.state.duration_s))]
+                               lambda: playback.seek(playback.state.duration_s))]
         row = _row(*moving, spacing=1)
         layout = row.layout()
         layout.addWidget(self.reached, 1)

@@ -63,8 +63,8 @@ def is_for_anybody(folder: str, home: str) -> bool:
     recorder is started.
     """
     wanted = Path(os.path.realpath(folder))
-    return any(above == wanted or above in wanted.parents for above in (
-        Path(os.path.realpath(it)) for it in (home, *FOR_ANYBODY)))
+    allowed = [Path(os.path.realpath(path)) for path in (home, *FOR_ANYBODY)]
+    return any(above == wanted or above in wanted.parents for above in allowed)
 
 
 def stem_of(name: str) -> str:

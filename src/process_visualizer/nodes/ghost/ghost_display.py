@@ -142,9 +142,9 @@ class GhostDisplay:
         self._drawn = position_s, now_s
         markers: List[Marker] = []
         if position_s is not None:
-            markers = [it for robot in self._robots for it in robot.markers(position_s)]
-            markers += [it for arrow in self._arrows
-                        for it in [arrow.marker(self._robots, position_s)] if it is not None]
+            markers = [marker for robot in self._robots for marker in robot.markers(position_s)]
+            arrows = [arrow.marker(self._robots, position_s) for arrow in self._arrows]
+            markers += [marker for marker in arrows if marker is not None]
         if markers:
             self._publish(MarkerArray(markers))
         elif self._is_drawn:

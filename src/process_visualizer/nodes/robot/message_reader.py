@@ -82,10 +82,10 @@ class SourceConflict:
         before = self._reports.get(source)
         step = 0.0 if before is None else math.dist(before.values, values)
         report = _Report(tuple(values), now_s, step)
-        self._reports = {name: it for name, it in self._reports.items()
-                      if now_s - it.time_s < _BESIDE_S and len(it.values) == len(values)}
+        self._reports = {name: other for name, other in self._reports.items()
+                      if now_s - other.time_s < _BESIDE_S and len(other.values) == len(values)}
         self._reports[source] = report
-        others = {name: math.dist(it.values, values) for name, it in self._reports.items()
+        others = {name: math.dist(other.values, values) for name, other in self._reports.items()
                   if name != source}
         apart = max((distance for name, distance in others.items() if distance > self._equal
                      + _LATE_STEPS * max(step, self._reports[name].step)), default=0.0)

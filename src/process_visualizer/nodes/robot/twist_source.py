@@ -214,18 +214,18 @@ class RecordedReader:
         decoder = self._decoders('' if tool is None else tool.type)
         if decoder is None:
             return None
-        events = [event for topic, it in joints.items()
-                  for event in self._joint_events(decoder, topic, it)]
+        events = [event for topic, sent in joints.items()
+                  for event in self._joint_events(decoder, topic, sent)]
         if tool is None and not events:
             return None
         if tool is not None:
             events += [_Event(recorded_s, partial(decoder.pose, message), tool.period_s)
                        for recorded_s, message in tool.messages]
         played = [*joints.values(), *([tool] if tool else [])]
-        found = _collected(events, played[-1].begin_s, is_in_parts=tool is None)
-        poses = [it for it in found.poses if it.recorded_s >= part.begin_s]
-        return Reading(RecordedPoses(part, poses), tool.period_s if tool else found.period_s,
-                       '' if found.poses else found.problem)
+        collected = _collected(events, played[-1].begin_s, is_in_parts=tool is None)
+        poses = [pose for pose in collected.poses if pose.recorded_s >= part.begin_s]
+        return Reading(RecordedPoses(part, poses), tool.period_s if tool else collected.period_s,
+                       '' if collected.poses else collected.problem)
 
     def _joint_events(self, decoder: PoseDecoder, topic: str, joints: TopicPart
                       ) -> Iterator[_Event]:
