@@ -35,7 +35,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.nodes.view_picture import ViewWatcher, wait_for_master
 from process_visualizer.robot.rotations import rotated
-from sewing_cell.arms import UPPER
+from sewing_cell.layout import UPPER
 
 ROBOT = 'ur_rt_upper'
 RATE_HZ, MARKER_RATE_HZ = 125.0, 30.0

@@ -23,9 +23,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32, Float32MultiArray, UInt16
 
 from sewing_cell import camera_messages
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera, CameraFrame
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 _JOINT_HZ, _FORCE_HZ, _SENSOR_HZ, _IMAGE_HZ = 125, 94, 50, 30
 

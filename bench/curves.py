@@ -26,8 +26,8 @@ from std_msgs.msg import Float32, Float32MultiArray, UInt16
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curves import read_curves
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 _CONFIGURATION = Path(__file__).resolve().parents[1] / 'devices.xml'
 _TICK_S = 0.001

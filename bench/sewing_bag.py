@@ -9,8 +9,8 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import Float32, Float32MultiArray, UInt16
 
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 JOINT_HZ, FORCE_HZ, SENSOR_HZ = 125.0, 94.0, 50.0
 BEGIN_S = 1_600_000_000.0

@@ -8,8 +8,8 @@ import numpy as np
 
 from process_visualizer.runs.event import passages_s
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent, ToolMotion
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 JOINT_HZ, FORCE_HZ, SENSOR_HZ = 125.0, 94.0, 50.0
 REST_S, TAIL_S, PROCESS_S = 6.0, 4.0, 18.9

@@ -21,9 +21,9 @@ from process_visualizer.robot.description import describe_devices
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from sewing_cell import layout, pinhole
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 RATE_HZ = 30.0
 CLOUD = '/camera/depth_registered/points'

@@ -6,8 +6,8 @@ from collections import Counter
 
 import numpy as np
 
-from sewing_cell.arms import LOWER
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import LOWER
 
 ROBOT = 'ur_rt_lower'
 PERIOD_S = 1 / 125

@@ -11,7 +11,7 @@ import numpy as np
 import rospy
 from std_msgs.msg import Float32MultiArray
 
-from sewing_cell.arms import UPPER
+from sewing_cell.layout import UPPER
 
 CENTER_M = np.array([-0.55, 0.25, 0.25])
 RADIUS_M, SPEED_M_PER_S = 0.12, 0.25

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 from terminal_session import DEADLINE_S, TerminalSession
 
-from process_visualizer.player.keyboard import Keyboard
+from process_visualizer.player.player_terminal import Keyboard
 
 SOURCE = Path(__file__).resolve().parents[2] / 'src'
 PLAYER = '''
 import signal
 import threading
-from process_visualizer.player.keyboard import Keyboard
+from process_visualizer.player.player_terminal import Keyboard
 
 def read(keyboard):
     for key in iter(keyboard.read_key, None):

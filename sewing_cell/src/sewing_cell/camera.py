@@ -11,10 +11,10 @@ from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
-from sewing_cell import layout, picture_library, pinhole, scene
-from sewing_cell.arms import ARMS, Arm
+from sewing_cell import layout, pinhole, scene
 from sewing_cell.cycle import CoverPair, SewingCycle
-from sewing_cell.mesh_picture import Picture
+from sewing_cell.layout import ARMS, Arm
+from sewing_cell.mesh_picture import Picture, measure
 from sewing_cell.scene import Intruder, draw_robot, link_poses
 
 _NOISE_STEPS = 0.35
@@ -33,7 +33,7 @@ class DepthNoise:
 
         ``depth_m`` is the true depth, float32.
         """
-        return picture_library.measure(depth_m, self._noise_steps[variant])
+        return measure(depth_m, self._noise_steps[variant])
 
 
 def _noise(shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:

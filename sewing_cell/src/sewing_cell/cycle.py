@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, Union
 import numpy as np
 
 from sewing_cell import layout
-from sewing_cell.arms import ARMS, Arm
+from sewing_cell.layout import ARMS, Arm
 from sewing_cell.schedule import (
     Phase,
     Profile,

@@ -17,10 +17,10 @@ from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from sewing_cell import camera_messages, layout, pinhole
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera, Lookahead
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import FaultyCycle
+from sewing_cell.layout import ARMS, Arm
 from sewing_cell.scene import INTRUDERS
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3

@@ -8,8 +8,8 @@ from typing import Dict, Optional, Tuple
 
 import numpy as np
 
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import EDGE_COUNTS_PER_M, EDGE_MAXIMUM, SewingCycle, Times, ToolState
+from sewing_cell.layout import ARMS, Arm
 from sewing_cell.schedule import between, smooth_step
 
 #: The default size of each fault, in its unit.

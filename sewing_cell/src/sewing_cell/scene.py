@@ -9,8 +9,8 @@ import numpy as np
 import rospkg
 
 from sewing_cell import layout, pinhole
-from sewing_cell.arms import Arm
 from sewing_cell.kinematics import link_frames
+from sewing_cell.layout import Arm
 from sewing_cell.mesh_picture import Mesh, Picture, box_mesh, joined, read_mesh
 
 # The static objects in the Kinect's view, in ``world``, and their picture from above.

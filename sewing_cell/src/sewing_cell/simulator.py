@@ -16,7 +16,6 @@ import rospy
 
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
 from process_visualizer.parameters.reading import ParameterError
-from sewing_cell.arms import ARMS
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import (
     KINECTS,
@@ -27,6 +26,7 @@ from sewing_cell.driver_groups import (
     publish_truth,
 )
 from sewing_cell.faults import KINDS, FaultyCycle, drawn_fault
+from sewing_cell.layout import ARMS
 from sewing_cell.scene import INTRUDERS
 from sewing_cell.schedule import Schedule
 from sewing_cell.steering import QUALITIES

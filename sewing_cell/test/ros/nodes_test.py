@@ -19,8 +19,8 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sewing_cell.arms import UPPER
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import UPPER
 
 TOPICS = {
     "/ur_rt_upper/q_act": Float32MultiArray,

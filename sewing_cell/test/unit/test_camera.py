@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from sewing_cell import layout, pinhole
-from sewing_cell.arms import UPPER
 from sewing_cell.camera import Camera, CameraFrame, DepthNoise
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import UPPER
 from sewing_cell.scene import INTRUDERS
 
 RATE_HZ = 30.0

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sewing_cell import kinematics, layout
-from sewing_cell.arms import ARMS, LOWER, UPPER, Arm
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, LOWER, UPPER, Arm
 
 PERIOD_S = 20.0
 STEP_S = 0.004

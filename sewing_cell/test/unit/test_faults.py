@@ -4,9 +4,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sewing_cell.arms import ARMS, LOWER, UPPER
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import KINDS, SIZES, Fault, FaultyCycle, drawn_fault
+from sewing_cell.layout import ARMS, LOWER, UPPER
 
 TIMES = np.arange(0.0, 60.0, 0.02)
 GOOD = SewingCycle(seed=1)

@@ -10,8 +10,8 @@ import pytest
 
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.cell.xml_parser import XmlParser
-from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.layout import ARMS, Arm
 
 DEVICES = Path(__file__).parents[2] / "devices"
 PERIOD_S, CYCLES = 20.0, 8

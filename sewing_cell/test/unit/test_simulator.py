@@ -14,10 +14,10 @@ from sensor_msgs.msg import CameraInfo, Image
 from simulated_node import SimulatedNode
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
-from sewing_cell.arms import ARMS
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import KINECTS, KinectDriver
 from sewing_cell.kinematics import forward
+from sewing_cell.layout import ARMS
 from sewing_cell.simulator import ParameterError, Simulator, SimulatorParameters
 
 RATES_HZ = {

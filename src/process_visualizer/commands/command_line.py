@@ -21,8 +21,10 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.bag_commands import (
     add_bag_commands,
     add_calibration_options,
+    add_cut_options,
     execute_bag_command,
     execute_calibration,
+    execute_cut,
 )
 from process_visualizer.commands.compare_command import (
     add_compare_options,
@@ -38,24 +40,29 @@ from process_visualizer.commands.configuration_commands import (
     execute_trust,
     overview,
 )
-from process_visualizer.commands.cut_command import add_cut_options, execute_cut
 from process_visualizer.commands.expect_command import add_expect_options, execute_expect
-from process_visualizer.commands.export_command import add_export_options, execute_export
-from process_visualizer.commands.film_command import (
-    add_film_options,
-    add_picture_options,
-    execute_film,
-    execute_picture,
-)
 from process_visualizer.commands.record_command import add_record_options, record, record_options
 from process_visualizer.commands.run_command import run_plan
-from process_visualizer.commands.serve_command import add_serve_options, execute_serve
-from process_visualizer.commands.share_command import add_share_options, execute_share
-from process_visualizer.commands.view_command import add_view_options, execute_view
+from process_visualizer.commands.share_commands import (
+    add_export_options,
+    add_film_options,
+    add_picture_options,
+    add_share_options,
+    execute_export,
+    execute_film,
+    execute_picture,
+    execute_share,
+)
+from process_visualizer.commands.viewer_commands import (
+    add_serve_options,
+    add_view_options,
+    execute_serve,
+    execute_view,
+)
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers, choose_devices
 from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
-from process_visualizer.health.mixed_sources import MixedSources, refuse_mixture
+from process_visualizer.health.other_publishers import MixedSources, refuse_mixture
 from process_visualizer.launching.cell_owner import OtherCell
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 from process_visualizer.remote.link_words import ports_of

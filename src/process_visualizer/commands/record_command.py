@@ -17,8 +17,7 @@ import rospy
 from roslib.packages import find_node
 
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import as_text
+from process_visualizer.bagio.report import as_text, make_report
 from process_visualizer.cell.model import Cell, Device
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.values import positive

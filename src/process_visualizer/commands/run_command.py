@@ -8,15 +8,19 @@ import sys
 import time
 from typing import Optional, Set
 
-from process_visualizer.commands.stop_signals import StopRequested, StopSignals
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.alarm_board import AlarmBoard
 from process_visualizer.health.alarm_conditions import part_of_node, watch_conditions
-from process_visualizer.health.mixed_sources import explanation, others_beside
 from process_visualizer.health.node_warnings import OVER
-from process_visualizer.health.other_publishers import Others, PublisherWatch
+from process_visualizer.health.other_publishers import (
+    Others,
+    PublisherWatch,
+    explanation,
+    others_beside,
+)
 from process_visualizer.health.user_limits import give_real_time_advice
+from process_visualizer.interrupts import StopRequested, StopSignals
 from process_visualizer.launching.cell_owner import refuse_other_cell
 from process_visualizer.launching.cell_watch import CellLook, CellWatch
 from process_visualizer.launching.part_report import NodeReport, NodeState

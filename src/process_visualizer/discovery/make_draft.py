@@ -7,15 +7,16 @@ from xml.etree import ElementTree
 
 from process_visualizer.discovery.devices import (
     ROOT_DEVICE,
+    BasePlaces,
     Machines,
     add_model,
     by_namespace,
     camera_device,
+    global_frame,
     robot_device,
     robot_name,
 )
 from process_visualizer.discovery.draft import CellNames, Draft, DraftDevice, is_frame, is_topic
-from process_visualizer.discovery.place import BasePlaces, global_frame
 from process_visualizer.discovery.process import Process
 from process_visualizer.discovery.robot_topics import (
     FoundModel,

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple, Union
 
-from process_visualizer.launching.far_computers import far_computers
 from process_visualizer.launching.part_report import NodeReport, NodeState, exit_words
 from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.launching.roslaunch_process import (
     RoslaunchProcess,
     Start,
+    far_computers,
     start_roslaunch,
 )
 from process_visualizer.launching.run_record import RunRecord

@@ -23,19 +23,19 @@ from process_visualizer.health.other_publishers import (
 )
 from process_visualizer.msg import PlayerState, RestoredStamp, TopicCount
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.engine import Playback, UnevenParts
 from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.scene import sources
 from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.playback.timeline import NS_PER_S, Clock, Timeline, duration_s
 from process_visualizer.playback.topic_choice import TopicChoice
-from process_visualizer.playback.uneven_parts import UnevenParts
 from process_visualizer.player.bag_publishers import (
     BagPublishers,
     OtherNodes,
     PlaybackListener,
     PublishedTopic,
+    SimulatedClock,
     published_topics,
     without_conflicts,
 )
@@ -44,7 +44,6 @@ from process_visualizer.player.player_services import (
     StatePublisher,
     TopicReadingService,
 )
-from process_visualizer.player.simulated_clock import SimulatedClock
 
 _WARNING_PERIOD_S = 10.0
 _STAMP = struct.Struct('<4xII')  # after the sequence number

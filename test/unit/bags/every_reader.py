@@ -15,8 +15,7 @@ from process_visualizer.bagio.message_layout import with_stamps_moved
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.reindex import reindex
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import as_json, as_text
+from process_visualizer.bagio.report import as_json, as_text, make_report
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.curves.curves import read_curves

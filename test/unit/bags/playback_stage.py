@@ -17,11 +17,10 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.bagio.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.bagio.message_definition import Connection
-from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.engine import Playback, UnevenParts
 from process_visualizer.playback.player_control import PlayerControl
 from process_visualizer.playback.scheduled_output import RestoredStamps
 from process_visualizer.playback.timeline import Timeline
-from process_visualizer.playback.uneven_parts import UnevenParts
 
 BEGIN_NS = 1_600_000_000_000_000_000
 MS = 1_000_000

@@ -21,8 +21,7 @@ from process_visualizer.bagio.message_definition import (
     with_definition,
 )
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import as_text
+from process_visualizer.bagio.report import as_text, make_report
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curves import read_curves

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.player.keyboard import ESCAPE, UNKNOWN, KeyDecoder
 from process_visualizer.player.player_options import KEY_HELP, Command, KeyAction, key_action
+from process_visualizer.player.player_terminal import ESCAPE, UNKNOWN, KeyDecoder
 
 SEQUENCES = {
     '\x1b[A': 'up', '\x1b[B': 'down', '\x1b[C': 'right', '\x1b[D': 'left', '\x1bOA': 'up',

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.playback.timeline import TimelineState
-from process_visualizer.player.simulated_clock import SimulatedTime, next_tick_s
+from process_visualizer.player.bag_publishers import SimulatedTime, next_tick_s
 
 BASIS = TimelineState(0, 0, 0, 10 ** 9)
 

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from process_visualizer.bagio.bag_file import packed_time
 from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import as_text, verdict
+from process_visualizer.bagio.report import as_text, make_report, verdict
 
 S, DAY_S = 10 ** 9, 24 * 3600
 BEGIN_NS = 1_700_000_000 * S

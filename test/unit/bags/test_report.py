@@ -24,13 +24,15 @@ from process_visualizer.bagio.report import (
     Completeness,
     Report,
     Stream,
+    as_json,
+    as_text,
     backward_jumps,
     find_gaps,
     header_numbers,
     make_report,
     range_minima,
+    verdict,
 )
-from process_visualizer.bagio.report_text import as_json, as_text, verdict
 from process_visualizer.commands.command_line import main
 
 BEGIN_S = 1_600_000_000

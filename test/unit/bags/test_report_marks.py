@@ -30,8 +30,7 @@ from process_visualizer.bagio.recorder_topics import (
     recorded_configuration,
 )
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import as_json, as_text
+from process_visualizer.bagio.report import as_json, as_text, make_report
 from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main

@@ -7,8 +7,7 @@ from typing import Callable
 
 import pytest
 
-from process_visualizer.cell.changes import Changes, changes
-from process_visualizer.cell.model import Cell
+from process_visualizer.cell.model import Cell, Changes, changes
 from process_visualizer.cell.xml_parser import XmlParser
 
 Parse = Callable[..., Cell]

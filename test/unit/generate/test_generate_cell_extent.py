@@ -10,9 +10,8 @@ import pytest
 
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.generate.cell_extent import cell_extent
+from process_visualizer.generate.cell_extent import ModelExtent, cell_extent
 from process_visualizer.robot.description import describe_devices
-from process_visualizer.robot.model_extent import ModelExtent
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 UR, PANDA = (REPOSITORY / 'test' / 'data' / name for name in ('ur5e.urdf', 'panda.urdf'))

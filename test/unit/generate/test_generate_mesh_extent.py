@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from process_visualizer.generate.cell_extent import mesh_corners
 from process_visualizer.robot.mesh_files import MeshError, check_mesh_file
-from process_visualizer.robot.model_extent import mesh_corners
 
 TRIANGLE = [(0.0, 0.0, 0.0), (1.0, 0.0, -2.0), (0.5, 3.0, 0.0)]
 LOW, HIGH = [0.0, 0.0, -2.0], [1.0, 3.0, 0.0]

@@ -30,7 +30,7 @@ from process_visualizer.gui.playback.bag_view import BagView
 from process_visualizer.gui.playback.playback_panel import CurvesRow
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.session import Session
-from process_visualizer.gui.toolkit.sentences import parted
+from process_visualizer.gui.toolkit.labels import parted
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 HERE = Location('cell.xml', 1)

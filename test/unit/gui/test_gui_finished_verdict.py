@@ -12,8 +12,7 @@ from std_msgs.msg import String
 
 from process_visualizer.bagio.recorder_topics import ACCOUNT
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import verdict
+from process_visualizer.bagio.report import make_report, verdict
 from process_visualizer.gui.recording.recording_model import BagVerdict, verdict_on
 
 

@@ -27,11 +27,11 @@ from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.app.uncaught import CaughtError, ErrorDialog
+from process_visualizer.gui.app.main import CaughtError, ErrorDialog
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.toolkit.labels import with_details
 from process_visualizer.gui.toolkit.scrolling import TextPlace
-from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import HOLD_S, times
 from process_visualizer.msg import DetectedObject, DetectedObjects

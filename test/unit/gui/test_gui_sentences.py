@@ -2,7 +2,7 @@
 """Texts as sentences."""
 import pytest
 
-from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.labels import sentence
 
 
 @pytest.mark.parametrize('text, shown', [

@@ -11,7 +11,7 @@ from PyQt5.QtCore import QProcess
 from PyQt5.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.app.serve_dialog import ServeDialog
+from process_visualizer.gui.app.look_on import ServeDialog
 from process_visualizer.gui.toolkit.desktop import output_lines
 
 URL = 'http://192.168.1.10:11480/aVeryLongToken/'

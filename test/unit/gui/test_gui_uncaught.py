@@ -11,7 +11,7 @@ from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QLabel, QPlainTextEdit, QPushButton, QWidget
 
-from process_visualizer.gui.app.uncaught import (
+from process_visualizer.gui.app.main import (
     CaughtError,
     ErrorDialog,
     UncaughtErrors,

@@ -11,13 +11,13 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice
 from process_visualizer.health import other_publishers as module
-from process_visualizer.health.mixed_sources import (
+from process_visualizer.health.other_publishers import (
     MixedSources,
+    OtherPublisher,
     others_before,
     others_beside,
     refuse_mixture,
 )
-from process_visualizer.health.other_publishers import OtherPublisher
 
 CELL = """<visualizer><device type="other" name="oven">
   <base frame="oven"/><topic ns="oven" name="heat"/><topic ns="/" name="tf"/>

@@ -11,8 +11,12 @@ from typing import Callable, Iterator, List
 import pytest
 
 from process_visualizer.launching import roslaunch_process
-from process_visualizer.launching.far_computers import FarComputer, far_computers, silent
-from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.roslaunch_process import (
+    FarComputer,
+    RoslaunchProcess,
+    far_computers,
+    silent,
+)
 from process_visualizer.launching.run_record import RUN_VARIABLE, processes_of_run
 
 RUN_ID = f'unit-test-{os.getpid()}'

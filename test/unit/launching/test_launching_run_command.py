@@ -9,7 +9,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 import pytest
 
 from process_visualizer.commands.run_command import exit_code, nodes_to_ask
-from process_visualizer.commands.stop_signals import StopRequested, StopSignals
+from process_visualizer.interrupts import StopRequested, StopSignals
 from process_visualizer.launching.part_report import NodeReport, NodeState
 
 

@@ -11,7 +11,7 @@ from simulated_player import SimulatedPlayer
 from std_msgs.msg import Float32MultiArray
 
 from process_visualizer.player.bag_player import HEAD_START_NS, PlayerSettings
-from process_visualizer.player.simulated_clock import SETTLING_S
+from process_visualizer.player.bag_publishers import SETTLING_S
 
 HEAD_START_S = HEAD_START_NS * 1e-9
 SIMULATED = PlayerSettings(restamp=False, clock_hz=50.0)

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QMessageBox, QWidget
 
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.dialogs import ask
-from process_visualizer.gui.toolkit.sentences import listing, sentence
+from process_visualizer.gui.toolkit.labels import listing, sentence
 from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0

@@ -17,8 +17,7 @@ from process_visualizer.gui.cell.calibration_model import (
     RecordingCalibrationModel,
     RegionModel,
 )
-from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
-from process_visualizer.gui.ros.sensor_links import RegionLink
+from process_visualizer.gui.ros.ros_link import RegionLink, RosLink, RosLinkError
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.launching.part_report import PartState

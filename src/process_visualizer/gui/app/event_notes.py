@@ -15,8 +15,7 @@ from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.cell.objects_model import ObjectsModel
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_state import RECENT_S
-from process_visualizer.gui.ros.ros_link import RosLinkError
-from process_visualizer.gui.ros.sensor_links import ObjectLink
+from process_visualizer.gui.ros.ros_link import ObjectLink, RosLinkError
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.alarm_board import events_text

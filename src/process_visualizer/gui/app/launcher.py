@@ -9,9 +9,8 @@ from typing import Any, Callable, Dict, Mapping, Optional, Sequence, Set
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.changes import changes
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.model import Device, Mode
+from process_visualizer.cell.model import Device, Mode, changes
 from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
@@ -49,7 +48,7 @@ from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.session import Session
-from process_visualizer.gui.toolkit.sentences import within_sentence
+from process_visualizer.gui.toolkit.labels import within_sentence
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.launching.ros_master import RosMasterError

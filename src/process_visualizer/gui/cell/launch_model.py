@@ -18,9 +18,14 @@ from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.health.mixed_sources import mixture_text, others_before, others_beside
 from process_visualizer.health.node_history import NodeHistory
-from process_visualizer.health.other_publishers import Others, described
+from process_visualizer.health.other_publishers import (
+    Others,
+    described,
+    mixture_text,
+    others_before,
+    others_beside,
+)
 from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
 from process_visualizer.launching.launched_cell import LaunchedCell
 from process_visualizer.launching.part_report import PartReport

@@ -26,8 +26,7 @@ from process_visualizer.gui.cell.launch_model import MixtureModel
 from process_visualizer.gui.cell.master_model import MasterModel
 from process_visualizer.gui.toolkit.desktop import working_folder
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
-from process_visualizer.gui.toolkit.sentences import listing, sentence
+from process_visualizer.gui.toolkit.labels import listing, plain_label, plain_tip, sentence
 from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, NoticeFrame, tool_button
 

@@ -20,7 +20,7 @@ from process_visualizer.curves.samples import ReadingCanceled
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.playback.playback_state import PlacedMark
 from process_visualizer.gui.session import Session
-from process_visualizer.gui.toolkit.sentences import with_details
+from process_visualizer.gui.toolkit.labels import with_details
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 
 # Functions of the bag model that run off the GUI thread.

@@ -10,8 +10,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.report import make_report
-from process_visualizer.bagio.report_text import verdict
+from process_visualizer.bagio.report import make_report, verdict
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
 from process_visualizer.generate.plan import BAG_PART
@@ -36,7 +35,7 @@ from process_visualizer.gui.recording.recording_types import (
 )
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
-from process_visualizer.gui.toolkit.sentences import listing
+from process_visualizer.gui.toolkit.labels import listing
 from process_visualizer.gui.toolkit.tasks import SilenceWatch, Tasks
 
 _VERDICT_LINE = 'verdict'

@@ -42,9 +42,14 @@ from process_visualizer.gui.recording.recording_types import (
 )
 from process_visualizer.gui.recording.topic_list import TopicList
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain_tip
+from process_visualizer.gui.toolkit.labels import (
+    html_label,
+    listing,
+    plain_label,
+    plain_tip,
+    sentence,
+)
 from process_visualizer.gui.toolkit.scrolling import StillScroll, TextPlace
-from process_visualizer.gui.toolkit.sentences import listing, sentence
 from process_visualizer.gui.toolkit.theme import (
     ThemeFollower,
     color,

@@ -1,41 +1,51 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher's own ROS node."""
+"""The launcher's own ROS node, also for the boxes and objects of depth sensors."""
 from __future__ import annotations
 
 import math
 import time
-from typing import Any, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence
 
 import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from PyQt5.QtCore import QObject, pyqtSignal
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import RegionOfInterest
+from sensor_msgs.msg import RegionOfInterest as PlaceMessage
 from std_msgs.msg import String
 
-from process_visualizer.cell.model import Pose
+from process_visualizer.cell.model import Pose, RegionOfInterest
 from process_visualizer.clients.bag_recorder import BagRecorder, RecorderMemory
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.ros.replay_link import ReplayLink, player_snapshot
-from process_visualizer.gui.ros.rviz_markers import PoseMarker
+from process_visualizer.gui.ros.rviz_markers import BoxMarker, PoseMarker
 from process_visualizer.gui.ros.snapshots import (
     DisplaySnapshot,
+    ObjectsSnapshot,
     PhaseSnapshot,
     RecorderSnapshot,
     TopicSnapshot,
 )
+from process_visualizer.health.near_objects import seen_objects
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.cell_owner import cell_owner
-from process_visualizer.msg import GhostPhase, RecorderState, TopicRecord
+from process_visualizer.msg import (
+    DetectedObject,
+    DetectedObjects,
+    GhostPhase,
+    RecorderState,
+    TopicRecord,
+)
 from process_visualizer.ros_names import (
     CELL_FRAMES,
     COMPARISON_TOPIC,
     DISPLAY_STATUS_TOPIC,
     GHOST_PHASE_TOPIC,
+    OBJECTS,
+    ROI_FILTER,
     RVIZ_CAMERA_TOPIC,
     RVIZ_KEY_TOPIC,
     RVIZ_KEYS_TOPIC,
@@ -138,12 +148,12 @@ class RosLink(QObject):
     def _send_place(self) -> None:
         place, publisher = self._place, self._place_publisher
         if place is not None and publisher is not None:
-            publisher.publish(RegionOfInterest(
+            publisher.publish(PlaceMessage(
                 x_offset=max(place.x, 0), y_offset=max(place.y, 0), width=place.width,
                 height=place.height))
 
     def _subscribe(self) -> None:
-        self._place_publisher = rospy.Publisher(RVIZ_PLACE_TOPIC, RegionOfInterest, queue_size=1,
+        self._place_publisher = rospy.Publisher(RVIZ_PLACE_TOPIC, PlaceMessage, queue_size=1,
                                                 latch=True)
         self._send_place()
         self._keys_publisher = rospy.Publisher(RVIZ_KEYS_TOPIC, String, queue_size=1, latch=True)
@@ -159,7 +169,7 @@ class RosLink(QObject):
             rospy.Subscriber(GHOST_PHASE_TOPIC, GhostPhase,
                              lambda phase: self.ghost_phase.emit(_phase(phase)), queue_size=100),
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
-            rospy.Subscriber(RVIZ_WINDOW_TOPIC, RegionOfInterest, self._take_window, queue_size=1),
+            rospy.Subscriber(RVIZ_WINDOW_TOPIC, PlaceMessage, self._take_window, queue_size=1),
             rospy.Subscriber(RVIZ_KEY_TOPIC, String,
                              lambda key: self.key_pressed.emit(key.data), queue_size=10),
             rospy.Subscriber('/rosout', Log, self._take_log),
@@ -168,7 +178,7 @@ class RosLink(QObject):
     def _take_camera(self, camera: String) -> None:
         self._camera = camera.data
 
-    def _take_window(self, place: RegionOfInterest) -> None:
+    def _take_window(self, place: PlaceMessage) -> None:
         self._window = Rectangle(place.x_offset, place.y_offset, place.width, place.height)
         self.rviz_moved.emit()
 
@@ -276,3 +286,94 @@ def _known(value: float) -> Optional[float]:
 def _phase(phase: GhostPhase) -> PhaseSnapshot:
     return PhaseSnapshot(phase.stamp.to_sec(), phase.reference if phase.known else None,
                          None if math.isnan(phase.behind) else phase.behind)
+
+
+class RegionLink(QObject):
+    """Moves boxes while everything runs; all methods but the constructor block."""
+
+    dragged = pyqtSignal(str, object)
+    """The box of a device (by name) has been dragged in RViz to this RegionOfInterest."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._marker = BoxMarker(self.dragged.emit)
+
+    def move(self, device: str, region: RegionOfInterest) -> None:
+        """Set the box to which a device's cloud is cropped; it takes effect with the next cloud.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            for name, values in (('center', region.center), ('size', region.size)):
+                rospy.set_param(f'/{device}/{ROI_FILTER}/{name}', [float(it) for it in values])
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'the ROS master does not answer ({error})') from error
+
+    def show_marker(self, device: str, region: RegionOfInterest) -> None:
+        """Show the box of a device for dragging in RViz.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            self._marker.show(device, region)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'the box of {device} cannot be dragged: the ROS master does not '
+                               f'answer ({error})') from error
+
+    def move_marker(self, device: str, region: RegionOfInterest) -> None:
+        """Move the box in RViz."""
+        self._marker.move(device, region)
+
+    def hide_marker(self) -> None:
+        """Remove the box from RViz."""
+        self._marker.hide()
+
+
+_BEAT_S = 1.0
+
+
+class ObjectLink(QObject):
+    """Follows the objects of depth sensors; while the cell is clear, this costs little time."""
+
+    seen = pyqtSignal(object)
+    """An ObjectsSnapshot: each one with a near object, the first without, and one per second."""
+
+    def __init__(self, parent: Optional[QObject] = None,
+                 monotonic_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(parent)
+        self._monotonic_s = monotonic_s
+        self._subscribers: Dict[str, rospy.Subscriber] = {}
+        self._was_near: Dict[str, bool] = {}  # each entry is written by its subscriber's thread
+        self._reported_s: Dict[str, float] = {}
+
+    def follow(self, devices: Iterable[str]) -> None:
+        """Follow these depth sensors (by name) and no others; blocks for a moment.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            self._follow(devices)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError('objects near robots are no alarms: the ROS master does not answer '
+                               f'({error})') from error
+
+    def _follow(self, devices: Iterable[str]) -> None:
+        wanted = set(devices)
+        for device in set(self._subscribers) - wanted:
+            self._subscribers.pop(device).unregister()
+        for device in wanted - set(self._subscribers):
+            self._subscribers[device] = rospy.Subscriber(
+                f'/{device}/{OBJECTS}', DetectedObjects, self._take, device, queue_size=2)
+
+    def _take(self, message: DetectedObjects, device: str) -> None:
+        is_near = any(it.level != DetectedObject.CLEAR for it in message.objects)
+        now_s = self._monotonic_s()
+        is_due = now_s >= self._reported_s.get(device, -math.inf) + _BEAT_S
+        if is_near or is_due or self._was_near.get(device, False):
+            self._reported_s[device] = now_s
+            self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
+                                           seen_objects(message)))
+        self._was_near[device] = is_near

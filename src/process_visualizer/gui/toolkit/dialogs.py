@@ -16,8 +16,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.gui.toolkit.labels import html_label
-from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.labels import html_label, sentence
 from process_visualizer.gui.toolkit.theme import tabular_font
 
 _TITLE = 'Process Visualizer'

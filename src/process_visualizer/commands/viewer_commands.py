@@ -1,33 +1,130 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell serve``: shows a running cell as a page in browsers."""
+"""Commands that show a running cell elsewhere: ``cell view`` (RViz), ``cell serve`` (browsers)."""
 from __future__ import annotations
 
 import argparse
+import contextlib
 import errno
 import json
 import os
 import secrets
+import shutil
 import signal
+import socket
 import ssl
 import sys
-from typing import Dict, List, Optional
+from functools import partial
+from typing import Dict, Iterator, List, Optional, Tuple
 
 import rosgraph
 from rosgraph.network import get_local_addresses
 
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.interrupts import StopRequested, StopSignals
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.launching.ros_master import RosMaster
+from process_visualizer.launching.run_record import (
+    RunRecord,
+    clean_up_crashed_runs,
+)
 from process_visualizer.page.html_page import GHOST_STYLE, live_html, web_file
 from process_visualizer.page.live_feed import Admission
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
+from process_visualizer.remote.link_words import Address, address_of
 from process_visualizer.shown_text import say
+from process_visualizer.viewing.finding import CellNotFound, find_relay
+
+_VIEW_NODE = 'cell_view'
+
+
+def add_view_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``cell view``."""
+    command.add_argument('--master', metavar='HOST', type=_address, default=None,
+                         help='the computer on which the cell runs, or HOST:PORT (default: that of '
+                              'ROS_MASTER_URI)')
+    command.add_argument('--check', action='store_true',
+                         help='only say whether the cell can be watched, and what is in the way')
+    command.add_argument('--no-rviz', action='store_true',
+                         help='without RViz: topics and models for other programs, on a ROS master '
+                              'of its own, which is printed')
+
+
+def execute_view(options: argparse.Namespace) -> int:
+    """Show the cell until RViz is closed or Ctrl-C is pressed; return the exit code.
+
+    Raises:
+        RosMasterError, OSError: RViz cannot be started.
+    """
+    wanted = options.master or address_of(rosgraph.get_master_uri())
+    try:
+        address = find_relay(wanted)
+    except CellNotFound as error:
+        for problem in error.problems:
+            say(f'cell: {problem}', file=sys.stderr)
+        return 1
+    if options.check:
+        say(f'the cell on {address[0]} can be watched (port {address[1]})')
+        return 0
+    clean_up_crashed_runs()
+    try:
+        with StopSignals() as signals, signals.raised(), _own_master() as uri:
+            if options.no_rviz:
+                say(f'ROS_MASTER_URI={uri}')
+            return _show(wanted, address, not options.no_rviz)
+    except StopRequested:
+        return 0
+
+
+def _address(text: str) -> Address:
+    try:
+        return address_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
+    import rospy  # only now, as it reads the address of its master
+
+    from process_visualizer.viewing.viewer import Viewer
+    rospy.init_node(_VIEW_NODE, anonymous=True, disable_signals=True, argv=[])
+    record = RunRecord()
+    folder = record.begin()
+    viewer = Viewer(str(wanted), address, partial(find_relay, wanted), folder, say, with_rviz)
+    try:
+        return viewer.run()
+    except StopRequested:
+        return 0
+    finally:
+        viewer.close()
+        rospy.signal_shutdown('the viewer ends')
+        shutil.rmtree(folder, ignore_errors=True)
+        record.remove()
+
+
+@contextlib.contextmanager
+def _own_master() -> Iterator[str]:
+    """Run a ROS master for this computer only; this process uses it from now on."""
+    with contextlib.closing(socket.socket()) as probe:
+        probe.bind(('localhost', 0))
+        port = probe.getsockname()[1]
+    own: Dict[str, str] = {'ROS_MASTER_URI': f'http://localhost:{port}',
+                           'ROS_HOSTNAME': 'localhost'}
+    os.environ.pop('ROS_IP', None)  # the nodes of the viewer are for this computer only
+    os.environ.update(own)
+    master = RosMaster()
+    try:
+        master.ensure()
+        yield master.uri
+    finally:
+        master.stop()
+
 
 PORT = 11480
 _HOME = '127.0.0.1'
 _TOKEN_BYTES = 24
-_NODE = 'cell_serve'
+_SERVE_NODE = 'cell_serve'
 _EVERYWHERE = ('', '0.0.0.0', '::')
 _LAST_PORT = 65_535
 
@@ -122,7 +219,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     _listen(web, _HOME if address is None else address, port, context)
     clock = PageClock()
     try:
-        rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
+        rospy.init_node(_SERVE_NODE, anonymous=True, disable_signals=True, argv=[])
         link = CellLink(live, cell.devices, clock)
     except (rospy.ROSException, rosgraph.MasterException) as error:
         raise ValueError(f'the ROS master at {rosgraph.get_master_uri()} has refused the page '
