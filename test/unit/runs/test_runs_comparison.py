@@ -364,6 +364,16 @@ def test_a_run_is_judged_by_those_of_its_variant() -> None:
     assert (judged['is_judged'], judged['is_within']) == (False, False)
 
 
+def test_the_number_of_the_run_before_is_no_wrong_state() -> None:
+    """The variant or place is sent when it changes, shortly before its run begins."""
+    def of(seed: int, before: float, number: float) -> Run:
+        run = with_channel(made_run(seed), 'number', np.array([0.0, 0.3]),
+                           np.array([before, number]))
+        return run._replace(context=(('number', number),), place=(('number', number),))
+    good = GoodRuns(of(1, 1.0, 1.0), [of(2, 1.0, 1.0), of(3, 1.0, 1.0)])
+    assert good.compare(of(77, 2.0, 1.0)).departures == ()
+
+
 def test_the_place_of_a_pattern_is_that_of_good_runs_at_it() -> None:
     def at(seed: int, index: int, offset_m: float) -> Run:
         def aside(process_s: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cycle_bags import write_bag
 
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import RunSpan
 from process_visualizer.commands.command_line import main
+from process_visualizer.runs.recorded.chosen_runs import cut_into_runs
+from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent
 
 
 def test_a_run_that_is_cut_out_is_a_run_by_itself(tmp_path: Path,
@@ -36,3 +41,17 @@ def test_what_happened_around_an_alarm(tmp_path: Path, capsys: pytest.CaptureFix
     assert main([*words, 'quietly']) == 1
     reason, known = capsys.readouterr().err.splitlines()
     assert 'no mark or alarm with "quietly"' in reason and '0:01.0  machine: feed' in known
+
+
+def test_the_variant_of_a_run_is_the_number_that_holds_during_its_cycle() -> None:
+    """It is sent when it changes, shortly before the cycle begins, after that of the last run."""
+    variant = Channel('plc', 'variant', '', ChannelKind.VARIABLE, np.array([0.0, 21.8, 41.8, 52.2]),
+                      np.array([2.0, 1.0, 2.0, 5.0]))
+    whole = Run('shift.bag', 60.0, (variant,), events=tuple(
+        RunEvent(name, at_s) for at_s in (2.0, 22.0, 42.0)
+        for name, at_s in (('begins', at_s), ('ends', at_s + 10.0))))
+    span = RunSpan('begins', 'ends', 0.5, 0.5, Location('cell.xml', 1), group='variant',
+                   place='variant')
+    runs = cut_into_runs(whole, span)
+    assert [it.context[0][1] for it in runs] == [2.0, 1.0, 2.0]
+    assert [it.place[0][1] for it in runs] == [2.0, 1.0, 2.0]

@@ -654,7 +654,13 @@ def _distinct(runs: Sequence[Run]) -> List[Run]:
 
 
 def _state_keys(reference: Run) -> List[Key]:
-    return [channel.key for channel in reference.channels if is_sequence(channel)]
+    """Return the channels with states, but for the numbers that say what is expected of a run.
+
+    Such a number may be sent at any time before it counts; until then it is that of another run.
+    """
+    of_runs = {name.strip('/') for name, _ in reference.context + reference.place}
+    return [channel.key for channel in reference.channels if is_sequence(channel)
+            and not of_runs & {channel.label, channel.topic.strip('/')}]
 
 
 def _states(reference: Run, run: Run, alignment: Alignment) -> Dict[Key, States]:

@@ -19,7 +19,7 @@ from process_visualizer.cell.trust import Origin, Provenance, trusted_packages
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.runs.event import Cycle, cycles
 from process_visualizer.runs.recorded.run_reader import read_run
-from process_visualizer.runs.run import Context, Run, part_of
+from process_visualizer.runs.run import Run, part_of
 
 # The runs of a recording: its cycles, as the configuration defines a run.
 
@@ -56,21 +56,25 @@ def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
     after_s = 0.0 if cycle.is_broken_off else span.after_s
     part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
                    min(cycle.end_s + after_s, whole.duration_s), name)
-    return part._replace(is_broken_off=cycle.is_broken_off, context=_context(part, span.group),
-                         place=_context(part, span.place))
+    context, place = (((what, _usual_value(part, what, cycle)),) if what else ()
+                      for what in (span.group, span.place))
+    return part._replace(is_broken_off=cycle.is_broken_off, context=context, place=place)
 
 
-def _context(run: Run, what: str) -> Context:
-    return ((what, _usual_value(run, what)),) if what else ()
+def _usual_value(run: Run, what: str, cycle: Cycle) -> Optional[float]:
+    """Return the value that a run's channel has for longest, given its label or topic.
 
-
-def _usual_value(run: Run, what: str) -> Optional[float]:
-    """Return the most frequent value of a run's channel, given its label or topic."""
+    Only the time of the cycle counts: before and after it, the number may be that of another one.
+    """
     for channel in run.channels:
         if what.strip('/') in (channel.label, channel.topic.strip('/')):
-            values = channel.values[np.isfinite(channel.values)]
-            found, counts = np.unique(values, return_counts=True)
-            return float(found[counts.argmax()]) if len(found) else None
+            known = np.isfinite(channel.values)
+            times_s, values = channel.times_s[known], channel.values[known]
+            begin_s, end_s = (it - run.begin_s for it in (cycle.begin_s, cycle.end_s))
+            edges_s = np.clip([begin_s, *times_s[1:], end_s], begin_s, end_s)
+            found, which = np.unique(values, return_inverse=True)
+            held_s = np.bincount(which, np.diff(edges_s[:len(values) + 1]), len(found))
+            return float(found[held_s.argmax()]) if len(found) else None
     return None
 
 
