@@ -225,12 +225,18 @@ class States(NamedTuple):
 
 
 def is_sequence(channel: Channel) -> bool:
-    """Return whether a channel has states or bits: whole numbers that hold for a while."""
+    """Return whether a channel has states or bits: whole numbers that hold for a while.
+
+    Numbers with names are states, however quickly they change: sent only when they change, they
+    may follow each other as quickly as measurements.
+    """
     values = channel.values[np.isfinite(channel.values)]
     if channel.kind is not ChannelKind.VARIABLE or channel.unit or not len(values):
         return False
     if (values != np.rint(values)).any():
         return False
+    if channel.value_names:
+        return True
     changes = int(np.count_nonzero(np.diff(values)))
     return changes <= max(_MAX_CHANGES * len(values), _FEW_CHANGES) or \
         period_s(channel.times_s) > _CYCLIC_S

@@ -364,6 +364,19 @@ def test_a_run_is_judged_by_those_of_its_variant() -> None:
     assert (judged['is_judged'], judged['is_within']) == (False, False)
 
 
+def test_numbers_with_names_are_states_though_they_change_quickly() -> None:
+    """Sent only when it changes, every 0.4 s, a state is sent like a measurement."""
+    def of(seed: int, more: Sequence[float] = ()) -> Run:
+        times_s = np.array([*np.arange(0.2, 12.0, 0.4), *more])
+        values = np.where(np.isin(times_s, more), 9.0, np.arange(len(times_s)) % 4)
+        order = np.argsort(times_s)
+        run = with_channel(made_run(seed), 'state', times_s[order], values[order])
+        state = run.channels[-1]._replace(value_names=((3.0, 'screw'),))
+        return run._replace(channels=(*run.channels[:-1], state))
+    found = GoodRuns(of(1), [of(2), of(3)]).compare(of(77, [5.1])).departures
+    assert [it.words for it in found] == ['9 comes in addition']
+
+
 def test_the_number_of_the_run_before_is_no_wrong_state() -> None:
     """The variant or place is sent when it changes, shortly before its run begins."""
     def of(seed: int, before: float, number: float) -> Run:
