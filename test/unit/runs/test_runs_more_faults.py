@@ -207,3 +207,40 @@ def test_no_good_run_widens_a_band_beyond_three_times_what_one_of_them_did(
             for row, it in enumerate(values)]
     least = tolerance or signal_tolerance(signal, values, RELATIVE_TOLERANCE)
     assert limits.half_width.max() <= max(least, 3.0 * max(away)) + 1e-5
+
+
+def with_current(run: Run, first_s: float, size: Callable[[float], float] = lambda _: 1.0) -> Run:
+    """Return a run with a current that is sent once a second, first at ``first_s``.
+
+    It flows from 2 s to 8 s after the begin of the process, which is 2 s after that of the run.
+    ``size`` multiplies it at times of the process.
+    """
+    times_s = np.arange(first_s, run.duration_s, 1.0)
+    flows = [2.0 * size(it) if 2.0 < it < 8.0 else 0.0 for it in (times_s - 2.0).tolist()]
+    noise = np.random.default_rng(int(1000 * first_s)).normal(0.0, 0.01, len(times_s))
+    current = Channel('spindle', 'current', 'A', ChannelKind.VARIABLE, times_s, 0.1 + noise + flows)
+    return run._replace(channels=(*run.channels, current))
+
+
+def test_an_edge_of_what_is_sent_once_a_second_may_be_seen_anywhere_in_it() -> None:
+    good = GoodRuns(with_current(made_run(0), 0.1))
+    assert not good.compare(with_current(made_run(1), 0.7)).departures
+
+
+def test_edges_of_what_is_sent_once_a_second_do_not_hide_another_value() -> None:
+    good = GoodRuns(with_current(made_run(0), 0.1),
+                    [with_current(made_run(row), 0.1 + 0.2 * row) for row in range(1, 5)])
+    found = good.compare(with_current(made_run(7), 0.5, lambda _: 1.15)).departures
+    assert [it.signal.label for it in found] == ['current']
+
+
+def test_what_is_sent_once_a_second_is_not_the_cause_of_what_began_within_it() -> None:
+    """It lies on a straight line to the first wrong value, nearly a second earlier."""
+    good = GoodRuns(with_current(made_run(0), 0.05), [
+        with_current(made_run(row), 0.05 + 0.2 * row) for row in range(1, 5)])
+    wrong = made_run(7, value=lambda process_s, values: values + 2.0 * (process_s > 4.98))
+    found = good.compare(with_current(wrong, 0.05, lambda process_s: 0.3 if process_s > 4.98
+                                      else 1.0)).departures
+    assert [it.signal.label for it in found[:2]] == ['tool force', 'current']
+    current = found[1]
+    assert abs(current.onset_s - 6.98) <= current.uncertainty_s <= 0.6

@@ -10,6 +10,7 @@ import numpy as np
 
 from process_visualizer.runs.deviation.signals import (
     FORCE_DIRECTION,
+    RATE_HZ,
     TORQUE_DIRECTION,
     Columns,
     Signal,
@@ -435,7 +436,12 @@ class LearnedSignal:
 
     @property
     def _edge_rows(self) -> int:
-        return 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
+        """Return by how many rows an edge may come earlier or later.
+
+        A value that is sent once a second may be measured anywhere in that second.
+        """
+        rows = 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
+        return rows + int(self.signal.period_s * RATE_HZ)
 
     def _deviation(self, values: np.ndarray, robust: bool) -> Tuple[np.ndarray, np.ndarray]:
         """Return the usual value (t,), and each run's distance from that of the others (n, t)."""

@@ -360,16 +360,31 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
         since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
                               float(np.sign(deviation[begin])), signal.over_s)
     back_s = float(times_s[end]) if end < len(times_s) else None
+    if signal.period_s:
+        first_s = float(times_s[int(np.isfinite(values).argmax())])
+        since = _between_values(since, signal.period_s, first_s, float(times_s[worst]))
     in_all_s, onset_s = None, since.time_s
     if signal.label == TIMING_LABEL:
         # where a clock stands still, the moment before it counts; and the loss within half a
         # second may exceed that in all
         onset_s = min(onset_s, float(times_s[max(begin - 1, 0)]))
         in_all_s = max(float(deviation[worst]), lost_s(deviation[begin:end]), key=abs)
-    return Departure(signal, float(times_s[begin]), back_s, onset_s, since.uncertainty_s,
+    left_s = max(float(times_s[begin]), onset_s) if signal.period_s else float(times_s[begin])
+    return Departure(signal, left_s, back_s, onset_s, since.uncertainty_s,
                      float(times_s[worst]), float(deviation[worst]),
                      float(limits.half_width[worst]),
                      in_all_s=in_all_s)
+
+
+def _between_values(since: Onset, period_s: float, first_s: float, worst_s: float) -> Onset:
+    """Return an onset in a signal that is sent seldom, given when it begins and is farthest away.
+
+    Between two values there is a straight line, which begins to deviate at the first of them.
+    """
+    half_s = 0.5 * period_s
+    is_later = since.time_s > first_s + half_s
+    return Onset(min(since.time_s + half_s, worst_s) if is_later else since.time_s,
+                 max(since.uncertainty_s, half_s))
 
 
 def _usual_width(limits: SignalBand) -> np.ndarray:
@@ -466,7 +481,8 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
     """Return the rank of a departure among those that began together.
 
     A tool beside its path seems early or late, too: time is not the cause if it is less clear. A
-    force at the end of a tool is a torque at its sensor.
+    force at the end of a tool is a torque at its sensor. A value that is sent seldom says too
+    little about when it began.
     """
     kind, signal = departure.signal.kind, departure.signal
     force = _TORQUES.get(signal.label)
@@ -475,6 +491,8 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
         return _RANK[kind] + 0.25
     if kind is SignalKind.TIMING and departure.severity < beside:
         return _RANK[SignalKind.PLACE] + 0.5
+    if signal.period_s:
+        return max(_RANK[kind], _RANK[SignalKind.FORCE] + 0.5)
     return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
 
 
@@ -482,7 +500,10 @@ def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     """Return when a departure began; in a mean over a longer time, a clearer one may show it.
 
     Noise covers the last half second, and its start is known no better relative to other signals.
+    A signal that is sent seldom may have begun to deviate only just before its next value.
     """
+    if it.signal.period_s:
+        return it.onset_s + 0.5 * it.signal.period_s
     if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
         return min(it.left_s, it.onset_s + ROUGH_S)
     inside = [other.onset_s for other in found if it.signal.over_s and not other.signal.over_s

@@ -72,6 +72,8 @@ MEAN_ROWS = int(0.1 * RATE_HZ)
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """A channel with a longer period, or fewer values, is slow: it has no means and no noise."""
+_MAX_PERIOD_S = 5.0
+"""Maximum period of a slow channel [s]; one that is sent more seldom is sent on change."""
 _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 """Rows over which a direction is averaged, and the minimum force as a share of the greatest."""
 _NEAR_WAIT_S = 0.1
@@ -108,7 +110,8 @@ class Signal(NamedTuple):
     """One compared quantity; ``device`` is empty for signals of the whole run.
 
     ``tolerance`` and ``max_tolerance`` are the configured ones, if any. With ``over_s``, the signal
-    is the mean over that many past seconds.
+    is the mean over that many past seconds. A signal that is sent seldom has a ``period_s``: what
+    happened between two values is known only when the second one comes.
     """
 
     device: str
@@ -118,6 +121,7 @@ class Signal(NamedTuple):
     tolerance: Optional[float] = None
     over_s: float = 0.0
     max_tolerance: Optional[float] = None
+    period_s: float = 0.0
 
     @property
     def name(self) -> str:
@@ -302,7 +306,8 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
         return {Signal(reference.device, reference.label, '', SignalKind.STATE): held_at(
             run_s, times_s, values)}
     if _is_slow(reference):
-        return {signal: slow_values(run_s, times_s, values)}
+        usual_s = round(min(period_s(reference.times_s), _MAX_PERIOD_S), 1)
+        return {signal._replace(period_s=usual_s): slow_values(run_s, times_s, values)}
     value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
     if reference.kind.is_motion:
         return {signal: value}
