@@ -13,7 +13,7 @@ from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
-from process_visualizer.runs.comparison.wording import amount, clock, verdict
+from process_visualizer.runs.comparison.wording import amount, clock, unjudged_texts, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
 
@@ -375,6 +375,27 @@ def test_numbers_with_names_are_states_though_they_change_quickly() -> None:
         return run._replace(channels=(*run.channels[:-1], state))
     found = GoodRuns(of(1), [of(2), of(3)]).compare(of(77, [5.1])).departures
     assert [it.words for it in found] == ['9 comes in addition']
+
+
+def test_a_state_that_began_in_a_hole_of_all_data_is_not_missing() -> None:
+    """Sent only when it changes, it came while nothing was recorded."""
+    def of(seed: int) -> Run:
+        return with_channel(made_run(seed), 'state', np.array([2.0, 4.0, 6.0, 8.0]), np.arange(4.0))
+
+    def kept(times_s: np.ndarray) -> np.ndarray:
+        return (times_s < 5.5) | (times_s > 6.5)
+    good, run = GoodRuns(of(1), [of(2), of(3)]), of(77)
+    missing = run._replace(channels=(*run.channels[:-1], run.channels[-1]._replace(
+        times_s=np.array([2.0, 4.0, 8.0]), values=np.array([0.0, 1.0, 3.0]))))
+    assert [it.words for it in good.compare(missing).departures] == ['2 is missing']
+    found = good.compare(run._replace(
+        channels=tuple(it._replace(times_s=it.times_s[kept(it.times_s)],
+                                   values=it.values[kept(it.times_s)]) for it in run.channels),
+        motions=tuple(it._replace(times_s=it.times_s[kept(it.times_s)],
+                                  positions=it.positions[kept(it.times_s)])
+                      for it in run.motions)))
+    assert found.departures == ()
+    assert any('oven state from 0:05.49 to 0:06.51' in it for it in unjudged_texts(found))
 
 
 def test_the_number_of_the_run_before_is_no_wrong_state() -> None:

@@ -76,8 +76,11 @@ from process_visualizer.runs.run import DAMAGED, Context, Key, Run, fingerprint
 from process_visualizer.runs.series import (
     ROUGH_S,
     States,
+    data_gaps,
+    inside,
     is_sequence,
     moving_maximum,
+    period_s,
     spans,
     states,
 )
@@ -104,6 +107,8 @@ _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """Signals that have data where another signal of the same channel or tool has."""
 _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
+_OFTEN_S = 0.1
+"""Maximum time between two messages of any kind [s] for a hole to tell that some are missing."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """Minimum difference in duration [s], and as a share of the reference, that is reported."""
 
@@ -352,7 +357,10 @@ class GoodRuns:
         for key, found in _states(self.reference, run, alignment).items():
             order = self._orders[key] if own is None else self._order(key, own)
             fault = order.fault(found, end_s)
-            if fault is not None:
+            if fault is None:
+                continue
+            since_s = alignment.time_map.to_run(np.array([fault.since_s]))
+            if not inside(since_s, _holes_s(run), _MIN_UNJUDGED_S).any():
                 yield _state_departure(key, fault, end_s)
 
     def _columns(self, run: Run,
@@ -717,9 +725,24 @@ def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
     return tuple(sorted(found, key=lambda it: it.begin_s))
 
 
+def _holes_s(run: Run) -> np.ndarray:
+    """Return where a run has no message at all, (k, 2) [s], though it usually has many a second.
+
+    A state that is sent only when it changes may have changed there, too.
+    """
+    series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
+    times_s = np.unique(np.concatenate([np.empty(0), *series]))
+    gaps = data_gaps(times_s) if period_s(times_s) < _OFTEN_S else np.empty((0, 2))
+    result: np.ndarray = gaps[gaps[:, 1] - gaps[:, 0] >= _MIN_UNJUDGED_S]
+    return result
+
+
 def _unknown_states(run: Run, signal: Signal) -> Iterator[Unjudged]:
-    """Yield the time from which a state is unknown because its messages ended."""
+    """Yield where a state is unknown: in holes of all data, and after its messages ended."""
     channel = run.by_key.get((signal.device, signal.label))
+    if channel is not None:
+        for begin_s, end_s in _holes_s(run).tolist():
+            yield Unjudged(signal, run.begin_s + begin_s, run.begin_s + end_s)
     if channel is not None and states(channel).until_s < run.duration_s:
         yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
                        run.begin_s + run.duration_s)
