@@ -6,13 +6,17 @@ import errno
 import queue
 import socket
 import struct
+import threading
 from contextlib import suppress
 from functools import partial
 from typing import Any, Optional
+from xmlrpc.client import ServerProxy
 
 import pytest
+import rospy
+from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
-from process_visualizer.nodes.common.node_server import NodeServer
+from process_visualizer.nodes.common.node_server import NodeServer, answer_patiently
 
 TIMEOUT_S = 60.0
 
@@ -86,4 +90,45 @@ def test_a_header_that_claims_too_much_is_refused() -> None:
             with suppress(ConnectionResetError):  # as not all of it was read
                 assert not connection.recv(1)
     finally:
+        server.shutdown()
+
+
+class Answers(XmlRpcHandler):
+    """What a node answers to questions."""
+
+    def __init__(self) -> None:
+        self.is_ready = threading.Event()
+
+    def _ready(self, _uri: str) -> None:
+        self.is_ready.set()
+
+    def getPid(self, _caller: str) -> int:  # noqa: N802 (the name in ROS)
+        return 7
+
+
+def waited_for_without_end(_thread: threading.Thread) -> None:
+    """Like threading.Thread.start, if there is no memory for the beginning of the thread."""
+    pytest.fail('it would be waited for without end')
+
+
+def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node that was short of memory once never answered again, as it waited for a thread."""
+    handler = Answers()
+    node = XmlRpcNode(0, handler)
+    node.start()
+    assert handler.is_ready.wait(TIMEOUT_S)
+    monkeypatch.setattr(rospy.core, '_shutdown_hooks', [node.shutdown])
+    answer_patiently()
+    taken: 'queue.Queue[Any]' = queue.Queue()
+    server = NodeServer(lambda connection, _: taken.put(connection))
+    server.start()
+    monkeypatch.setattr(threading.Thread, 'start', waited_for_without_end)
+    try:
+        for _ in range(3):
+            with ServerProxy(f'http://localhost:{node.port}/') as asked:
+                assert asked.getPid('/test') == 7
+            with connected(server):
+                taken.get(timeout=TIMEOUT_S).close()
+    finally:
+        node.shutdown('the test is over')
         server.shutdown()

@@ -15,7 +15,7 @@ from rospy.impl.paramserver import get_param_server_cache
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.common.node_server import serve_patiently
+from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
 from process_visualizer.playback.playback_clock import ClockState, PlaybackClock
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from process_visualizer.shown_text import shown
@@ -53,6 +53,7 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
         if not rospy.is_shutdown():
             raise
         end_process(0)
+    answer_patiently()
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:

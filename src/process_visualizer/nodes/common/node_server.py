@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The server of a rospy node to which other nodes connect for topics and services.
+"""The servers of a rospy node: one for topics and services, and one for questions (XML-RPC).
 
-rospy's own server ends at a shortage of memory, threads or files, although its process goes on, and
-while a connection sends no header, all others wait.
+rospy's own servers end or hang at a shortage of memory, threads or files, although their process
+goes on, and while a connection sends no header, all others wait. A thread is started here without
+waiting for its beginning, as threading.Thread does: one that has no memory to begin never says so.
 """
 from __future__ import annotations
 
+import _thread
 import errno
 import socket
 import struct
@@ -14,6 +16,7 @@ import time
 from typing import Any
 
 import rospy
+from rosgraph.xmlrpc import ThreadingXMLRPCServer, XmlRpcNode
 from rospy.impl.tcpros_base import TCPServer, init_tcpros_server
 
 from process_visualizer.shown_text import shown
@@ -45,17 +48,16 @@ class NodeServer(TCPServer):
                 time.sleep(_RETRY_S)  # a shortage does not end sooner because of another try
 
     def _handle(self, connection: socket.socket, address: Any) -> None:
-        if not self._room.acquire(blocking=False):
-            connection.close()
-            return
         try:
-            threading.Thread(target=self._greet, args=(connection, address), daemon=True).start()
+            _thread.start_new_thread(self._greet, (connection, address))
         except RuntimeError:
-            self._room.release()
             connection.close()
             raise
 
     def _greet(self, connection: socket.socket, address: Any) -> None:
+        if not self._room.acquire(blocking=False):
+            connection.close()
+            return
         try:
             if _has_header(connection):
                 self._inbound_handler(connection, address)
@@ -85,8 +87,42 @@ def _has_header(connection: socket.socket) -> bool:
     return is_whole
 
 
+class QuestionServer(ThreadingXMLRPCServer):
+    """Answers the questions of the master and of other nodes, also after a shortage."""
+
+    def __init__(self, before: ThreadingXMLRPCServer, handler: Any) -> None:
+        """Take the place of a server, with its socket; ``handler`` answers."""
+        super().__init__(('localhost', 0), 0)
+        self.socket.close()
+        self.socket = before.socket
+        self.register_multicall_functions()
+        self.register_instance(handler)
+
+    def serve_forever(self, poll_interval: float = 0.5) -> None:
+        """Answer until the shutdown."""
+        while True:
+            try:
+                super().serve_forever(poll_interval)
+                return
+            except MemoryError:
+                time.sleep(_RETRY_S)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread of its own."""
+        _thread.start_new_thread(self.process_request_thread, (request, client_address))
+
+
 def serve_patiently() -> None:
-    """Give this process such a server; to be called before ``rospy.init_node``."""
+    """Give this process a server for connections; to be called before ``rospy.init_node``."""
     server = init_tcpros_server()
     server.tcp_ros_server = NodeServer(server._tcp_server_callback)
     server.tcp_ros_server.start()
+
+
+def answer_patiently() -> None:
+    """Give this node a server for questions; to be called after ``rospy.init_node``."""
+    for hook in rospy.core._shutdown_hooks:
+        node = getattr(hook, '__self__', None)
+        if isinstance(node, XmlRpcNode) and node.server is not None:
+            before, node.server = node.server, QuestionServer(node.server, node.handler)
+            before.shutdown()  # the node's thread then lets its new server serve
