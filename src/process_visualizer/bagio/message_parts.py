@@ -278,11 +278,8 @@ def _header(example: Data, behind: int) -> bytes:
     return _STAMPED.pack(0, 0, 0) + bytes(example[_STAMPED.size:behind])
 
 
-# The meshes that markers name. RViz passes their addresses to libcurl, which takes an address
-# without a scheme for a host name, and "http:/x" for "http://x". So every address that is not known
-# to be local counts as remote.
+# The meshes that markers name.
 
-_HERE = re.compile(rb'(?:package|file):|/(?!/)|\Z', re.IGNORECASE)
 _TEXT, _MESH = 'text', 'mesh'
 _Shape = Tuple[Union[int, str, List[Any]], ...]
 """Consecutive parts: a number of bytes, a text, the address of a mesh, or an array of shapes."""
@@ -301,22 +298,22 @@ _SHAPES: Dict[str, _Shape] = {
 """Shapes of markers by the MD5 sum of the type, by which alone RViz recognizes them."""
 
 
-def fetched_mesh(connection: Connection, data: Data) -> Optional[str]:
-    """Return the address of a mesh that RViz would fetch for a message of markers, or None.
+def named_meshes(connection: Connection, data: Data) -> Tuple[str, ...]:
+    """Return the addresses of meshes that RViz would open for a message of markers, each once.
 
     Raises:
         MessageDamaged: the bytes do not fit the type.
     """
     shape = _SHAPES.get(connection.md5sum)
     if shape is None:
-        return None
-    found: List[bytes] = []
+        return ()
+    found: Dict[bytes, None] = {}
     _note_meshes(data, 0, shape, found)
-    return found[0].decode('utf-8', 'replace') if found else None
+    return tuple(it.decode('utf-8', 'replace') for it in found)
 
 
-def _note_meshes(data: Data, offset: int, shape: _Shape, found: List[bytes]) -> int:
-    """Add the remote meshes to ``found``; return the position after the parts."""
+def _note_meshes(data: Data, offset: int, shape: _Shape, found: Dict[bytes, None]) -> int:
+    """Add the addresses of meshes to ``found``; return the position after the parts."""
     for part in shape:
         if isinstance(part, int):
             offset = checked_end(data, offset, part)
@@ -324,8 +321,8 @@ def _note_meshes(data: Data, offset: int, shape: _Shape, found: List[bytes]) -> 
         count, offset = read_length(data, offset)
         if isinstance(part, str):
             end = checked_end(data, offset, count)
-            if part is _MESH and count and not _HERE.match(data, offset, end):
-                found.append(bytes(data[offset:end]))
+            if part is _MESH and count:
+                found[bytes(data[offset:end])] = None
             offset = end
         elif isinstance(part[0], int):
             offset = checked_end(data, offset, count * part[0])

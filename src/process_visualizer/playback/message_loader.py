@@ -14,8 +14,9 @@ from process_visualizer.bagio.message_definition import (
     definition_checksum,
 )
 from process_visualizer.bagio.message_layout import NS_PER_S, Data, MessageDamaged, StampLocator
-from process_visualizer.bagio.message_parts import fetched_mesh
+from process_visualizer.bagio.message_parts import named_meshes
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.robot.mesh_files import mesh_problem
 
 STAMP_BYTES = 8
 _STAMP = Struct('<II')  # seconds, nanoseconds
@@ -72,12 +73,11 @@ class MessageLoader:
         """Return the message at a position of the index; None if it cannot be played."""
         try:
             data = self._recording.message(position)
-            mesh = fetched_mesh(self._index.connections[self.connection(position)], data)
-            if mesh is None:
+            meshes = named_meshes(self._index.connections[self.connection(position)], data)
+            problem = next(filter(None, map(mesh_problem, meshes)), '')
+            if not problem:
                 return self.located(position, data)
-            self._note(f'{self._topic(position)}: markers with the mesh {mesh} are left out, as '
-                       'RViz would ask that computer for it; only meshes of packages and files '
-                       'are shown', position)
+            self._note(f'{self._topic(position)}: markers are left out: {problem}', position)
         except BagDamaged as error:
             self._note(str(error), position)
         except MessageDamaged as error:

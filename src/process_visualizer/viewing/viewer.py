@@ -21,7 +21,7 @@ from process_visualizer.bagio.message_definition import (
     installed_connection,
 )
 from process_visualizer.bagio.message_layout import MessageDamaged, StampLocator
-from process_visualizer.bagio.message_parts import fetched_mesh
+from process_visualizer.bagio.message_parts import named_meshes
 from process_visualizer.generate.launch_writer import LaunchTag, write_document
 from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.common.markers import text_marker
@@ -42,6 +42,7 @@ from process_visualizer.remote.shown_view import (
     shown_models,
     shown_view,
 )
+from process_visualizer.robot.mesh_files import mesh_problem
 from process_visualizer.ros_names import PACKAGE, RVIZ, TF_TOPIC
 from process_visualizer.rviz.views import read_view
 from process_visualizer.viewing.relay_connection import RelayConnection, RelaySource
@@ -126,10 +127,10 @@ class _OwnTopic:
             return f'{source.caller} sends another {source.type}'
         try:
             self._locator.check(data)
-            mesh = fetched_mesh(self._connection, data)
+            meshes = named_meshes(self._connection, data)
         except MessageDamaged as error:
             return str(error)
-        return '' if mesh is None else f'RViz would fetch {mesh}'
+        return next(filter(None, map(mesh_problem, meshes)), '')
 
 
 def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
