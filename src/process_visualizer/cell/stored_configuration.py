@@ -2,6 +2,7 @@
 """Converts a configuration to a single text, which every recording contains, and back to files."""
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -12,7 +13,9 @@ from process_visualizer.cell.model import Cell
 
 MODEL_ENDINGS = ('.urdf', '.xacro')
 _ENDINGS = ('.xml', *MODEL_ENDINGS)
-"""File name endings of a configuration; no other program runs or reads such files on its own."""
+"""File name endings of a configuration; no other program runs or reads such files on its own, but
+those in hidden folders, such as a window manager's menu."""
+_MAX_FILES = 1000
 
 
 class StoredConfiguration(NamedTuple):
@@ -71,11 +74,13 @@ def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
     """Return the configuration from the JSON of `configuration_text`.
 
     Raises:
-        ValueError: the JSON does not describe a configuration.
+        ValueError: the JSON does not describe a configuration, or has too many files.
     """
     files = {os.path.abspath(path): text for path, text in _texts(value, 'files').items()}
     if not isinstance(value.get('file'), str) or os.path.abspath(value['file']) not in files:
         raise ValueError('"file" is not one of its files')
+    if len(files) > _MAX_FILES:
+        raise ValueError(f'it has {len(files)} files; at most {_MAX_FILES} are allowed')
     for path, text in files.items():
         text.encode('utf-8', 'surrogateescape')
         if not os.fsencode(path) or '\0' in path:
@@ -101,12 +106,16 @@ def write_configuration(configuration: StoredConfiguration, folder: str) -> str:
 
     Raises:
         FileExistsError: a file already exists.
-        OSError: a file cannot be written.
+        OSError: a file cannot be written, or would be in a hidden folder below this one.
     """
     files = with_models_beside(configuration).files
     top = os.path.commonpath([os.path.dirname(file) for file in files])
+    names = {file: os.path.relpath(file, top) for file in files}
+    for name in names.values():
+        if any(part.startswith('.') for part in name.split(os.sep)):
+            raise OSError(errno.EPERM, 'a configuration may not write into a hidden folder', name)
     for file, text in files.items():
-        path = Path(folder, os.path.relpath(file, top))
+        path = Path(folder, names[file])
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open('xb') as stream:
             stream.write(text.encode('utf-8', 'surrogateescape'))

@@ -126,12 +126,35 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / 'is').iterdir()} == {'x.xml', 'y.xml'}
 
 
+def test_a_configuration_of_a_bag_is_not_written_into_a_hidden_folder(tmp_path: Path) -> None:
+    """In the home folder, a file in ~/.config would be read by the desktop, and run things."""
+    names = '/h/cell.xml', '/h/.config/openbox/menu.xml'
+    text = json.dumps({'file': names[0], 'arguments': {}, 'files': dict.fromkeys(names, '')})
+    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+        stored = recorded_configuration(recording)
+    assert stored is not None
+    with pytest.raises(OSError, match='hidden folder'):
+        write_configuration(stored, str(tmp_path / 'is'))
+    assert not (tmp_path / 'is').exists()
+
+
+def test_a_configuration_may_be_recorded_from_a_hidden_folder(tmp_path: Path) -> None:
+    names = '/h/.cells/cell.xml', '/h/.cells/parts/a.xml'
+    text = json.dumps({'file': names[0], 'arguments': {}, 'files': dict.fromkeys(names, '')})
+    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+        stored = recorded_configuration(recording)
+    assert stored is not None
+    assert write_configuration(stored, str(tmp_path / 'is')) == str(tmp_path / 'is' / 'cell.xml')
+
+
 def configuration_with(file: str = '/a', text: object = '') -> str:
     return json.dumps({'file': file, 'files': {file: text}, 'arguments': {}})
 
 
 @pytest.mark.parametrize('text', [
     '', '[]', '{}', '{"file": 1, "files": {}, "arguments": {}}',
+    json.dumps({'file': '/0.xml', 'arguments': {},
+                'files': {f'/{number}.xml': '' for number in range(1001)}}),
     '{"file": "/a", "files": 3, "arguments": {}}', pytest.param('{"a":' * 100_000, id='deep'),
     configuration_with('/a\0'),
     configuration_with(text='\ud800'), configuration_with('/\ud800'), configuration_with(text=[3])])
