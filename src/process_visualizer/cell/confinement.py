@@ -15,6 +15,7 @@ import yaml
 
 from process_visualizer.cell.arguments import read_arguments
 from process_visualizer.cell.element_reader import Element
+from process_visualizer.cell.elements import PROPERTY_LIMITS
 from process_visualizer.cell.errors import Location, Problem, ProblemList, shortened
 from process_visualizer.cell.substitution import Arguments, substitute
 from process_visualizer.cell.trust import Provenance, in_a_package, is_below
@@ -132,6 +133,8 @@ class _Work:
         reason = _unresolvable(element)
         if not reason and element.tag in ('param', 'rosparam'):
             reason = self._parameter_refusal(element)
+        if not reason and element.tag == 'property':
+            reason = self._property_refusal(element)
         return reason and f'is ignored in {of}: {reason}'
 
     def _parameter_refusal(self, element: Element) -> str:
@@ -141,6 +144,25 @@ class _Work:
         except ValueError:
             return 'its arguments have no usable values'
         return _parameter_refusal(element.tag, attributes, element.text)
+
+    def _property_refusal(self, element: Element) -> str:
+        name, value = (self._resolved(element, it) for it in ('name', 'value'))
+        most = PROPERTY_LIMITS.get(name)
+        if most is None or not value:
+            return ''
+        try:
+            is_small = abs(float(value)) <= most
+        except ValueError:
+            is_small = False
+        return '' if is_small else f'"{name}" may be at most {most}'
+
+    def _resolved(self, element: Element, name: str) -> str:
+        """Return the value of an attribute; '' if it cannot be known, which the parser reports."""
+        try:
+            return substitute(element.attributes.get(name, ''), self._arguments,
+                              element.location.file)
+        except ValueError:
+            return ''
 
     def _ignore(self, element: Element, message: str, attribute: str = '') -> None:
         self.removals.append(Removal(element.offset, attribute))
@@ -168,11 +190,16 @@ def _parameter_refusal(tag: str, attributes: Mapping[str, str], text: str) -> st
             'subst_value' in attributes or _NOT_PLAIN.search(text))):
         return 'its YAML is more than plain values, which rosparam may evaluate'
     names = [attributes.get(name, '') for name in ('name', 'param', 'ns')]
+    texts = [attributes.get('value', '')]
     if tag == 'rosparam':
         try:
-            names += _keys(plain_yaml(text))
+            content = plain_yaml(text)
+            names += _keys(content)
+            texts += _texts(content)
         except (yaml.YAMLError, ValueError, RecursionError):
             return 'its YAML cannot be read'
+    if any('<' in it for it in texts):
+        return 'a robot description in it could name any file and any computer'
     # "~" is the namespace of the node for a <param>, but that of roslaunch itself for a <rosparam>
     if any(name.startswith(('/', '~') if tag == 'rosparam' else '/') for name in names):
         return 'it is outside of the namespace of its device'
@@ -187,6 +214,17 @@ def _keys(value: object) -> Iterator[str]:
         if isinstance(mapping, dict):
             yield from map(str, mapping)
             values.extend(mapping.values())
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield the texts among the values."""
+    values = [value]
+    while values:
+        it = values.pop()
+        if isinstance(it, str):
+            yield it
+        elif isinstance(it, (dict, list, tuple, set)):
+            values.extend(it.values() if isinstance(it, dict) else it)
 
 
 def _problem(location: Location, tag: str, message: str) -> Problem:

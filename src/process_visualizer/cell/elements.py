@@ -100,6 +100,10 @@ DISPLAY_TYPES: Dict[str, DisplayType] = {
     'Group': DisplayType(None),
 }
 
+PROPERTY_LIMITS: Mapping[str, int] = {
+    'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,
+    'Length': 1000, 'History Length': 1000, 'Cloud Decay Time': 60}
+"""Maximum values of properties of displays that others wrote: they cost memory in RViz."""
 
 DEFAULT_FRAME = 'world'
 """The global frame if a configuration names none."""

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import rospkg
 import yaml
 
-from process_visualizer.cell.elements import DISPLAY_TYPES
+from process_visualizer.cell.elements import DISPLAY_TYPES, PROPERTY_LIMITS
 from process_visualizer.cell.values import plain_yaml
 from process_visualizer.remote.offer import MAX_MESH_BYTES, MESH_ENDINGS, OfferedMesh, digest_of
 from process_visualizer.robot.kinematics import urdf_root
@@ -26,8 +26,6 @@ _GROUP = 'rviz/Group'
 _KNOWN = frozenset((_GROUP, 'process_visualizer/MarkerArray', 'process_visualizer/RobotModel',
                     *(f'rviz/{name}' for name in DISPLAY_TYPES)))
 _MAX_VIEW_TEXT, _MAX_VALUES, _DEEPEST = 2 << 20, 100_000, 24
-_LIMITS = {'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,
-           'Length': 1000, 'History Length': 1000, 'Cloud Decay Time': 60}
 _HINTS = ('Transport Hint', 'Depth Map Transport Hint', 'Color Transport Hint')
 _GLOBALS = ('Fixed Frame', 'Background Color', 'Default Light')
 View = Dict[str, Any]
@@ -140,8 +138,9 @@ def _display(display: View) -> View:
 
 
 def _limited(key: str, value: Any) -> Any:
-    if key in _LIMITS:
-        return min(value, _LIMITS[key]) if isinstance(value, (int, float)) else _LIMITS[key]
+    most = PROPERTY_LIMITS.get(key)
+    if most is not None:
+        return min(value, most) if isinstance(value, (int, float)) else most
     return 'raw' if key in _HINTS else value
 
 

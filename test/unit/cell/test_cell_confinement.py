@@ -89,17 +89,42 @@ def test_a_trusted_package_starts_without_what_changes_it(path: Path) -> None:
     ('<rosparam param="~a">1</rosparam>', 'outside of the namespace of its device'),
     ('<rosparam>{a: {b: {/c: 1}}}</rosparam>', 'outside of the namespace of its device'),
     ('<rosparam>a: [</rosparam>', 'its YAML cannot be read'),
+    ('<param name="robot_description" value="&lt;robot/&gt;"/>', 'a robot description in it'),
+    ('<param name="a" value="$(arg less)robot/>"/>', 'a robot description in it'),
+    ('<rosparam>a: [1, {b: "\\x3Crobot/\\x3E"}]</rosparam>', 'a robot description in it'),
     ('<param name="$(arg nothing)" value="1"/>', 'its arguments have no usable values')])
 def test_a_parameter_of_data_is_a_plain_value(tmp_path: Path, parameter: str, reason: str
                                               ) -> None:
     path = tmp_path / 'cell.xml'
     path.write_text('<visualizer><arg name="slash" default="/"/><arg name="yaml" value="yaml"/>'
+                    '<arg name="less" default="&lt;"/>'
                     '<device type="other" name="m"><node pkg="sewing_cell" '
                     f'type="sewing_machine.py" name="n">{parameter}<param name="b" value="c"/>'
                     '</node></device></visualizer>', encoding='utf-8')
     cell = parsed(path, 'sewing_cell')
     assert [it.attributes['name'] for it in cell.devices[0].nodes[0].children] == ['b']
     assert len(cell.ignored) == 1 and reason in str(cell.ignored[0])
+
+
+def test_a_display_of_data_takes_no_endless_memory(tmp_path: Path) -> None:
+    """RViz makes as many lines, or keeps as many messages, as it is told to."""
+    path = tmp_path / 'cell.xml'
+    path.write_text('<visualizer><device type="other" name="m"><rviz type="Group">'
+                    '<rviz type="Grid"><property name="Plane Cell Count" value="1e9"/>'
+                    '<property name="Offset"><property name="Length" value="2000"/>'
+                    '<property name="X" value="1"/></property>'
+                    '<property name="Cell Size" value="1e9"/></rviz>'
+                    '<rviz type="Path" topic="p"><property name="Buffer Length" value="5"/></rviz>'
+                    '</rviz></device></visualizer>', encoding='utf-8')
+    cell = parsed(path)
+    grid, shown_path = cell.devices[0].displays[0].children
+    assert [it.name for it in grid.properties] == ['Offset', 'Cell Size']
+    assert [it.name for it in grid.properties[0].children] == ['X']
+    assert [it.value for it in shown_path.properties] == ['5']
+    assert [str(it).split(': ', 2)[2] for it in cell.ignored] == [
+        f'is ignored in a recording: "{name}" may be at most 1000; write it into a configuration '
+        'of your own, and name that with --config' for name in ('Plane Cell Count', 'Length')]
+    assert len(XmlParser().parse(str(path)).devices[0].displays[0].children[0].properties) == 3
 
 
 def test_the_text_without_it_says_what_stood_there(path: Path) -> None:
