@@ -12,6 +12,7 @@ import os
 import socket
 import sys
 import threading
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Dict, List, Optional, Set, Tuple
@@ -26,7 +27,13 @@ from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
 from process_visualizer.remote.link_words import listening_address, ports_of
-from process_visualizer.remote.offer import DEFAULT_PORTS, Offer, OfferedTopic, named_topics
+from process_visualizer.remote.offer import (
+    DEFAULT_PORTS,
+    MAX_MESH_BYTES,
+    Offer,
+    OfferedTopic,
+    named_topics,
+)
 from process_visualizer.remote.shown_view import (
     mesh_paths,
     model_parameters,
@@ -34,11 +41,15 @@ from process_visualizer.remote.shown_view import (
     parsed_view,
 )
 from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIEW_RELAY
+from process_visualizer.whole_file import small_file
 
 _MAX_VIEWERS = 16
+_FULL = f'{_MAX_VIEWERS} viewers watch this cell already'
 _GIVES_WAY_S = 1.5
 """Silence after which a viewer makes room, as its link is lost [s]; viewers send twice a second."""
 _GREETS_S = 6.0
+_MAX_WAITING = 64
+"""Maximum number of connections that have said nothing; then the oldest ones end."""
 _TOPICS_PERIOD_S = 1.0
 
 
@@ -59,6 +70,7 @@ class ViewRelay:
         self._feed = TopicFeed()
         self._lock = threading.Lock()
         self._links: Set[ViewerLink] = set()
+        self._waiting: Dict[socket.socket, None] = {}  # the oldest first
         self._offered: Optional[Tuple[str, Dict[str, str], Offer, Files]] = None
         self._changed = threading.Event()
         self._ended = threading.Event()
@@ -95,15 +107,29 @@ class ViewRelay:
                     return
                 rospy.logwarn('a viewer could not connect: %s', error.strerror)
                 continue
+            self._let_wait(connection)
             threading.Thread(target=self._welcome, args=[connection, f'{where[0]}:{where[1]}'],
                              name=f'welcome {where[0]}', daemon=True).start()
 
+    def _let_wait(self, connection: socket.socket) -> None:
+        """Note a connection; end those that have waited longest if they become too many."""
+        with self._lock:
+            self._waiting[connection] = None
+            while len(self._waiting) > _MAX_WAITING:
+                oldest = next(iter(self._waiting))
+                del self._waiting[oldest]
+                with suppress(OSError):  # it has gone
+                    oldest.shutdown(socket.SHUT_RDWR)  # its thread closes it
+
     def _welcome(self, connection: socket.socket, name: str) -> None:
-        if not _says_something(connection):
+        is_viewer = _says_something(connection)
+        with self._lock:
+            self._waiting.pop(connection, None)
+        if not is_viewer:
             connection.close()
             return
         if not self._has_room():
-            _refuse(connection, f'{_MAX_VIEWERS} viewers watch this cell already')
+            _refuse(connection, _FULL)
             return
         try:
             offer, files = self._offer(self._view())
@@ -113,7 +139,12 @@ class ViewRelay:
             return
         link = ViewerLink(connection, name, self._feed, self._forget)
         with self._lock:
-            self._links.add(link)
+            has_room = len(self._links) < _MAX_VIEWERS
+            if has_room:
+                self._links.add(link)
+        if not has_room:  # others came meanwhile
+            _refuse(connection, _FULL)
+            return
         rospy.loginfo('%s watches', name)
         try:
             link.start(offer, files, topics)
@@ -194,8 +225,9 @@ def _topic(name: str, kind: str) -> Optional[OfferedTopic]:
 
 
 def _content(path: str) -> bytes:
+    """Return what is in a file; nothing if it is gone, or has become something else."""
     try:
-        return Path(path).read_bytes()
+        return small_file(path, MAX_MESH_BYTES)
     except OSError:
         return b''
 

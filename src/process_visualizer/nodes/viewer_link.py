@@ -127,6 +127,8 @@ _SILENT_S = 6.0
 """Silence after which a viewer is gone [s]; viewers send twice a second."""
 _ASKED_BYTES = 256 << 10
 _RECEIVED_BYTES = 64 << 10
+_MAX_ANSWERS = 10_000
+"""Maximum number of answers that wait; a viewer that asks on without reading is dropped."""
 _REPORT_PERIOD_S = 2.0
 
 
@@ -231,6 +233,8 @@ class ViewerLink:
             self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
         elif frame.kind == Kind.FETCH:
             self._fetch(frame.json())
+        if self._outbox.answers > _MAX_ANSWERS:
+            raise FramesBroken('it asks, and does not read')
 
     def _report_left_out(self) -> None:
         now_s = time.monotonic()
@@ -254,9 +258,8 @@ class ViewerLink:
         if not isinstance(channel, int) or not (1 << 31) <= channel < (1 << 32):
             raise FramesBroken('a file without a channel')
         read = self._files.get(uri) if isinstance(uri, str) else None
-        data = b'' if read is None else read()
         with self._changed:
-            self._outbox.put_file(channel, time.time_ns(), data)
+            self._outbox.put_file(channel, time.time_ns(), bytes if read is None else read)
             self._changed.notify()
 
     def _put_frame(self, frame: bytes) -> None:

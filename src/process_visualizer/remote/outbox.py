@@ -65,9 +65,14 @@ class Outbox:
                 self._leave_out(channel)
         (self._large if is_large else self._kept)[channel] = waiting
 
-    def put_file(self, channel: int, arrived_ns: int, data: bytes) -> None:
-        """Add a file, which must arrive, but after everything else."""
-        self._files.append((channel, message_frames(channel, arrived_ns, data)))
+    def put_file(self, channel: int, arrived_ns: int, read: Callable[[], bytes]) -> None:
+        """Add a file, which must arrive, but after everything else; it is read in its turn."""
+        self._files.append((channel, _file_frames(channel, arrived_ns, read)))
+
+    @property
+    def answers(self) -> int:
+        """Return the number of frames and files that wait and must arrive."""
+        return len(self._urgent) + len(self._files)
 
     def put(self, channel: int, arrived_ns: int, data: bytes, now_s: float) -> None:
         """Add a message."""
@@ -143,6 +148,10 @@ class Outbox:
 
     def _leave_out(self, channel: int) -> None:
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
+
+
+def _file_frames(channel: int, arrived_ns: int, read: Callable[[], bytes]) -> Iterator[bytes]:
+    yield from message_frames(channel, arrived_ns, read())
 
 
 _MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 2 << 20

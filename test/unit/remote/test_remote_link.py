@@ -2,6 +2,7 @@
 """What is sent over a thin link is live: little is under way, and what is old is left out."""
 from __future__ import annotations
 
+from functools import partial
 from typing import List
 
 import numpy as np
@@ -98,11 +99,29 @@ def test_what_has_to_arrive_goes_first_and_is_never_too_old() -> None:
 
 def test_a_file_comes_last_but_comes() -> None:
     box = Outbox()
-    box.put_file(9, 0, b'mesh' * 10_000)
+    box.put_file(9, 0, lambda: b'mesh' * 10_000)
     box.put(CLOUD, 0, bytes(10_000), 0.0)
     sent = list(iter(lambda: box.next_frames(0.0, as_it_is) or b'', b''))
     assert b'mesh' in sent[-1]
     assert sum(map(len, sent)) > 50_000
+
+
+def test_a_file_is_read_in_its_turn() -> None:
+    """Otherwise a viewer that asks for all files would have them all in the relay's memory."""
+    box, read = Outbox(), []
+
+    def content(number: int) -> bytes:
+        read.append(number)
+        return bytes(100_000)
+
+    for number in range(100):
+        box.put_file(number, 0, partial(content, number))
+    assert read == []
+    assert box.answers == 100
+    box.next_frames(0.0, as_it_is)
+    assert read == [0]
+    assert len(all_frames(box)) > 99 * 100_000
+    assert read == list(range(100))
 
 
 def test_a_viewer_that_does_not_read_costs_little_memory() -> None:

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What somebody in the network can do to the relay: ask without reading, or only connect."""
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Iterator, List
+
+import pytest
+from surroundings import wait_until
+
+from process_visualizer.nodes.view_relay import ViewRelay
+from process_visualizer.nodes.viewer_link import TopicFeed, ViewerLink
+from process_visualizer.remote.frames import GREETING, Kind, json_frame, number_frame
+from process_visualizer.remote.offer import Offer
+
+OFFER = Offer('1.0', 'realtime', '', {}, {})
+
+
+@pytest.fixture
+def both_ends() -> Iterator[List[socket.socket]]:
+    """A connection: the relay's end, and the viewer's."""
+    with socket.create_server(('127.0.0.1', 0)) as server, \
+            socket.create_connection(server.getsockname()) as viewer:
+        relay, _ = server.accept()
+        with relay:
+            yield [relay, viewer]
+
+
+@pytest.mark.parametrize('frame', [
+    number_frame(Kind.PING, 1), json_frame(Kind.FETCH, uri='mesh', channel=1 << 31)])
+def test_a_viewer_that_asks_and_does_not_read_is_dropped(
+        frame: bytes, both_ends: List[socket.socket]) -> None:
+    """It does not acknowledge either, so that nothing is sent, and all answers wait."""
+    relay, viewer = both_ends
+    ended = threading.Event()
+    link = ViewerLink(relay, 'viewer', TopicFeed(), lambda _link: ended.set())
+    link.start(OFFER, {'mesh': lambda: bytes(1 << 20)}, {})
+    viewer.sendall(GREETING)
+    try:
+        for _ in range(300):
+            viewer.sendall(1000 * frame)
+    except OSError:
+        assert ended.wait(60.0)
+        return
+    pytest.fail('the relay has taken 300,000 questions')
+
+
+def test_connections_that_say_nothing_do_not_become_many(tmp_path: Path) -> None:
+    relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
+    host, port = relay.address.split(':')
+    relay.run()
+    before = threading.active_count()
+    with ExitStack() as stack:
+        silent = [stack.enter_context(socket.create_connection((host, int(port))))
+                  for _ in range(300)]
+        assert silent[0].recv(1) == b''
+        wait_until(lambda: threading.active_count() <= before + 64,
+                   'the threads of silent connections end')
+        silent[-1].sendall(GREETING)
+        assert silent[-1].recv(len(GREETING)) == GREETING
+    relay.close()
