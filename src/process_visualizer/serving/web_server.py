@@ -54,7 +54,10 @@ def served_file(kind: str, content: Union[str, bytes]) -> ServedFile:
 
 
 class Served(NamedTuple):
-    """Data shared by all connections. ``recent`` returns the kept data between two times."""
+    """Data shared by all connections. ``recent`` returns the kept data between two times.
+
+    ``strangers`` are the connections without an admitted request so far, the oldest first.
+    """
 
     files: Dict[str, ServedFile]
     feed: LiveFeed
@@ -63,6 +66,7 @@ class Served(NamedTuple):
     viewers: 'Set[_Viewer]'
     budget: '_Budget'
     on_viewer: Callable[[str], None]
+    strangers: Dict[IOStream, None]
 
 
 class _Budget:
@@ -86,7 +90,7 @@ class LiveServer:
                  on_viewer: Callable[[str], None] = lambda _text: None) -> None:
         """Take the data to serve, see `Served`; call ``on_viewer`` when a viewer comes or goes."""
         self._served = Served(files, feed, admission, recent, set(),
-                              _Budget(_RECENT_PER_S), on_viewer)
+                              _Budget(_RECENT_PER_S), on_viewer, {})
         shared = {'served': self._served}
         self._application = Application(
             [(r'.*/live', _Viewer, shared), (r'.*', _Asked, shared)], log_function=_no_log,
@@ -116,6 +120,7 @@ class LiveServer:
             self._application, ssl_options=context, max_header_size=_MAX_HEADER_BYTES,
             max_body_size=_MAX_BODY_BYTES, idle_connection_timeout=_IDLE_S,
             body_timeout=_IDLE_S)
+        self._server.strangers = self._served.strangers
         self._server.add_sockets(sockets)
         return int(sockets[0].getsockname()[1])
 
@@ -144,20 +149,30 @@ def _no_log(_handler: RequestHandler) -> None:
 
 
 class _LimitedServer(HTTPServer):
-    """A server with a limited number of connections, which drops stalled ones."""
+    """A server with a limited number of connections, which drops stalled ones.
 
+    A new connection takes the place of the oldest one without an admitted request: whoever knows no
+    token could otherwise keep all others out by connections that say nothing.
+    """
+
+    strangers: Dict[IOStream, None]
     _open = 0
 
     def handle_stream(self, stream: IOStream, address: Any) -> None:
         if self._open >= _MAX_CONNECTIONS:
-            stream.close()
-            return
+            oldest = next(iter(self.strangers), stream)
+            self.strangers.pop(oldest, None)
+            oldest.close()
+            if oldest is stream:
+                return
         self._open += 1
+        self.strangers[stream] = None
         stream.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, int(1000 * _IDLE_S))
         super().handle_stream(stream, address)
 
-    def on_close(self, server_conn: object) -> None:
+    def on_close(self, server_conn: Any) -> None:
         self._open -= 1
+        self.strangers.pop(server_conn.stream, None)
         super().on_close(server_conn)
 
 
@@ -183,6 +198,9 @@ class _Handler(RequestHandler):
             refusal = Refusal(503, _full())
         if refusal is not None:
             self._refuse(refusal)
+        else:
+            connection: Any = self.request.server_connection
+            self.served.strangers.pop(connection.stream, None)
 
     def _refuse(self, refusal: Refusal) -> None:
         self.set_status(refusal.status)

@@ -7,6 +7,7 @@ import gzip
 import socket
 import ssl
 import subprocess
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Callable, Optional
 
@@ -127,6 +128,24 @@ def test_a_flood_of_pings_ends_the_connection() -> None:
     asyncio.run(test())
 
 
+@pytest.mark.parametrize('said', [
+    b'', b'GET /live HTT', b'GET /wrong/ HTTP/1.1\r\nHost: a\r\n\r\n'])
+def test_connections_without_the_token_keep_nobody_out(said: bytes) -> None:
+    async def test() -> None:
+        site = Site(TOKEN)
+        viewer = await site.viewer(f'/{TOKEN}/live')
+        with ExitStack() as stack:
+            for _ in range(200):
+                silent = stack.enter_context(socket.create_connection(('127.0.0.1', site.port)))
+                silent.sendall(said)
+                await asyncio.sleep(0)
+            assert (await site.get(f'/{TOKEN}/')).body == b'<p>page</p>'
+        site.feed.put(Slot.LAYOUT, 'layout')
+        site.server.send()
+        assert await viewer.read_message() == 'layout'
+    asyncio.run(test())
+
+
 def test_a_viewer_that_stops_reading_slows_nobody_and_nothing_queues_for_it() -> None:
     async def test() -> None:
         site = Site()
@@ -239,9 +258,8 @@ def test_the_past_is_given_compressed_and_not_too_often() -> None:
 def test_more_connections_than_there_is_room_for_are_closed() -> None:
     async def test() -> None:
         site = Site()
-        held = [await asyncio.open_connection('127.0.0.1', site.port) for _ in range(64)]
-        reader, _ = await asyncio.open_connection('127.0.0.1', site.port)
-        assert await asyncio.wait_for(reader.read(), PATIENCE_S) == b''
+        held = [await asyncio.open_connection('127.0.0.1', site.port) for _ in range(65)]
+        assert await asyncio.wait_for(held[0][0].read(), PATIENCE_S) == b''
         for _, writer in held:
             writer.close()
         await site.until(lambda: site.server._server is not None
