@@ -2,7 +2,6 @@
 """Arrows and texts of a serialized visualization_msgs/MarkerArray, read directly from its bytes."""
 from __future__ import annotations
 
-import math
 from enum import IntEnum
 from struct import Struct, error
 from typing import Iterator, List, NamedTuple
@@ -23,6 +22,9 @@ _KIND = Struct('<iii')  # id, type, action
 _SHAPE = Struct('<7d3d4f2i')  # pose, scale, color, lifetime
 _POINT_BYTES, _COLOR_BYTES = 24, 16
 _MAX_TEXT = 1000
+FAR_M = 1e6
+"""Maximum of the numbers of a scene: far greater ones do not fit into a frame."""
+_NUMBERS = slice(0, 14)  # of a shape, without its lifetime
 
 
 class MarkerType(IntEnum):
@@ -69,7 +71,7 @@ class SeenMarker(NamedTuple):
 
 
 def markers_in(data: Data) -> List[SeenMarker]:
-    """Return the markers up to the first damaged one, without those with non-finite numbers."""
+    """Return the markers up to the first damaged one, without those with NaN or huge numbers."""
     found = []
     try:
         for marker in _markers(data):
@@ -93,7 +95,7 @@ def _markers(data: Data) -> Iterator[SeenMarker]:
         text, position = read_text(data, position)
         _, position = read_text(data, position)
         position += 1
-        if not all(map(math.isfinite, shape)):
+        if not all(abs(it) < FAR_M for it in shape[_NUMBERS]):
             continue
         yield SeenMarker(_words(namespace), number, kind, action, _words(frame).strip('/'),
                          Placement(shape[0:3], shape[3:7]), shape[7:10], shape[10:13],

@@ -26,6 +26,7 @@ from process_visualizer.bagio.message_layout import Data
 from process_visualizer.bagio.number_places import transforms_in
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.page.live_markers import (
+    FAR_M,
     MarkerAction,
     MarkerType,
     SeenMarker,
@@ -45,6 +46,8 @@ _PLACE = Struct('<3f4h')
 _ARROW = Struct('<6f3B')
 _TEXT = Struct('<3BB')
 _POSE = Struct('<7d')
+_MAX_QUATERNION = 1e3
+"""Maximum of its parts; products of far greater ones would overflow."""
 _TURN_STEPS = 32_767
 _MAX_TEXT_BYTES = 255
 _NOWHERE = _PLACE.pack(math.nan, math.nan, math.nan, 0, 0, 0, _TURN_STEPS)
@@ -72,7 +75,8 @@ class NewestFrames:
             child = it.child
             x, y, z, *turn = _POSE.unpack_from(data, it.pose)
             before = self._above.get(child)
-            if not all(map(math.isfinite, (x, y, z, *turn))) or not any(turn) \
+            if not all(abs(it) < FAR_M for it in (x, y, z)) or not any(turn) \
+                    or not all(abs(it) < _MAX_QUATERNION for it in turn) \
                     or (before is None and len(self._above) >= MAX_FRAMES):
                 continue
             row = it.parent, Placement((x, y, z), tuple(turn)), is_static
@@ -290,7 +294,7 @@ class LiveScene:
         return None if outer is None else outer.then(drawn.marker.place)
 
     def _place(self, frame: str, place: Optional[Placement]) -> bytes:
-        if place is None or max(map(abs, place.position)) > 1e6:
+        if place is None or max(map(abs, place.position)) > FAR_M:
             return _NOWHERE
         turn = _unit(place.quaternion)
         before = self._turns.get(frame, turn)

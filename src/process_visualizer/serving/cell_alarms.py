@@ -28,6 +28,7 @@ from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
 
 MAX_SHOWN = 50
 """Maximum number of alarms, events and marks on a page; of events and marks, the newest."""
+_MAX_NUMBER = 1e10
 _DIGITS = re.compile(r'[\d.]+')
 
 
@@ -83,7 +84,11 @@ class CellAlarms:
         """The channels (device, label) that cannot be judged now."""
 
     def take_recorder(self, recorder: SeenRecorder) -> None:
-        """Take the recorder's state."""
+        """Take the recorder's state; one without usable numbers is left out."""
+        numbers = [recorder.duration_s, *(it.rate_hz for it in recorder.topics),
+                   *(it.silence_s or 0.0 for it in recorder.topics)]
+        if not all(abs(it) < _MAX_NUMBER for it in numbers):
+            return
         self._recorder = recorder
         self._lines = {it.name: live_line(self._watch.update(
             it.name, it.rate_hz, it.silence_s, it.messages), it.is_latched)

@@ -42,6 +42,8 @@ _VERDICT_S = 3.0
 """Maximum age of a shown verdict; with an older one, the launcher no longer compares."""
 _MAX_VERDICT = 20_000
 _PLAYER_S = 2.0
+_MAX_S = 1e10
+"""Maximum of a time that is shown [s]."""
 
 
 class SeenPlayer(NamedTuple):
@@ -132,7 +134,9 @@ class LiveCell:
             self.alarms.take_recorder(recorder)
 
     def take_player(self, player: SeenPlayer, clock_s: float) -> None:
-        """Take the player's state."""
+        """Take the player's state; one at no time is left out."""
+        if not abs(player.position_s) < _MAX_S:
+            return
         with self._lock:
             self._player = player, clock_s
 

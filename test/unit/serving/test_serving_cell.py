@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any, Dict, List
 
@@ -11,8 +12,9 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from live_stand import packed
 from small_clouds import KIND, cloud, read
+from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
@@ -293,3 +295,35 @@ def test_a_sensor_that_does_not_see_is_an_alarm(sensing: Stage, is_played: bool)
         sensing.pass_time(0.5)
     said = ['kinect: no objects can be found: none of its clouds is evaluated']
     assert [it['text'] for it in sensing.state['alarms']] == ([] if is_played else said)
+
+
+def no_number(name: str) -> None:
+    """A browser does not take it as JSON."""
+    pytest.fail(f'{name} is no JSON')
+
+
+@pytest.mark.parametrize('number', [math.nan, math.inf, -1e308, 1e200, 1e39])
+def test_a_number_that_no_page_can_show_does_not_stop_the_page(stage: Stage, number: float) -> None:
+    """A node that sends it, by mistake or not, is not a reason to show nothing of the cell."""
+    def transform(parent: str, child: str) -> TransformStamped:
+        it = TransformStamped()
+        it.header.frame_id, it.child_frame_id = parent, child
+        it.transform.translation.x = it.transform.rotation.x = number
+        it.transform.rotation.w = 1.0
+        return it
+
+    frames = [transform('world', 'far'), transform('far', 'oven/base')]
+    marker = text_marker('oven', 'world', (0, 0, number), 'oven: old', 0.1, (1.0, 1.0, 1.0, 1.0))
+    arrow = Marker(type=Marker.ARROW, ns='x', color=ColorRGBA(1.0, 1.0, 1.0, 1.0))
+    arrow.header.frame_id, arrow.scale.x, arrow.scale.y = 'world', number, 1.0
+    for is_static in (False, True):
+        stage.live.take_transforms(packed(TFMessage(frames)), is_static)
+        stage.live.take_markers('/oven/marker_array', packed(MarkerArray([marker, arrow])),
+                                stage.now_s)
+        stage.live.take_player(SeenPlayer('a.bag', number, False), stage.now_s)
+        stage.live.take_recorder(SeenRecorder(True, 'a.bag', number, 0, 0, (
+            SeenTopic('/heat', 0.0, abs(number), 3, False),)))
+        stage.pass_time(1.0)
+    for slot in (Slot.LAYOUT, Slot.STATE):
+        json.loads(stage.live.feed.newest(slot)[1], parse_constant=no_number)
+    assert stage.state['recording'] == 'no recorder'
