@@ -266,7 +266,7 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
         if not os.path.isfile(bag):
             raise ValueError(f'there is no file "{bag}"')
         bag = os.path.abspath(bag)
-        if '$(' in bag or not bag.isprintable():
+        if not bag.isprintable():
             raise ValueError(f'roslaunch cannot pass on the path {bag!a}; rename it')
         cell = _calibrated(cell, bag)
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED

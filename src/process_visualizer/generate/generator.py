@@ -128,6 +128,7 @@ def generate(choice: Choice) -> Plan:
 
     Raises:
         ConfigurationError: a model is missing or broken, or a file can no longer be read.
+        PlanError: a bag has a path that roslaunch cannot pass on.
     """
     return _Generation(choice).plan()
 

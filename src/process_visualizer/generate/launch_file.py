@@ -25,6 +25,7 @@ from process_visualizer.generate.plan import (
     FRAMES_PART,
     RVIZ_FILE,
     RVIZ_PART,
+    PlanError,
     generated_notice,
 )
 from process_visualizer.generate.processor_nodes import (
@@ -53,6 +54,8 @@ from process_visualizer.ros_names import (
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
 _TRUTH = {'1': 'true', '0': 'false'}
+_NOT_PASSED_ON = '$(', ':='
+"""Signs in a path that roslaunch replaces, or that make it a remapping, even in quotes."""
 
 
 class LaunchFileBuilder:
@@ -72,7 +75,11 @@ class LaunchFileBuilder:
         self._folder = '$(dirname)'
 
     def text(self) -> str:
-        """Return the content of the single launch file for all parts."""
+        """Return the content of the single launch file for all parts.
+
+        Raises:
+            PlanError: a bag has a path that roslaunch cannot pass on.
+        """
         self._folder = '$(dirname)'
         root = self._root()
         self._frames(root)
@@ -83,7 +90,11 @@ class LaunchFileBuilder:
         return write_document(root)
 
     def parts(self) -> Dict[str, LaunchTag]:
-        """Return a launch file for each part, for a folder below that of the other files."""
+        """Return a launch file for each part, for a folder below that of the other files.
+
+        Raises:
+            PlanError: a bag has a path that roslaunch cannot pass on.
+        """
         self._folder = '$(dirname)/..'
         parts = {FRAMES_PART: self._part(self._frames)}
         for device in self._choice.devices:
@@ -247,6 +258,9 @@ class LaunchFileBuilder:
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
     def _player(self, root: LaunchTag, bags: Sequence[str]) -> None:
+        for bag in bags:
+            if any(it in bag for it in _NOT_PASSED_ON):
+                raise PlanError(f'roslaunch cannot pass on the path {bag!a}; rename it')
         topics = played_topics(self._choice)
         if not topics:
             root.comment('nothing is played: no topic of a device is left')

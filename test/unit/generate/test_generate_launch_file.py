@@ -15,7 +15,7 @@ from roslaunch.config import ROSLaunchConfig
 from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_file import LaunchFileBuilder, recorded_topics, urdf_file
-from process_visualizer.generate.plan import generated_notice
+from process_visualizer.generate.plan import PlanError, generated_notice
 
 Build = Callable[..., ROSLaunchConfig]
 NASTY = '<&>"\' ]]> \t ä €'
@@ -236,6 +236,13 @@ def test_bag_player(bag: str, build: Build) -> None:
     assert (player.package, player.type) == ('process_visualizer', 'bag_player')
     assert shlex.split(player.args) == [bag, '--keep-alive', '--quiet', '--others', 'pause',
                                         '--topics', '/d/q', '/p']
+
+
+@pytest.mark.parametrize('bag', ['/$(eval 1).bag', "/it's $(env HOME).bag", '/a:=b.bag'])
+def test_a_bag_whose_path_roslaunch_would_read_is_refused(bag: str, build: Build) -> None:
+    for bags in ((bag,), ('/a.bag', bag)):
+        with pytest.raises(PlanError, match='cannot pass on the path'):
+            build(device(TOPICS), mode=Mode.PLAYBACK, bag=bags[0], further_bags=bags[1:])
 
 
 def test_bag_player_of_a_split_recording(build: Build) -> None:
