@@ -19,6 +19,8 @@ from process_visualizer.robot.visuals import (
 
 MAX_TRIANGLES = 36_000
 """Maximum number of triangles on a page: with the ghost, still smooth without a graphics card."""
+_MAX_READ_TRIANGLES, _MAX_SHAPES = 5_000_000, 5_000
+"""Maximum numbers before thinning: a model of some kB can show a package's largest mesh often."""
 _FINEST, _COARSEST = 256, 8
 """Grid cells along the longest edge of a mesh; the corners in a cell are merged."""
 _ROUND = 24
@@ -40,16 +42,32 @@ class LinkMeshes:
         """Begin without meshes."""
         self._packages = rospkg.RosPack()
         self._read: Dict[str, Optional[ColoredMesh]] = {}
-        self.notes: List[str] = []
+        self._triangles = self._shapes = self._left_out = 0
+        self._notes: List[str] = []
+
+    @property
+    def notes(self) -> List[str]:
+        """What is not shown, and why."""
+        return self._notes + ([
+            f'{self._left_out} shapes are not shown: a page has at most {_MAX_SHAPES}, of '
+            f'{_MAX_READ_TRIANGLES} triangles'] if self._left_out else [])
 
     def of(self, visuals: Sequence[LinkVisual]) -> List[LinkMesh]:
         """Return a mesh for each link that is drawn."""
         by_link: Dict[str, List[ColoredMesh]] = {}
         for visual in visuals:
             mesh = self._shape(visual)
-            if mesh is not None:
+            if mesh is not None and self._has_room(mesh):
                 by_link.setdefault(visual.link, []).append(_placed(mesh, visual))
         return [LinkMesh(link, _joined(found)) for link, found in by_link.items()]
+
+    def _has_room(self, mesh: ColoredMesh) -> bool:
+        triangles = self._triangles + len(mesh.triangles)
+        if triangles > _MAX_READ_TRIANGLES or self._shapes >= _MAX_SHAPES:
+            self._left_out += 1
+            return False
+        self._triangles, self._shapes = triangles, self._shapes + 1
+        return True
 
     def _shape(self, visual: LinkVisual) -> Optional[ColoredMesh]:
         if visual.kind is not ShapeKind.MESH:
@@ -62,7 +80,7 @@ class LinkMeshes:
                 self._read[visual.mesh] = read_colored_mesh(path)
             except (MeshError, OSError) as error:
                 self._read[visual.mesh] = None
-                self.notes.append(f'not shown: {error}')
+                self._notes.append(f'not shown: {error}')
         return self._read[visual.mesh]
 
 

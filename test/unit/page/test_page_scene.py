@@ -19,7 +19,12 @@ from process_visualizer.page.link_meshes import LinkMeshes, thinned
 from process_visualizer.page.robots import RowsOfJoints, link_places
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.mesh_files import MeshError
-from process_visualizer.robot.visuals import link_visuals, read_colored_mesh
+from process_visualizer.robot.visuals import (
+    LinkVisual,
+    ShapeKind,
+    link_visuals,
+    read_colored_mesh,
+)
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 MESH = REPOSITORY / 'sewing_cell/meshes/sewing_machine.dae'
@@ -67,6 +72,15 @@ def test_shapes_have_their_size_and_the_color_of_the_model() -> None:
         large = np.linalg.norm(faces, axis=1) > 1e-9
         assert ((faces * mesh.normals[mesh.triangles[:, 0]]).sum(axis=1)[large] > 0.0).all()
     assert reader.notes == ['not shown: the mesh package://nowhere/a.stl is not found']
+
+
+def test_a_model_of_endless_shapes_takes_no_endless_memory() -> None:
+    """Some kB of a recording can show a million of them; the page is thinned only afterwards."""
+    box = LinkVisual('tool', Placement(), ShapeKind.BOX, (1.0, 1.0, 1.0))
+    reader = LinkMeshes()
+    tool, = reader.of([box] * 5_003)
+    assert len(tool.mesh.triangles) == 5_000 * 12
+    assert reader.notes == ['3 shapes are not shown: a page has at most 5000, of 5000000 triangles']
 
 
 def test_large_meshes_are_thinned_and_keep_their_extent() -> None:
