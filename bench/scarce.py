@@ -4,7 +4,8 @@
 usage: bench/run scarce [--only PART …] [--folder FOLDER] [--large-gb 20]
 
 ``cell run`` shows a simulated robot with RViz, ``cell record`` records it. Then the disk becomes
-full, shrinks, or is gone; memory is short; the clock is set; hundreds of topics do not answer. The
+full, shrinks, or is gone; memory is short; there are no more processes and threads; the clock is
+set; hundreds of topics do not answer. The
 table has what the two commands say, and how many transforms still come afterwards. ``large``
 records a bag of that size, and measures what opens it. Needs root, for disks of its own and memory
 groups; nothing outlives it, except that bag if ``--folder`` is given.
@@ -16,6 +17,7 @@ import mmap
 import os
 import resource
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -23,7 +25,8 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, Optional, Sequence
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Union
+from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rospy
@@ -32,13 +35,14 @@ from players import OURS, playing
 from rosgraph_msgs.msg import Log
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.launching.ros_api import AskedMaster
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek
 
 WITHIN_S, QUIET_S = 60.0, 5.0
 JOINTS, HOUR_S = '/ur_rt_upper/q_act', 3600
-MEMORY_GROUPS = Path('/sys/fs/cgroup/memory')
+GROUPS = Path('/sys/fs/cgroup')
 
 
 class Flow:
@@ -74,11 +78,11 @@ class Bench:
 
     def __init__(self, folder: Path, environment: Dict[str, str]) -> None:
         self.folder, self.failures = folder, []  # type: Path, List[str]
-        self.group = MemoryGroup(f'scarce{os.getpid()}') if MEMORY_GROUPS.is_dir() else None
+        self.groups = {it: Group(it) for it in ('memory', 'pids') if (GROUPS / it).is_dir()}
         os.environ.update(environment)
         command = ['rosrun', 'process_visualizer', 'cell', 'run', str(folder / 'cell.xml')]
-        if self.group is not None:
-            command = self.group.command(command)
+        for group in self.groups.values():
+            command = group.command(command)
         self.cell = Faults('cell run', command, folder / 'run')
         self.cell.wait_until_up()
         self.flow = Flow()
@@ -104,8 +108,8 @@ class Bench:
         self.flow.close()
         self.cell.end('the end', lambda: stop(self.cell), None)
         self.failures += self.cell.failures
-        if self.group is not None:
-            self.group.close()
+        for group in self.groups.values():
+            group.close()
 
 
 @contextmanager
@@ -171,48 +175,96 @@ def memory(bench: Bench) -> None:
         bench.tell('memory again', (bench.cell.program,), since)
         if process_of(node) is None:
             print(f'| {node} does not come back by itself | | |')
-    if bench.group is None:
+    group = bench.groups.get('memory')
+    if group is None:
         print('| all together have no more memory | no memory groups here | |')
         return
     since = [len(bench.cell.program.lines)]
     program = bench.record(bench.folder / 'short')
-    bench.group.limit_to_used()
+    _limit_to_used(group)
     threading.Event().wait(4 * QUIET_S)
     bench.tell('all together have no more memory', (bench.cell.program, program), [*since, 0])
-    bench.group.limit(None)
+    group.set('memory.limit_in_bytes', -1)
     _stop_recording(program)
 
 
-class MemoryGroup:
-    """A control group (version 1) for the memory of processes that are started in it."""
+def _limit_to_used(group: 'Group') -> None:
+    """Allow no more memory than what is in use and cannot be written to files."""
+    while True:
+        used = group.number('memory.usage_in_bytes')
+        try:
+            group.set('memory.limit_in_bytes', used - (2 << 20))
+        except OSError:  # the kernel found nothing more to take back
+            print(f'{used >> 20} MB are in use', file=sys.stderr)
+            return
 
-    def __init__(self, name: str) -> None:
-        self.path = MEMORY_GROUPS / name
-        self.path.mkdir()
+
+def threads(bench: Bench) -> None:
+    """No process of the cell can start another thread or process, as with ``ulimit -u``."""
+    group = bench.groups.get('pids')
+    if group is None:
+        print('| no more threads | no groups for processes here | |')
+        return
+    since, warned = [len(bench.cell.program.lines)], len(bench.flow.warnings)
+    group.set('pids.max', group.number('pids.current'))
+    recording = bench.record(bench.folder / 'few')
+    peers = [_silent_peer(node) for node in NODES]
+    threading.Event().wait(4 * QUIET_S)
+    bench.tell('no more threads and processes for the cell', (bench.cell.program, recording),
+               [*since, 0])
+    print(*sorted(set(bench.flow.warnings[warned:])), sep='\n', file=sys.stderr)
+    group.set('pids.max', 'max')
+    for peer in filter(None, peers):
+        peer.close()
+    since = [len(bench.cell.program.lines), len(recording.lines)]
+    threading.Event().wait(QUIET_S)
+    bench.tell('threads again', (bench.cell.program, recording), since)
+    _stop_recording(recording)
+    recording = bench.record(bench.folder / 'after')
+    threading.Event().wait(QUIET_S)
+    bench.tell('another recording', (recording,), [0])
+    _stop_recording(recording)
+    for node in NODES:
+        if process_of(node) is None:
+            print(f'| {node} does not come back by itself | | |')
+
+
+def _silent_peer(node: str) -> Optional[socket.socket]:
+    """Connect to a node like a subscriber that says nothing yet: the node needs a thread for it."""
+    try:
+        uri = AskedMaster('/scarce').lookupNode(node)
+        _, _, (_, host, port) = ServerProxy(uri).requestTopic('/scarce', '/rosout', [['TCPROS']])
+        return socket.create_connection((host, port), 5.0)
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+class Group:
+    """A control group (version 1) of a controller, for processes that are started in it."""
+
+    def __init__(self, controller: str) -> None:
+        self._top = GROUPS / controller
+        self._path = self._top / f'scarce{os.getpid()}'
+        self._path.mkdir()
 
     def command(self, words: Sequence[str]) -> List[str]:
         """Return a command that runs another one in the group."""
-        return ['sh', '-c', 'echo $$ > "$0" && exec "$@"', str(self.path / 'cgroup.procs'), *words]
+        return ['sh', '-c', 'echo $$ > "$0" && exec "$@"', str(self._path / 'cgroup.procs'),
+                *words]
 
-    def limit_to_used(self) -> None:
-        """Allow no more than what is in use and cannot be written to files."""
-        while True:
-            used = int((self.path / 'memory.usage_in_bytes').read_text())
-            try:
-                self.limit(used - (2 << 20))
-            except OSError:  # the kernel found nothing more to take back
-                print(f'{used >> 20} MB are in use', file=sys.stderr)
-                return
+    def number(self, name: str) -> int:
+        """Return what a file of the group says."""
+        return int((self._path / name).read_text())
 
-    def limit(self, size: Optional[int]) -> None:
-        """Allow this many bytes; None: as many as there are."""
-        (self.path / 'memory.limit_in_bytes').write_text(str(-1 if size is None else size))
+    def set(self, name: str, value: Union[int, str]) -> None:
+        """Write into a file of the group."""
+        (self._path / name).write_text(str(value))
 
     def close(self) -> None:
         """Remove the group; its processes have ended."""
-        for pid in (self.path / 'cgroup.procs').read_text().split():
-            (MEMORY_GROUPS / 'cgroup.procs').write_text(pid)
-        self.path.rmdir()
+        for pid in (self._path / 'cgroup.procs').read_text().split():
+            (self._top / 'cgroup.procs').write_text(pid)
+        self._path.rmdir()
 
 
 def clock(bench: Bench) -> None:
@@ -390,7 +442,7 @@ while not rospy.is_shutdown():
     rate.sleep()
 '''
 PARTS: Dict[str, Callable[[Bench], None]] = {
-    'disk': disk, 'memory': memory, 'clock': clock, 'topics': topics}
+    'disk': disk, 'memory': memory, 'threads': threads, 'clock': clock, 'topics': topics}
 
 
 def main() -> int:
