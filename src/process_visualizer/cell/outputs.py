@@ -7,7 +7,7 @@ from typing import Dict, Iterable, Set, Tuple
 
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.ros_names import FINDER_OUTPUTS, ROBOT_OUTPUTS
+from process_visualizer.ros_names import FINDER_OUTPUTS, OBJECTS, ROBOT_OUTPUTS
 
 _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
     DeviceType.ROBOT: ROBOT_OUTPUTS,
@@ -28,10 +28,18 @@ def _outputs(device: Device) -> Tuple[str, ...]:
         () if device.objects is None else FINDER_OUTPUTS)
 
 
+def recorded_outputs(device: Device) -> Tuple[str, ...]:
+    """Return the topics of `outputs` that are recorded by default: unmodeled objects.
+
+    They are never played, as the nodes compute them again; pages of recordings show them.
+    """
+    return () if device.objects is None else (absolute_topic(device.name, OBJECTS),)
+
+
 def with_variable_topics(devices: Iterable[Device]) -> Tuple[Device, ...]:
     """Return the devices, with topics added for variables whose topic no <topic> names.
 
-    Topics that the program itself publishes are not added, as they are not recorded.
+    Topics that the program itself publishes are not added, as they are not played.
     """
     given = tuple(devices)
     taken = {topic.name for device in given for topic in device.topics} | set(outputs(given))

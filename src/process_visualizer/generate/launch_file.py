@@ -16,6 +16,7 @@ from process_visualizer.cell.model import (
     Node,
     RoslaunchElement,
 )
+from process_visualizer.cell.outputs import recorded_outputs
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.drivers import Manager, shared_manager
 from process_visualizer.generate.launch_writer import LaunchTag, write_document
@@ -325,10 +326,15 @@ def has_recorder(choice: Choice) -> bool:
 
 def recorded_topics(devices: Sequence[Device]) -> 'list[str]':
     """Return the topics of the devices that are recorded, each once."""
-    return list(dict.fromkeys(topic.name for device in devices for topic in device.topics
-                              if topic.record))
+    return list(dict.fromkeys([*_own_topics(devices), *(
+        topic for device in devices for topic in recorded_outputs(device))]))
 
 
 def played_topics(choice: Choice) -> 'list[str]':
     """Return the topics that are played in playback mode."""
-    return [topic for topic in recorded_topics(choice.devices) if topic not in choice.left_out]
+    return [topic for topic in _own_topics(choice.devices) if topic not in choice.left_out]
+
+
+def _own_topics(devices: Sequence[Device]) -> 'list[str]':
+    return list(dict.fromkeys(topic.name for device in devices for topic in device.topics
+                              if topic.record))

@@ -13,7 +13,7 @@ from launch_loading import load_text, nodes
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.generator import generate_parts
-from process_visualizer.generate.launch_file import LaunchFileBuilder
+from process_visualizer.generate.launch_file import LaunchFileBuilder, recorded_topics
 from process_visualizer.generate.plan import BAG_PART
 
 OVEN = ('<device type="other" name="oven"><topic ns="oven" name="q"/><topic name="p"/>'
@@ -39,6 +39,18 @@ def played(choice: Choice, folder: Path) -> List[str]:
 def test_the_player_is_told_the_others(everything: Choice, tmp_path: Path,
                                        left_out: Tuple[str, ...], expected: List[str]) -> None:
     assert played(replace(everything, left_out=left_out), tmp_path) == expected
+
+
+SENSOR = ('<device type="depth_sensor" name="eye"><topic name="cloud" type="pointcloud" '
+          'msg="sensor_msgs/PointCloud2"/><objects/></device>')
+
+
+def test_objects_are_recorded_but_found_again_when_played(parse: Callable[[str], Cell],
+                                                          tmp_path: Path) -> None:
+    cell = parse(SENSOR)
+    assert recorded_topics(cell.devices) == ['/cloud', '/eye/objects']
+    choice = Choice(cell, Mode.PLAYBACK, cell.devices, RvizStart.NONE, '/a.bag')
+    assert played(choice, tmp_path) == ['/cloud']
 
 
 def test_only_the_player_is_started_again(everything: Choice) -> None:

@@ -2,9 +2,12 @@
 """Which topics are ticked, and how they are told to be."""
 from __future__ import annotations
 
-import pytest
-from recording_stand_in import devices, seen
+from dataclasses import replace
 
+import pytest
+from recording_stand_in import HERE, devices, seen
+
+from process_visualizer.cell.model import SoughtObjects
 from process_visualizer.gui.recording.recording_choices import TopicHealth, TopicTicks
 from process_visualizer.gui.recording.topic_list import rate_or_silence
 
@@ -38,6 +41,15 @@ def test_a_tick_stays_when_the_devices_change(ticks):
 def test_a_topic_of_two_devices_is_there_once(ticks):
     ticks.set_devices([*devices(), *devices()])
     assert len(ticks.rows()) == 4
+
+
+def test_objects_are_recorded_unless_the_operator_unticks_them(ticks):
+    sought = SoughtObjects(0.5, 0.2, 0.03, 0.5, None, None, (), HERE)
+    ticks.set_devices([*devices()[:1], replace(devices()[1], objects=sought)])
+    assert [row.device for row in ticks.rows() if row.name == '/kinect/objects'] == ['kinect']
+    assert '/kinect/objects' in ticks.ticked()
+    ticks.tick('/kinect/objects', False)
+    assert '/kinect/objects' not in ticks.ticked()
 
 
 def test_health(ticks):

@@ -11,6 +11,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tup
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Device
+from process_visualizer.cell.outputs import recorded_outputs
 from process_visualizer.clients.bag_recorder import RecordingOptions
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
@@ -170,6 +171,7 @@ class TopicTicks:
             for topic in device.topics:
                 owner, record = self._topics.get(topic.name, (device.name, False))
                 self._topics[topic.name] = (owner, record or topic.record)
+            self._topics.update((it, (device.name, True)) for it in recorded_outputs(device))
 
     def tick(self, topic: str, is_ticked: bool) -> None:
         """Set whether a topic is recorded."""
