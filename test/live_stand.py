@@ -34,6 +34,8 @@ from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
 from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.runs.comparison.live_comparison import LiveBands
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
 from process_visualizer.serving.web_server import LiveServer, served_file
 
@@ -80,6 +82,7 @@ class LiveStand:
         self._is_ready, self._run = threading.Event(), threading.Thread(target=self._serve)
         self.note = ''
         self.seen: Optional[DetectedObjects] = None
+        self.is_compared = False  # by a launcher, which tells the bands of good runs
         self._live_since_s = time.monotonic()
         self._run.start()
         assert self._is_ready.wait(60.0)
@@ -185,6 +188,14 @@ class LiveStand:
             found.append(LiveCurve(source, values, values, float(values[-1])))
         self.live.take_curves(LiveWindow((end - 300) * STEP_S, 300 * STEP_S, tuple(found), (
             LiveMark(self._mark_s - self.epoch_s, '</script><b>seam'),), self.epoch_s))
+        if self.is_compared:
+            self._send_bands(times_s[-30:])
+
+    def _send_bands(self, times_s: np.ndarray) -> None:
+        """The force is in the band, or for half a second in each four above it."""
+        middle, out = 20.0 + 10.0 * np.sin(times_s), times_s % 4.0 < 0.5
+        self.live.take_bands(LiveBands(float(times_s[0]), STEP_S, {('slide', 'tool force'):
+            TimelineBand(middle - 3.0 - 3.0 * out, middle + 3.0 - 4.0 * out, out)}).text())
 
     @property
     def epoch_s(self) -> float:

@@ -39,6 +39,8 @@ PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
 """Parameter with the speed at which a recording is played."""
 COMPARISON_TOPIC = f'{OWN_TOPICS}comparison'
 """Topic for the launcher's comparison of the running cell with good runs, as JSON."""
+BANDS_TOPIC = f'{OWN_TOPICS}bands'
+"""Topic for the bands of good runs around the running cell's last seconds, as JSON."""
 PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
 GHOST_TOPIC = f'/{GHOST}/marker_array'
 GHOST_PHASE_TOPIC = f'/{GHOST}/phase'

@@ -201,6 +201,27 @@ def test_a_new_page_has_the_last_minutes(browser: Browser, stand: LiveStand) -> 
         other.driver.quit()
 
 
+def test_the_band_of_good_runs_is_behind_its_curve(browser: Browser, stand: LiveStand) -> None:
+    band = "page.timeline.lanes.find((it) => it.label === 'tool force')?.band"
+    browser.wait(f'page.curves.length > 100 && {band} === null')
+    stand.is_compared = True
+    known = f'{band}.low.filter((it) => !Number.isNaN(it)).length'
+    browser.wait(f'{band} && {known} > 60 && {band}.out.includes(1)')
+    limits, steps = browser.run("""
+      const lane = page.timeline.lanes.find((it) => it.label === 'tool force');
+      const rows = lane.low.map((_, row) => row).filter((row) => lane.band.out[row] === 0
+        && !Number.isNaN(lane.band.low[row]));
+      return [rows.map((row) => [lane.low[row] - lane.band.low[row],
+        lane.band.high[row] - lane.low[row]]),
+        Object.values(page.curves.lanes).map((it) => it.band.low.length - it.low.length)]""")
+    assert [number for row in limits for number in row] == pytest.approx(
+        [3.0] * 2 * len(limits), abs=1e-4)
+    assert set(steps) == {0}
+    assert browser.run("return page.timeline.lanes.filter((it) => it.band).length") == 1
+    browser.driver.get(stand.url)
+    browser.wait(f'document.documentElement.dataset.ready === "true" && {band} && {known} > 60')
+
+
 def test_a_cut_is_said_and_mended_with_what_happened_meanwhile(browser: Browser,
                                                                stand: LiveStand) -> None:
     browser.wait('page.transport.end - page.transport.begin > 1')

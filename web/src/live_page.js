@@ -308,8 +308,11 @@ class LivePage extends Page {
     const known = this.cellState.lanes;
     const count = Math.min(known.length, curves.lanes.length);
     const before = timeline.lanes.length;
-    timeline.lanes = known.slice(0, count).map((/** @type {any} */ it, /** @type {number} */ row) =>
-      ({...it, ...curves.lanes[row], begin: curves.epoch + curves.first * it.step, band: null}));
+    timeline.lanes = known.slice(0, count).map((/** @type {any} */ it, /** @type {number} */ row) => {
+      const {low, high, band, hasBand} = curves.lanes[row];
+      return {...it, low, high, begin: curves.epoch + curves.first * it.step,
+        band: hasBand ? band : null};
+    });
     if (count !== before) {
       this.box.style.setProperty('--below', `${timeline.height + AROUND_PX}px`);
       timeline.resize();

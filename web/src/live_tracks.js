@@ -175,8 +175,10 @@ export class LiveColumns {
     this.set = set;
     this.first = first;
     this.epoch = epoch;
-    this.lanes = Array.from({length: count}, () => ({low: /** @type {number[]} */ ([]),
-      high: /** @type {number[]} */ ([])}));
+    this.lanes = Array.from({length: count}, () => ({hasBand: false,
+      low: /** @type {number[]} */ ([]), high: /** @type {number[]} */ ([]),
+      band: {low: /** @type {number[]} */ ([]), high: /** @type {number[]} */ ([]),
+        out: /** @type {number[]} */ ([])}}));
   }
 
   get length() {
@@ -196,13 +198,19 @@ export class LiveColumns {
     const isGap = !isOther && first > this.first + this.length;
     const isEarlier = !isOther && first < this.first;
     if (isOther || isGap || isEarlier) this.reset(set, count, first, epoch);
-    let at = 20;
-    for (const lane of this.lanes) {
-      for (const column of [lane.low, lane.high]) {
-        column.length = first - this.first;  // later columns are sent again
-        for (let i = 0; i < n; ++i, at += 4) column.push(view.getFloat32(at, true));
+    let at = 20 + count;
+    this.lanes.forEach((lane, row) => {
+      const isBanded = view.getUint8(20 + row) !== 0;
+      lane.hasBand ||= isBanded;
+      for (const column of columnsOf(lane)) column.length = first - this.first;  // sent again
+      for (const column of [lane.low, lane.high, lane.band.low, lane.band.high]) {
+        const isSent = isBanded || column === lane.low || column === lane.high;
+        for (let i = 0; i < n; ++i) column.push(isSent ? view.getFloat32(at + 4 * i, true) : NaN);
+        if (isSent) at += 4 * n;
       }
-    }
+      for (let i = 0; i < n; ++i) lane.band.out.push(isBanded ? view.getUint8(at + i) : 0);
+      if (isBanded) at += n;
+    });
     return (isOther || isGap) && first > 0;
   }
 
@@ -210,12 +218,16 @@ export class LiveColumns {
   trim(step) {
     const count = this.length - Math.round(KEPT_COLUMNS_S / step);
     if (count < 100) return;
-    for (const {low, high} of this.lanes) {
-      low.splice(0, count);
-      high.splice(0, count);
+    for (const lane of this.lanes) {
+      for (const column of columnsOf(lane)) column.splice(0, count);
     }
     this.first += count;
   }
+}
+
+/** @param {any} lane  @returns {number[][]} all its columns, which grow together */
+function columnsOf({low, high, band}) {
+  return [low, high, band.low, band.high, band.out];
 }
 
 const CLOUD_HEAD_BYTES = 40;

@@ -32,6 +32,7 @@ from process_visualizer.page.live_lanes import WINDOW_S
 from process_visualizer.page.live_markers import MARKERS
 from process_visualizer.ros_names import (
     BAG_RECORDER,
+    BANDS_TOPIC,
     CELL_FRAMES,
     COMPARISON_TOPIC,
     GHOST_TOPIC,
@@ -102,6 +103,7 @@ class CellLink:
         self._subscribe('/diagnostics', DiagnosticArray, self._on_diagnostics)
         self._subscribe('/rosout', Log, self._on_log)
         self._subscribe(COMPARISON_TOPIC, String, self._on_comparison)
+        self._subscribe(BANDS_TOPIC, String, self._on_bands)
         self._threads = [threading.Thread(target=it, name=it.__name__, daemon=True)
                          for it in (self._read_curves, self._watch_cell)]
         for thread in self._threads:
@@ -157,6 +159,9 @@ class CellLink:
 
     def _on_comparison(self, message: String) -> None:
         self._live.take_verdict(message.data, time.monotonic())
+
+    def _on_bands(self, message: String) -> None:
+        self._live.take_bands(message.data, self._shift_s or 0.0)
 
     # Requests to the recorder and the master
 

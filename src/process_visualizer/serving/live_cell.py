@@ -29,6 +29,7 @@ from process_visualizer.page.run_page import PageCell
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
 from process_visualizer.ros_names import SCENE_WATCH
+from process_visualizer.runs.comparison.live_comparison import live_bands
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.serving.cell_alarms import CellAlarms, SeenRecorder
 
@@ -148,6 +149,19 @@ class LiveCell:
             self.alarms.lost = frozenset(found.pop('lost', _channels(self.alarms.departed)))
             self.alarms.departed = [tuple(it) for it in found.get('departed', ())]
 
+    def take_bands(self, text: str, ahead_s: float = 0.0) -> None:
+        """Take the bands of good runs behind the curves; see `live_bands`.
+
+        ``ahead_s`` is by how much the clock of the page is ahead of the recorder's.
+        """
+        try:
+            bands = live_bands(text)
+        except ValueError:
+            return  # not from the launcher
+        with self._lock:
+            self._lanes.take_bands(bands._replace(begin_s=bands.begin_s + ahead_s))
+            self._has_new_lanes = True
+
     def take_problem(self, text: str, wall_s: float) -> None:
         """Take the reason why the cell cannot be seen; '': it can be seen."""
         with self._lock:
@@ -172,7 +186,7 @@ class LiveCell:
                 self._put_objects(wall_s, clock_s)
             if self._has_new_lanes and self._count % _LANES_EVERY == 0:
                 self._has_new_lanes = False
-                self.feed.put(Slot.LANES, self._lanes.columns(_OVERLAP_S))
+                self.feed.put(Slot.LANES, self._lanes.new_columns(_OVERLAP_S))
             if self._count % _STATE_EVERY == 0:
                 self.alarms.look(wall_s, clock_s, self._scene.said(_WATCH_TOPIC, clock_s),
                                  is_live=self._played(clock_s) is None)

@@ -8,6 +8,7 @@ from shutil import rmtree
 from typing import List, Optional
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 from cycle_bags import BEGIN_S, CYCLE_S, write_bag
 from pytestqt.qtbot import QtBot
@@ -24,6 +25,7 @@ from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
+from process_visualizer.runs.comparison.live_comparison import live_bands
 from process_visualizer.runs.run import Run
 from process_visualizer.serving.live_cell import verdict_entry
 
@@ -108,6 +110,25 @@ def test_programs_are_told_the_same(compared: Compared) -> None:
     told = verdict_entry(compared.model.told)
     assert (told['state'], told['reference']) == ('poor', 'a.bag#1')
     assert told['departed'] == [list(it) for it in compared.model.departed]
+
+
+def test_programs_are_told_the_bands_behind_the_last_seconds(compared: Compared) -> None:
+    assert compared.model.told_bands == ''
+    run = compared.choose(0, 1)
+    compared.run(6, run)
+    good = live_bands(compared.model.told_bands)
+    band = good.channels['arm', 'tool force']
+    assert good.step_s == pytest.approx(0.1)
+    assert len(band.low) == 30
+    assert good.begin_s + 30 * good.step_s == pytest.approx(BEGIN_S + 6.0, abs=0.1)
+    known = np.isfinite(band.low)
+    assert known.sum() > 20 and (band.low[known] < band.high[known]).all()
+    assert not band.departed.any()
+    compared.run(int(POOR_FROM_S) + 3, run)
+    poor = live_bands(compared.model.told_bands)
+    assert poor.channels['arm', 'tool force'].departed.any()
+    run_in(compared.stand.session, None)
+    assert compared.model.told_bands == ''
 
 
 def test_old_values_say_nothing_about_ranges(compared: Compared) -> None:

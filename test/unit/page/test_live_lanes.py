@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from struct import unpack_from
-from typing import NamedTuple
+from typing import List, NamedTuple, Optional, Sequence
 
 import numpy as np
 import pytest
@@ -12,6 +12,8 @@ from process_visualizer.cell.model import WarningLimits
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.live_curves import COLUMN_S, LiveCurve, LiveWindow
 from process_visualizer.page.live_lanes import MAX_LANES, STEP_S, LiveLanes
+from process_visualizer.runs.comparison.live_comparison import LiveBands, live_bands
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 FORCE = CurveSource('arm', 'F', 'N', (0.9, 0.0, 0.0), Quantity.FORCE, 'force')
 FEED = CurveSource('arm', 'feed', 'rpm', (0.0, 0.0, 1.0), Quantity.NUMBER, 'feed',
@@ -25,13 +27,24 @@ class Seen(NamedTuple):
     epoch_s: float
     low: np.ndarray  # (lanes, columns)
     high: np.ndarray
+    bands: List[Optional[TimelineBand]]
 
 
 def read(data: bytes) -> Seen:
     kind, lanes, number, first, count, epoch_s = unpack_from('<BBHIId', data)
     assert kind == 2
-    columns = np.frombuffer(data, '<f4', offset=20).reshape(lanes, 2, count)
-    return Seen(number, first, epoch_s, columns[:, 0], columns[:, 1])
+    at, columns, bands = 20 + lanes, [], []
+    for has_band in data[20:at]:
+        columns.append(np.frombuffer(data, '<f4', 2 * count, at).reshape(2, count))
+        at += 8 * count
+        bands.append(None)
+        if has_band:
+            limits = np.frombuffer(data, '<f4', 2 * count, at).reshape(2, count)
+            bands[-1] = TimelineBand(*limits, np.frombuffer(data, bool, count, at + 8 * count))
+            at += 9 * count
+    assert at == len(data)
+    values = np.array(columns).reshape(lanes, 2, count)
+    return Seen(number, first, epoch_s, values[:, 0], values[:, 1], bands)
 
 
 def window(end: int, *sources: CurveSource, count: int = 30,
@@ -107,6 +120,60 @@ def test_lanes_have_scale_ticks_and_limits_of_the_launcher() -> None:
     assert force['scale'][0] <= 0.0
     assert force['scale'][1] >= 30.0
     assert [text for _, text in force['ticks']]
+
+
+def bands_at(first: int, limits: Sequence[float], out: Sequence[bool]) -> LiveBands:
+    """A band of the force that is 2 wide, from the column with this number on."""
+    middle = np.array(limits, float)
+    return LiveBands(EPOCH_S + first * STEP_S, STEP_S, {
+        ('arm', 'tool force'): TimelineBand(middle - 1.0, middle + 1.0, np.array(out, bool)),
+        ('arm', 'unknown'): TimelineBand(middle, middle, np.array(out, bool))})
+
+
+def test_the_band_of_good_runs_is_behind_its_curve() -> None:
+    lanes = LiveLanes()
+    lanes.take(window(100, FORCE, FEED))
+    assert read(lanes.columns(2.0)).bands == [None, None]
+    told = live_bands(bands_at(95, [5.0, np.nan, 7.0], [False, False, True]).text())
+    lanes.take_bands(told)
+    lanes.take(window(110, FORCE, FEED))  # newer values, whose band is not known yet
+    seen = read(lanes.columns(2.0))
+    force, feed = seen.bands
+    assert feed is None and force is not None
+    assert (seen.first, np.flatnonzero(np.isfinite(force.low)).tolist()) == (90, [5, 7])
+    assert (force.low[[5, 7]].tolist(), force.high[[5, 7]].tolist()) == ([4.0, 6.0], [6.0, 8.0])
+    assert np.flatnonzero(force.departed).tolist() == [7]
+
+
+def test_the_band_is_in_the_scale_of_its_lane() -> None:
+    lanes = LiveLanes()
+    lanes.take(window(30, FORCE))
+    lanes.take_bands(bands_at(10, [500.0], [True]))
+    lanes.take(window(31, FORCE))
+    assert lanes.entries[0]['scale'][1] >= 501.0
+
+
+def test_what_a_band_changes_late_is_sent_again() -> None:
+    lanes = LiveLanes()
+    lanes.take(window(100, FORCE))
+    assert read(lanes.new_columns(1.0)).first == 90
+    lanes.take_bands(bands_at(60, [5.0] * 30, [False] * 30))
+    lanes.take(window(101, FORCE))
+    assert read(lanes.new_columns(1.0)).first == 60
+    lanes.take_bands(bands_at(60, [5.0] * 30, [False] * 30))
+    assert read(lanes.new_columns(1.0)).first == 91, 'nothing has changed'
+
+
+@pytest.mark.parametrize('text', [
+    '', '[]', '{}', '[' * 100_000, 'null', '{"begin_s": 1, "step_s": 0, "channels": []}',
+    '{"begin_s": NaN, "step_s": 1, "channels": []}', '{"begin_s": 1, "step_s": 1, "channels": 3}',
+    '{"begin_s": 1, "step_s": 1, "channels": [["a", "b", [1], [2, 3], "0"]]}',
+    '{"begin_s": 1, "step_s": 1, "channels": [["a", "b", [[1]], [[2]], "0"]]}',
+    '{"begin_s": 1, "step_s": 1, "channels": [["a", "b", ["x"], ["y"], "0"]]}',
+    '{"begin_s": 1, "step_s": 1, "channels": [["a", "b", [1]]]}', 'x' * 300_000])
+def test_what_are_no_bands_is_refused(text: str) -> None:
+    with pytest.raises(ValueError):
+        live_bands(text)
 
 
 def test_curves_that_come_later_have_no_room_and_empty_ones_no_lane() -> None:

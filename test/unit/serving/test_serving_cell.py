@@ -27,6 +27,8 @@ from process_visualizer.page.live_feed import Slot
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
 from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
+from process_visualizer.runs.comparison.live_comparison import LiveBands
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
 from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, verdict_entry
 
@@ -162,6 +164,25 @@ def test_how_a_departure_has_ended(stage: Stage, lost: List[List[str]], expected
     state = stage.state
     assert not state['alarms'] and 'lost' not in state['verdict']
     assert f': {expected} after ' in state['events'][0]['text']
+
+
+def test_the_band_of_good_runs_comes_with_the_curves(stage: Stage) -> None:
+    source, = curve_sources(stage.cell.devices)
+    values = np.arange(30.0)
+    stage.live.take_curves(LiveWindow(
+        0.0, 3.0, (LiveCurve(source, values, values, 29.0),), (), BEGIN_S + 7.0))
+    told = LiveBands(BEGIN_S + 2.0, 0.1, {(source.device, source.channel_label): TimelineBand(
+        np.full(10, 3.0), np.full(10, 4.0), np.ones(10, bool))})
+    stage.live.take_bands('nonsense')
+    stage.live.take_bands(told.text(), ahead_s=5.0)
+    stage.pass_time(0.4)
+    lanes = stage.live.feed.newest(Slot.LANES)[1]
+    assert isinstance(lanes, bytes)
+    head = 20 + 1
+    count = int(np.frombuffer(lanes, '<u4', 1, 8)[0])
+    assert lanes[20] == 1
+    low = np.frombuffer(lanes, '<f4', count, head + 8 * count)
+    assert low[:10].tolist() == [3.0] * 10 and np.isnan(low[10:]).all()
 
 
 @pytest.mark.parametrize('text', [

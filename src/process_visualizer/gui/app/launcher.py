@@ -380,7 +380,8 @@ class Launcher(QObject):
         link.rviz_moved.connect(self.replay.follow_window)
         link.ghost_phase.connect(self.live_comparison.take_phase)
         self.live_comparison.changed.connect(
-            lambda: link.tell_comparison(self.live_comparison.told))
+            lambda: link.tell_comparison(lambda: self.live_comparison.told,
+                                         lambda: self.live_comparison.told_bands))
 
     def _connect_playback(self) -> None:
         session, playback = self.session, self.playback

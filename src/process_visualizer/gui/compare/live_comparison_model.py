@@ -18,6 +18,7 @@ from process_visualizer.runs.alignment.live_alignment import PhaseHistory
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
     FinishedRun,
+    LiveBands,
     LiveComparison,
     LiveDeparture,
     LiveRuns,
@@ -34,6 +35,8 @@ _PLACED_S = 1.0
 """Time for which the last reported moment of the reference run stays valid [s]."""
 _ANSWER_S = 20.0
 """Time allowed, on a busy computer, to load a reference run and find a moment in it [s]."""
+_TOLD_S, _TOLD_COLUMN_S = 3.0, 0.1
+"""How much of the past is told to programs as bands, and the duration of their columns [s]."""
 _MAX_SHOWN = 2
 _MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
@@ -67,6 +70,7 @@ class LiveComparisonModel(QObject):
         self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
         self._runs: Optional[LiveRuns] = None
+        self._window: Optional[LiveWindow] = None  # the last one that was judged
         self._finished: Tuple[FinishedRun, ...] = ()
         compare.changed.connect(self._follow)
         live.changed.connect(self._follow)
@@ -166,6 +170,28 @@ class LiveComparisonModel(QObject):
                            'departed': self.departed if text else [],
                            'lost': sorted(self._lost)})
 
+    @property
+    def told_bands(self) -> str:
+        """Return the bands of the last seconds for programs, see `live_bands`; '' without bands."""
+        window = self._window
+        if window is None or not self.text:
+            return ''
+        count = len(_times_s(window))
+        column_s = window.duration_s / count
+        joined = max(round(_TOLD_COLUMN_S / column_s), 1)
+        first = max(count // joined - round(_TOLD_S / column_s / joined), 0) * joined
+        rows = slice(first, first + (count - first) // joined * joined)
+        channels: Dict[Key, TimelineBand] = {}
+        for curve in window.curves:
+            band = self.band(curve, window)
+            if band is None or not np.isfinite(band.low[rows]).any():
+                continue
+            low, high, departed = (it[rows].reshape(-1, joined) for it in band)
+            channels[_key(curve)] = TimelineBand(
+                np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1), departed.any(axis=1))
+        return LiveBands(window.epoch_s + window.begin_s + first * column_s, joined * column_s,
+                         channels).text() if channels else ''
+
     def _is_placed(self, within_s: float) -> bool:
         """Return whether a report of the moment in the reference run, or of no run, is recent."""
         return self._phase is not None and self._now_s - self._phase.stamp_s <= within_s
@@ -217,7 +243,7 @@ class LiveComparisonModel(QObject):
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
         self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
-        self._history = PhaseHistory(MAX_S)
+        self._history, self._window = PhaseHistory(MAX_S), None
         self.changed.emit()
 
     def _judge(self, window: LiveWindow) -> None:
@@ -225,6 +251,7 @@ class LiveComparisonModel(QObject):
         if comparison is None or not window.curves:
             return
         times_s = _times_s(window)
+        self._window = window
         self._now_s = float(times_s[-1])
         self._values_since_s = self._values_since_s or self._now_s
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}

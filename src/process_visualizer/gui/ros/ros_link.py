@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -40,6 +40,7 @@ from process_visualizer.msg import (
     TopicRecord,
 )
 from process_visualizer.ros_names import (
+    BANDS_TOPIC,
     CELL_FRAMES,
     COMPARISON_TOPIC,
     DISPLAY_STATUS_TOPIC,
@@ -105,7 +106,7 @@ class RosLink(QObject):
         self.replay.key_pressed.connect(self.key_pressed)
         self._place_publisher: Optional[rospy.Publisher] = None
         self._keys_publisher: Optional[rospy.Publisher] = None
-        self._comparison_publisher: Optional[rospy.Publisher] = None
+        self._comparison_publishers: Tuple[rospy.Publisher, ...] = ()
 
     def begin(self) -> None:
         """Register as a node with the master.
@@ -135,11 +136,14 @@ class RosLink(QObject):
             self._keys = tuple(keys)
             self._send_keys()
 
-    def tell_comparison(self, text: str) -> None:
-        """Publish the comparison of the running cell with good runs; return at once."""
-        publisher = self._comparison_publisher
-        if publisher is not None and publisher.get_num_connections() > 0:
-            publisher.publish(String(text))
+    def tell_comparison(self, verdict: Callable[[], str], bands: Callable[[], str]) -> None:
+        """Publish the comparison of the running cell with good runs; return at once.
+
+        The texts are made only if somebody listens.
+        """
+        for publisher, text in zip(self._comparison_publishers, (verdict, bands)):
+            if publisher.get_num_connections() > 0:
+                publisher.publish(String(text()))
 
     def _send_keys(self) -> None:
         if self._keys_publisher is not None:
@@ -158,7 +162,8 @@ class RosLink(QObject):
         self._send_place()
         self._keys_publisher = rospy.Publisher(RVIZ_KEYS_TOPIC, String, queue_size=1, latch=True)
         self._send_keys()
-        self._comparison_publisher = rospy.Publisher(COMPARISON_TOPIC, String, queue_size=1)
+        self._comparison_publishers = tuple(
+            rospy.Publisher(it, String, queue_size=1) for it in (COMPARISON_TOPIC, BANDS_TOPIC))
         self.player.begin()
         self.recorder.begin()
         self._subscribers = [

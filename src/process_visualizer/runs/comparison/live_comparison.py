@@ -2,10 +2,12 @@
 """A running cell compared with good runs: the signals out of their band now, and since when."""
 from __future__ import annotations
 
+import json
 from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from process_visualizer.bagio.json_text import finite_number, parsed_json
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBand
 from process_visualizer.runs.comparison.wording import clock, quantity
@@ -19,6 +21,7 @@ _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
 _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
+_MAX_BANDS_TEXT = 200_000
 
 
 class LiveDeparture(NamedTuple):
@@ -120,6 +123,52 @@ class LiveComparison:
             return None
         return SignalBand(*(np.interp(reference_s, self._times_s, it, np.nan, np.nan)
                             for it in limits[:2]))
+
+
+class LiveBands(NamedTuple):
+    """The bands of channels over the last seconds, in columns (n,) that last ``step_s`` [s] each.
+
+    The first column begins at ``begin_s``, on the recorder's clock [s since the epoch].
+    """
+
+    begin_s: float
+    step_s: float
+    channels: Mapping[Key, TimelineBand]
+
+    def text(self) -> str:
+        """Return the input of `live_bands`."""
+        return json.dumps({'begin_s': self.begin_s, 'step_s': self.step_s, 'channels': [
+            [*key, _numbers(it.low), _numbers(it.high), ''.join('01'[int(is_out)] for is_out in
+                                                                 it.departed)]
+            for key, it in self.channels.items()]}, allow_nan=False)
+
+
+def _numbers(values: np.ndarray) -> List[Optional[float]]:
+    return [float(f'{it:.6g}') if np.isfinite(it) else None for it in values.tolist()]
+
+
+def live_bands(text: str) -> LiveBands:
+    """Return the bands whose ``text`` is given.
+
+    Raises:
+        ValueError: the text is of something else.
+    """
+    if len(text) > _MAX_BANDS_TEXT:
+        raise ValueError('it is too long')
+    try:
+        found = parsed_json(text)
+        step_s, channels = finite_number(found['step_s']), {}
+        if step_s <= 0.0:
+            raise ValueError('columns have no duration')
+        for device, label, low, high, departed in found['channels']:
+            columns = [np.array(it, float) for it in (low, high)]  # None is NaN
+            if not columns[0].shape == columns[1].shape == (len(departed),):
+                raise ValueError('columns differ in length')
+            channels[str(device), str(label)] = TimelineBand(
+                columns[0], columns[1], np.array([it == '1' for it in departed], bool))
+        return LiveBands(finite_number(found['begin_s']), step_s, channels)
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise ValueError(f'not the bands of a running cell: {error}') from error
 
 
 def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:
