@@ -63,13 +63,11 @@ def lane_entries(curves: Sequence[Curve], labels: Mapping[Tuple[str, str, str], 
         entry: Dict[str, Any] = {
             'device': curve.device, 'label': label, 'unit': curve.unit,
             'color': list(curve.color), 'begin': grid.shown.start * grid.step_s,
-            'step': grid.step_s, 'low': packed.plain(low.astype(np.float32)),
-            'high': packed.plain(high.astype(np.float32))}
+            'step': grid.step_s, 'low': packed.single(low), 'high': packed.single(high)}
         ends = [low, high]
         if band is not None:
             ends += [band.low[grid.shown], band.high[grid.shown]]
-            entry['band'] = {'low': packed.plain(ends[2].astype(np.float32)),
-                             'high': packed.plain(ends[3].astype(np.float32)),
+            entry['band'] = {'low': packed.single(ends[2]), 'high': packed.single(ends[3]),
                              'out': packed.plain(band.departed[grid.shown].astype(np.uint8))}
         limits = [] if curve.limits is None else [
             it for it in (curve.limits.low, curve.limits.high) if it is not None]

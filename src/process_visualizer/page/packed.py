@@ -34,6 +34,11 @@ class Packed:
         name = data.dtype.newbyteorder('<').str.lstrip('<|=')
         return self._added(data.astype(data.dtype.newbyteorder('<')).tobytes(), name, data.size)
 
+    def single(self, values: np.ndarray) -> Reference:
+        """Add numbers in single precision; those that are too large become infinite."""
+        with np.errstate(over='ignore'):
+            return self.plain(values.astype(np.float32))
+
     def exact(self, values: np.ndarray) -> Reference:
         """Add numbers in single precision where that loses nothing, otherwise in double."""
         with np.errstate(over='ignore'):

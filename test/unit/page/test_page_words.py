@@ -2,14 +2,17 @@
 """What a page says of a run is what was judged."""
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import genpy
 import pytest
 import rosbag
 from cycle_bags import write_bag
+from geometry_msgs.msg import WrenchStamped
 from page_reader import PageReader
-from std_msgs.msg import Bool, Float32
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float32, Float64
 
 from process_visualizer.commands.command_line import main
 from process_visualizer.page.robots import PageSpan
@@ -66,3 +69,35 @@ def test_a_value_that_is_sent_on_change_holds(tmp_path: Path) -> None:
     assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
     entry, = PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['numbers']
     assert entry['holds'] is None
+
+
+ARM = '''<robot name="arm"><link name="base"/><link name="hand"/><joint name="j" type="revolute">
+<parent link="base"/><child link="hand"/><origin rpy="0.3 0 0"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>'''
+ODD_CELL = '''<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>
+<base frame="base" xyz="0 0 0"/><tool frame="hand"/>
+<topic name="q" type="joint_states" msg="sensor_msgs/JointState"/>
+<topic name="f" type="force_sensor" msg="geometry_msgs/WrenchStamped"/>
+<variable topic="v" field="data" frame="base"/></device></visualizer>'''
+
+
+@pytest.mark.filterwarnings('error')
+def test_numbers_that_no_sensor_measures_lead_to_a_page_without_warnings(tmp_path: Path) -> None:
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(ODD_CELL)
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        for row, value in enumerate([1.0, math.nan, math.inf, 1e300, -1e308, 2.0] * 10):
+            stamp = genpy.Time(1_700_000_000, row * 10_000_000)
+            force = WrenchStamped()
+            force.header.stamp, force.header.frame_id = stamp, 'hand'
+            force.wrench.force.x = value
+            joint = JointState(name=['j'], position=[value])
+            joint.header.stamp = stamp
+            for topic, message in (('/f', force), ('/v', Float64(value)), ('/q', joint)):
+                bag.write(topic, message, stamp)
+    page = tmp_path / 'page.html'
+    assert main(['share', str(tmp_path / 'a.bag'), '--config', str(tmp_path / 'cell.xml'), '-o',
+                 str(page)]) == 0
+    reader = PageReader(page.read_text(encoding='utf-8'))
+    number = reader.number(0, 'arm', 'number')
+    assert reader.text(number, 0.0) == 'v 1.000'

@@ -298,7 +298,8 @@ def _tool_arrow(arm: GhostArm, quantity: str, frame: str, times_s: np.ndarray,
     is_carried = not arm.kinematics.connects(frame, arm.root) or arm.kinematics.moves(
         frame, arm.root)
     foot_link, foot = (link, place) if is_carried else arm.fixed(arm.tool) or (link, place)
-    turned = vectors @ matrix_from_quaternion(place.quaternion).T
+    with np.errstate(invalid='ignore'):  # a number may be infinite
+        turned = vectors @ matrix_from_quaternion(place.quaternion).T
     return ReferenceArrow(f'{arm.device.name}/{quantity}', link, foot_link, foot.position, times_s,
                           _drawn(turned, configured_arrow(arm.device, quantity)))
 

@@ -237,9 +237,11 @@ def _forces(recording: Recording, samples: Sequence[Samples],
     for it in samples:
         if it.source.quantity is quantity:
             order = np.argsort(it.times_s, kind='stable')
+            with np.errstate(over='ignore'):
+                values = it.values[order].astype(np.float32)
             yield ToolForce(it.source.device,
                             header_frame(recording, it.source.topic, WRENCH_STAMPED) or '',
-                            it.times_s[order], it.values[order].astype(np.float32))
+                            it.times_s[order], values)
 
 
 def _placed(positions: np.ndarray, base: Placement) -> np.ndarray:
