@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recordings of five cells for bench/page_truth.py, each with a good run beside it.
+"""Recordings of six cells for bench/page_truth.py, most of them with a good run beside it.
 
 Drivers are imitated as they are: several messages for a robot's joints, rates of their own, jitter,
 stamps that are older than the message, arrays without stamps, wheels that turn forever.
@@ -13,6 +13,7 @@ from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, S
 
 import numpy as np
 import rosbag
+import yaml
 from genpy import Time
 from geometry_msgs.msg import TransformStamped, WrenchStamped
 from makers import Model, Program
@@ -241,7 +242,17 @@ def wheels(folder: Path, models: Path) -> Scene:
 
 
 def foreign(folder: Path, models: Path) -> Scene:
-    """A real Panda's joints and forces, recorded by others; their files have no times."""
+    """A real PR2, recorded by others in 2012: 45 joints, a laser that tilts, wheels that turn."""
+    (folder / 'pr2.urdf').write_text(yaml.safe_load((models / 'pr1012_urdf.yaml').read_text()))
+    configuration = folder / 'cell.xml'
+    configuration.write_text('''<visualizer frame="base_footprint">
+<device type="robot" name="pr2"><model path="pr2.urdf"/><tool frame="laser_tilt_link"/>
+<topic name="joint_states" type="joint_states"/></device></visualizer>''')
+    return Scene(configuration, models / 'pr1012_sensors.bag', None)
+
+
+def panda(folder: Path, models: Path) -> Scene:
+    """A real Panda's joints and forces, measured by others; their files have no times."""
     configuration = folder / 'cell.xml'
     configuration.write_text('''<visualizer><device type="robot" name="arm">
 <model pkg="franka_description" path="robots/panda/panda.urdf.xacro"/>
@@ -265,4 +276,4 @@ def foreign(folder: Path, models: Path) -> Scene:
 
 SCENES: Dict[str, Callable[[Path, Path], Scene]] = {
     'sewing': sewing, 'two_arms': two_arms, 'palletizer': palletizer, 'wheels': wheels,
-    'foreign': foreign}
+    'foreign': foreign, 'panda': panda}

@@ -3,9 +3,11 @@
 
     bench/run page_truth FOLDER [SCENE …] [--positions 200]
 
-FOLDER holds the packages ur_description, franka_description, fanuc_resources and
-fanuc_lrmate200id_support, and execution_data of
-https://github.com/platonics-delft/platonics_dataset, none of which is part of this repository.
+FOLDER holds the packages ur_description, franka_description, fanuc_resources,
+fanuc_lrmate200id_support and pr2_description, execution_data of
+https://github.com/platonics-delft/platonics_dataset, and pr1012_sensors.bag and pr1012_urdf.yaml of
+https://github.com/jsk-ros-pkg/jsk_pr2eus (pr2eus/test at 67b1b5a), none of which is part of this
+repository.
 
 Each recording is played by bag_player with the cell's nodes and robot_state_publisher, paused at
 random positions: a part of them sought, the others reached by steps forwards and backwards. The
@@ -48,9 +50,11 @@ from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
-PATIENCE_S, START_S = 8.0, 30.0
+PATIENCE_S, SETTLING_S, START_S = 8.0, 1.0, 30.0
 POSITION_M, TURN_DEG, GHOST_M = 0.0002, 0.05, 0.001
 """How far a link and its turn may be off, and a link of the ghost."""
+SETTLED_M, SETTLED_DEG = 0.00003, 0.005
+"""What is nearer has arrived: a robot that hardly moves is near before its last message comes."""
 _MOST_EXAMPLES = 20
 SIZE = 480, 320  # what is drawn does not matter
 LABELS = {'speed': 'v', 'force': 'F'}
@@ -273,7 +277,9 @@ class Trial:
         figures = self._figures
         links = [(link, pose_of(elements)) for _, link, is_visible, elements in page['links']
                  if is_visible]
-        shown.wait_for(lambda: all(self._is_link(*it, shown) for it in links))
+        if shown.wait_for(lambda: all(_is_link(*it, shown, POSITION_M, TURN_DEG) for it in links)):
+            shown.wait_for(lambda: all(_is_link(*it, shown, SETTLED_M, SETTLED_DEG)
+                                       for it in links), SETTLING_S)
         for link, drawn in links:
             there = shown.place(link)
             if there is None:
@@ -288,14 +294,6 @@ class Trial:
                 figures.say(f'{position_s:.6f} s: {link} {1e3 * off_m:.2f} mm, {off_deg:.3f}°')
         if self._scene.good:
             self._compare_ghost(page, position_s, shown)
-
-    @staticmethod
-    def _is_link(link: str, drawn: Pose, shown: Shown) -> bool:
-        there = shown.place(link)
-        if there is None:
-            return True  # nobody sends it
-        off_m, off_deg = apart(drawn, pose(there))
-        return off_m <= POSITION_M and off_deg <= TURN_DEG
 
     def _compare_numbers(self, texts: Sequence[str], position_s: float, shown: Shown) -> None:
         """With the launcher's values in RViz's words, and with what the nodes write."""
@@ -352,7 +350,8 @@ class Trial:
             return apart(Pose(drawn.position + drawn.rotation @ inner.position,
                               drawn.rotation @ inner.rotation), there)[0]
 
-        shown.wait_for(lambda: all(off_m(*it) <= GHOST_M for it in wanted))
+        if shown.wait_for(lambda: all(off_m(*it) <= GHOST_M for it in wanted)):
+            shown.wait_for(lambda: all(off_m(*it) <= SETTLED_M for it in wanted), SETTLING_S)
         for it in wanted:
             figures.ghosts += 1
             off = off_m(*it)
@@ -370,6 +369,14 @@ class Trial:
             if not text.startswith(words):
                 figures.wrong_distances += 1
                 figures.say(f'{position_s:.6f} s: {device} {text!r}, RViz {words!r}')
+
+
+def _is_link(link: str, drawn: Pose, shown: Shown, within_m: float, within_deg: float) -> bool:
+    there = shown.place(link)
+    if there is None:
+        return True  # nobody sends it
+    off_m, off_deg = apart(drawn, pose(there))
+    return off_m <= within_m and off_deg <= within_deg
 
 
 def _settled(player: PlayerClient, is_there: Callable[[PlayerState], bool]) -> float:
