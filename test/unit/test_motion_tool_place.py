@@ -79,7 +79,7 @@ class Watched:
         for _ in range(seconds):
             for _ in range(15 * (pose_x is not None)):
                 self.placer.place(ToolPose((pose_x or 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0),
-                                           stamp_s=self.now_s), True)
+                                           stamp_s=self.now_s), False)
             self.now_s += 1.0
             self.placer.look()
 

@@ -41,7 +41,7 @@ def test_kinds_of_joints_that_move() -> None:
 
 def test_how_long_names_may_be() -> None:
     assert constant('../include/process_visualizer/common/required_name.hpp',
-                    'kMostNameCharacters') == str(MAX_NAME_CHARACTERS)
+                    'kMaxNameCharacters') == str(MAX_NAME_CHARACTERS)
 
 
 def test_names_that_the_recorder_knows() -> None:

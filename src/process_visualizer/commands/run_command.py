@@ -106,7 +106,7 @@ class _Reporter:
 
 
 def _run(launch_file: str, choice: Choice) -> int:
-    reporter = _Reporter(choice)
+    reporter, is_stopped = _Reporter(choice), False
     with StopSignals() as signals:
         run = LaunchRun(launch_file, reporter.report, reporter.line, start=_start_of(choice))
         watch = PublisherWatch(
@@ -119,6 +119,7 @@ def _run(launch_file: str, choice: Choice) -> int:
             with signals.raised():
                 run.wait()
         except StopRequested:
+            is_stopped = True
             say('stopping all nodes')
         finally:
             watch.close()
@@ -126,7 +127,7 @@ def _run(launch_file: str, choice: Choice) -> int:
             orphans = run.stop(say)
     if orphans:
         say(f'ended {len(orphans)} processes that roslaunch had left')
-    return exit_code(run)
+    return exit_code(run, is_stopped)
 
 
 def nodes_to_ask(run: LaunchRun) -> Set[str]:
@@ -143,8 +144,11 @@ def _start_of(choice: Choice) -> Start:
     return start_for_this_computer if is_local else start_roslaunch
 
 
-def exit_code(run: LaunchRun) -> int:
-    """Return 1 if a required node failed, or roslaunch was killed or started nothing, else 0."""
+def exit_code(run: LaunchRun, is_stopped: bool = False) -> int:
+    """Return 1 if a required node failed, or roslaunch was killed or started nothing, else 0.
+
+    If the operator has stopped it, it is no failure that nothing had started yet.
+    """
     if run.killed_by:
         say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '
             f'see {run.log_path}', file=sys.stderr)
@@ -156,7 +160,7 @@ def exit_code(run: LaunchRun) -> int:
             file=sys.stderr)
         return 1
     states = [report.state for report in run.reports()]
-    if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
+    if not is_stopped and not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
                for state in states):
         tail = ''.join(f'\n  {line}' for line in last_lines(run.log_path)[-_LOG_TAIL:] if line)
         say(f'nothing could be started; the end of {run.log_path}:{tail}', file=sys.stderr)

@@ -44,7 +44,7 @@ def check_mesh_file(path: str) -> None:
 # "#", by which assimp would choose another format.
 
 _HERE = re.compile(r'(?:package|file):|/(?!/)', re.IGNORECASE)
-_IN_PACKAGE = re.compile(r'package://([^/]*)/(.*)', re.DOTALL)
+_IN_PACKAGE = re.compile(r'package://([^/]*)(?:/(.*))?', re.DOTALL)
 _IN_FILE = re.compile(r'(?:file:(?://(?:localhost)?)?)?(/(?!/).*)', re.DOTALL | re.IGNORECASE)
 _ENDINGS = ('.stl', '.dae', '.obj')
 
@@ -76,7 +76,7 @@ def _path_of(address: str) -> Optional[str]:
     found = _IN_PACKAGE.fullmatch(address)
     if found is not None:
         folder = _folder_of(found[1])
-        return folder and os.path.join(folder, unquote(found[2]))
+        return folder and os.path.join(folder, unquote(found[2] or ''))
     found = _IN_FILE.fullmatch(address)
     return None if found is None else unquote(found[1])
 

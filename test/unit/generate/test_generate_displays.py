@@ -84,7 +84,8 @@ def test_all_types_of_rviz_are_known() -> None:
 
 
 def class_of(name: str) -> str:
-    return f'{"process_visualizer" if name == "MarkerArray" else "rviz"}/{name}'
+    own = name in ('MarkerArray', 'RobotModel')
+    return f'{"process_visualizer" if own else "rviz"}/{name}'
 
 
 @pytest.mark.parametrize('name', FACTS)

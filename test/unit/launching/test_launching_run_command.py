@@ -26,6 +26,13 @@ class EndedRun(NamedTuple):
         return [NodeReport('/node', state) for state in self.states]
 
 
+def test_a_cell_that_is_stopped_before_anything_started_has_not_failed(
+        capsys: pytest.CaptureFixture[str]) -> None:
+    run: Any = EndedRun(None, ())
+    assert exit_code(run, True) == 0
+    assert not capsys.readouterr().err
+
+
 @pytest.mark.parametrize('required, states, code, told', [
     (NodeReport('/driver', NodeState.FAILED, 3), (NodeState.RUNNING,), 1, '/driver'),
     (NodeReport('/rviz', NodeState.EXITED, 0), (NodeState.EXITED,), 0, ''),  # it was closed

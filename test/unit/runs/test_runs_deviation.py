@@ -216,6 +216,16 @@ def test_a_force_explains_the_torque_that_it_makes(torque: float, first: str) ->
 FINITE = st.floats(-1e6, 1e6)
 
 
+def test_a_tool_beside_its_path_comes_before_the_joints_that_move_it() -> None:
+    joint = Departure(Signal('robot', 'joint a', 'rad', SignalKind.JOINT), 5.1, None, 5.0, 0.1,
+                      6.0, 0.01, 0.002)
+    place = Departure(Signal('robot', 'tool sideways', 'm', SignalKind.PLACE), 5.4, None, 5.3, 0.1,
+                      6.0, 0.004, 0.002)
+    assert ranked([joint, place])[0] is place
+    other = place._replace(signal=place.signal._replace(device='another'))
+    assert ranked([joint, other])[0] is joint
+
+
 @given(arrays.arrays(float, st.integers(1, 50), elements=st.one_of(FINITE, st.just(np.nan))),
        st.integers(1, 9))
 def test_a_moving_mean_is_the_mean_of_what_is_known(values: np.ndarray, rows: int) -> None:

@@ -131,6 +131,15 @@ def test_the_band_for_the_curve(learned: LiveComparison) -> None:
     assert KEY in learned.keys
 
 
+def test_where_the_good_runs_lack_data_a_channel_has_no_band() -> None:
+    run = made_run(0)
+    force = run.channels[0]
+    known = (force.times_s < 5.0) | (force.times_s > 7.0)
+    holed = force._replace(times_s=force.times_s[known], values=force.values[known])
+    comparison = LiveComparison(GoodRuns(run._replace(channels=(holed, *run.channels[1:]))))
+    assert KEY in comparison.without_band(6.0) and KEY not in comparison.without_band(4.0)
+
+
 def test_a_tolerance_of_one_good_run() -> None:
     comparison = LiveComparison(GoodRuns(made_run(0)))
     assert departure(comparison, 8.0) is None

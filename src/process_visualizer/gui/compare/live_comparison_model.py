@@ -153,7 +153,11 @@ class LiveComparisonModel(QObject):
             return _NO_RUN.format(comparison.name)
         if not self._departures:
             has_departed = self._runs is not None and self._runs.has_departed
-            return f'{"Back" if has_departed else "Run"} in range ({_place(phase)})'
+            text = f'{"Back" if has_departed else "Run"} in range ({_place(phase)})'
+            count = len(comparison.without_band(phase.reference_s))
+            return text if 2 * count < len(comparison.keys) else \
+                f'{text}; the good runs have no range here for {count} of ' \
+                f'{len(comparison.keys)} values'
         shown = [departure_text(it, self._now_s) for it in self._departures[:_MAX_SHOWN]]
         more = len(self._departures) - len(shown)
         return '\n'.join(shown) + (f'\nand {more} more' if more else '')

@@ -64,11 +64,12 @@ class ComplaintBook:
         if complaint is not None:
             complaint.good_s = now_s
 
-    def end(self, key: str) -> bool:
-        """End the complaint with a key; return whether there was one."""
+    def end(self, key: str, now_s: Optional[float] = None) -> bool:
+        """End a complaint, now or with its last bad message; return whether there was one."""
         complaint = self._complaints.pop(key, None) or self._dropped.pop(key, None)
         if complaint is None:
             return False
+        complaint.last_s = complaint.last_s if now_s is None else now_s
         self._ended[key] = complaint
         return True
 
@@ -147,7 +148,7 @@ class Complaints:
     def end(self, key: str) -> None:
         """End the complaint with a key."""
         with self._lock:
-            was_there = self._book.end(key)
+            was_there = self._book.end(key, self._node.monotonic_s())
         if was_there:
             self._reporter.wake()
 
@@ -193,7 +194,7 @@ class Complaints:
                                       self._device, []) for key in ended]
         for key, it in ended.items():
             if self._next_log_s.pop(key, None) is not None:
-                self._node.info(f'{self._device}: {it.text}{OVER}{now_s - it.since_s:.1f} s')
+                self._node.info(f'{self._device}: {it.text}{OVER}{it.last_s - it.since_s:.1f} s')
         return statuses
 
     def _status(self, key: str, complaint: Complaint, now_s: float) -> DiagnosticStatus:

@@ -90,11 +90,12 @@ def _has_header(connection: socket.socket) -> bool:
 class QuestionServer(ThreadingXMLRPCServer):
     """Answers the questions of the master and of other nodes, also after a shortage."""
 
-    def __init__(self, before: ThreadingXMLRPCServer, handler: Any) -> None:
-        """Take the place of a server, with its socket; ``handler`` answers."""
+    def __init__(self, before: Any, handler: Any) -> None:
+        """Take the place of a ThreadingXMLRPCServer, with its socket; ``handler`` answers."""
         super().__init__(('localhost', 0), 0)
-        self.socket.close()
-        self.socket = before.socket
+        own: Any = self
+        own.socket.close()
+        own.socket = before.socket
         self.register_multicall_functions()
         self.register_instance(handler)
 

@@ -91,6 +91,12 @@ class LiveComparison:
         return frozenset(key for key in self._signals if key not in values or not np.isfinite(
             moving_mean(values[key], MEAN_ROWS)[recent]).any())
 
+    def without_band(self, reference_s: float) -> FrozenSet[Key]:
+        """Return the channels that have no band at a moment of the reference [s]."""
+        limits = {key: self._limits_at(key, np.array([reference_s])) for key in self._signals}
+        return frozenset(key for key, it in limits.items()
+                         if it is None or not np.isfinite(it.middle).all())
+
     def known_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> Optional[float]:
         """Return the time of the newest value of all channels; None without any.
 

@@ -496,16 +496,25 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
     return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
 
 
+_JOINT_BEFORE_S = 1.0
+"""Maximum time by which a joint leaves its band before the tool that it moves [s]."""
+
+
 def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     """Return when a departure began; in a mean over a longer time, a clearer one may show it.
 
     Noise covers the last half second, and its start is known no better relative to other signals.
+    A tool leaves its path with the joints that move it, whose bands may be narrower.
     A signal that is sent seldom may have begun to deviate only just before its next value.
     """
     if it.signal.period_s:
         return it.onset_s + 0.5 * it.signal.period_s
     if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
         return min(it.left_s, it.onset_s + ROUGH_S)
+    if it.signal.kind is SignalKind.PLACE:
+        return min(other.onset_s for other in found if other is it or (
+            other.signal.kind is SignalKind.JOINT and other.signal.device == it.signal.device
+            and it.onset_s - _JOINT_BEFORE_S <= other.onset_s <= it.onset_s))
     inside = [other.onset_s for other in found if it.signal.over_s and not other.signal.over_s
               and other.severity > it.severity and it.onset_s < other.onset_s <= it.left_s]
     return min(inside, default=it.onset_s)
