@@ -217,6 +217,7 @@ class ViewerLink:
                 rospy.loginfo('the viewer %s is gone: %s', self.name, error)
         self._feed.want(self, ())
         self.close()
+        self._connection.close()  # a viewer that goes on sending would wait for ever otherwise
         self._on_end(self)
 
     def _answer(self, frame: LinkFrame) -> None:
