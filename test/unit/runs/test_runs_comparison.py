@@ -10,7 +10,7 @@ from made_runs import made_run, progress
 
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import GoodRuns, Missing, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import amount, clock, unjudged_texts, verdict
@@ -231,6 +231,22 @@ def test_a_short_hole_in_the_motion_leaves_little_unjudged(learned: GoodRuns) ->
     found = learned.compare(run._replace(motions=tuple(missing)))
     assert found.departures == ()
     assert all(it.begin_s > 4.7 and it.end_s < 5.5 for it in found.unjudged)
+
+
+def test_a_force_that_is_missing_beside_a_hole_in_the_motion_is_told_itself(
+        learned: GoodRuns) -> None:
+    run = made_run(77)
+    motion, = run.motions
+    moves = (motion.times_s < 5.0) | (motion.times_s > 5.12)
+    force, *others = run.channels
+    kept = (force.times_s < 4.4) | (force.times_s > 5.7)
+    found = learned.compare(run._replace(
+        motions=(motion._replace(times_s=motion.times_s[moves],
+                                 positions=motion.positions[moves]),),
+        channels=(force._replace(times_s=force.times_s[kept], values=force.values[kept]),
+                  *others)))
+    assert ('robot tool force', Missing.DATA) in {(it.signal.name, it.why)
+                                                  for it in found.unjudged}
 
 
 @pytest.mark.parametrize('at_s', [2.9, 4.3, 5.01, 8.6, 10.2])

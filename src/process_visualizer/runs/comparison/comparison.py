@@ -107,6 +107,8 @@ _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """Signals that have data where another signal of the same channel or tool has."""
 _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
+_BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
+"""Rows beside an unknown moment at which means of it are unknown, too."""
 _OFTEN_S = 0.1
 """Maximum time between two messages of any kind [s] for a hole to tell that some are missing."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
@@ -700,7 +702,7 @@ def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
     run_s = alignment.time_map.to_run(times_s)
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
     is_unknown = moving_maximum(unknown_moments(reference, run, times_s, run_s).astype(float),
-                                2 * _AROUND_ROWS) > 0.0
+                                _BESIDE_UNKNOWN_ROWS) > 0.0
     found: List[Unjudged] = []
     for signal, limits in band.signals.items():
         if signal.kind is SignalKind.STATE:
