@@ -349,10 +349,11 @@ class MixtureModel(QObject):
         if choice is self._choice:
             return
         self._choice = choice
-        if choice is None:
-            self._timer.stop()
+        if self.sentences:  # they are about the nodes of before
             self._others, self._player_sentences = (), ()
             self.changed.emit()
+        if choice is None:
+            self._timer.stop()
         else:
             self._timer.start()
 
