@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Sequence
 
 import pytest
 import rosbag
@@ -31,7 +31,11 @@ from process_visualizer.bagio.recorder_topics import (
 )
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import as_json, as_text, make_report
-from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
+from process_visualizer.cell.stored_configuration import (
+    StoredConfiguration,
+    configuration_text,
+    write_configuration,
+)
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 
@@ -126,24 +130,25 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / 'is').iterdir()} == {'x.xml', 'y.xml'}
 
 
-def test_a_configuration_of_a_bag_is_not_written_into_a_hidden_folder(tmp_path: Path) -> None:
-    """In the home folder, a file in ~/.config would be read by the desktop, and run things."""
-    names = '/h/cell.xml', '/h/.config/openbox/menu.xml'
+def stored_files(folder: Path, names: Sequence[str]) -> StoredConfiguration:
+    """The stored configuration of a bag with empty files of these names; the first is its cell."""
     text = json.dumps({'file': names[0], 'arguments': {}, 'files': dict.fromkeys(names, '')})
-    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+    with Recording([bag_with(folder / 'a.bag', CONFIGURATION, text)]) as recording:
         stored = recorded_configuration(recording)
     assert stored is not None
+    return stored
+
+
+def test_a_configuration_of_a_bag_is_not_written_into_a_hidden_folder(tmp_path: Path) -> None:
+    """In the home folder, a file in ~/.config would be read by the desktop, and run things."""
+    stored = stored_files(tmp_path, ('/h/cell.xml', '/h/.config/openbox/menu.xml'))
     with pytest.raises(OSError, match='hidden folder'):
         write_configuration(stored, str(tmp_path / 'is'))
     assert not (tmp_path / 'is').exists()
 
 
 def test_a_configuration_may_be_recorded_from_a_hidden_folder(tmp_path: Path) -> None:
-    names = '/h/.cells/cell.xml', '/h/.cells/parts/a.xml'
-    text = json.dumps({'file': names[0], 'arguments': {}, 'files': dict.fromkeys(names, '')})
-    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
-        stored = recorded_configuration(recording)
-    assert stored is not None
+    stored = stored_files(tmp_path, ('/h/.cells/cell.xml', '/h/.cells/parts/a.xml'))
     assert write_configuration(stored, str(tmp_path / 'is')) == str(tmp_path / 'is' / 'cell.xml')
 
 

@@ -161,6 +161,23 @@ _ENDED = 'Watching has ended.'
 _MAX_LINES = 500
 
 
+def _command(parent: QWidget, lines_name: str, read: Callable[[], None],
+             update: Callable[[], None]) -> Tuple[QPlainTextEdit, QProcess]:
+    """Return the lines of a command that a dialog runs, and its process.
+
+    ``read`` is called for new output, ``update`` when the process starts or ends.
+    """
+    lines, process = QPlainTextEdit(), QProcess(parent)
+    lines.setObjectName(lines_name)
+    lines.setReadOnly(True)
+    lines.setMaximumBlockCount(_MAX_LINES)
+    process.setProcessChannelMode(QProcess.MergedChannels)
+    process.readyReadStandardOutput.connect(read)
+    process.stateChanged.connect(update)
+    process.finished.connect(lambda *_: read())
+    return lines, process
+
+
 class WatchDialog(QDialog):
     """Asks for the computer, and shows the output of ``cell view``; closing it ends RViz."""
 
@@ -177,15 +194,7 @@ class WatchDialog(QDialog):
         self.button = QPushButton('Watch')
         self.button.setObjectName('watch_button')
         self.button.setDefault(True)
-        self.lines = QPlainTextEdit()
-        self.lines.setObjectName('watch_lines')
-        self.lines.setReadOnly(True)
-        self.lines.setMaximumBlockCount(_MAX_LINES)
-        self._process = QProcess(self)
-        self._process.setProcessChannelMode(QProcess.MergedChannels)
-        self._process.readyReadStandardOutput.connect(self._read)
-        self._process.stateChanged.connect(self._update)
-        self._process.finished.connect(lambda *_: self._read())
+        self.lines, self._process = _command(self, 'watch_lines', self._read, self._update)
         self._process.finished.connect(lambda *_: self.lines.appendPlainText(_ENDED))
         self._process.errorOccurred.connect(
             lambda *_: self.lines.appendPlainText(self._process.errorString()))
@@ -289,15 +298,7 @@ class ServeDialog(QDialog):
         self.code.setAccessibleName('The address as a QR code')
         self.viewers = plain_label()
         self.viewers.setObjectName('viewers')
-        self.lines = QPlainTextEdit()
-        self.lines.setObjectName('serve_lines')
-        self.lines.setReadOnly(True)
-        self.lines.setMaximumBlockCount(_MAX_LINES)
-        self._process = QProcess(self)
-        self._process.setProcessChannelMode(QProcess.MergedChannels)
-        self._process.readyReadStandardOutput.connect(self._read)
-        self._process.finished.connect(lambda *_: self._read())
-        self._process.stateChanged.connect(self._update)
+        self.lines, self._process = _command(self, 'serve_lines', self._read, self._update)
         self._process.errorOccurred.connect(self._take_error)
         self.button.clicked.connect(self._toggle)
         self._meaning = MeaningGuard(self.button)
