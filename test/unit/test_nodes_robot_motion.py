@@ -165,7 +165,7 @@ def test_a_robot_without_joints_says_that_it_is_not_where_it_is_drawn(robot: Rob
     assert ('joints', 1) not in robot.markers()
     robot.run(0.5)
     marker = robot.markers()['joints', 1]
-    assert marker.text.strip() == 'no joints: it is not where it is drawn'
+    assert marker.text.strip() == 'no joints: its pose is unknown'
     assert marker.header.frame_id == 'r/link0'  # no other frame of it is known
     joints(robot, 0.1, 0.2)
     robot.run(0.2)

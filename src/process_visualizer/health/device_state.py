@@ -133,7 +133,7 @@ def device_state(device: Device, report: Optional[PartReport],
         return DeviceState(_IDLE, nodes, topics, own)
     summary = _summary(report, topics, own, sorted(silent))
     if summary.level is Level.GOOD and _lacks_joints(device, topics):
-        summary = Line(Level.WARNING, 'The recording lacks its joints: it is not where it is drawn')
+        summary = Line(Level.WARNING, 'The recording lacks its joints: its pose is unknown')
     return DeviceState(summary, nodes, topics, own)
 
 

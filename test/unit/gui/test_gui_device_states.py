@@ -111,7 +111,7 @@ def test_a_robot_whose_joints_the_recording_lacks(states: DeviceStatesModel, ses
     state = states.state(oven)
     assert state.topics['/q'].text == 'not in the recording'
     assert state.summary == Line(
-        Level.WARNING, 'The recording lacks its joints: it is not where it is drawn')
+        Level.WARNING, 'The recording lacks its joints: its pose is unknown')
     assert not states.silent(oven), 'a restart of the device does not help'
 
 

@@ -44,7 +44,7 @@ class ShownMotion(NamedTuple):
     time_s: float
 
 
-_NO_JOINTS = 'no joints: it is not where it is drawn'
+_NO_JOINTS = 'no joints: its pose is unknown'
 
 
 class _Shown(NamedTuple):
