@@ -119,6 +119,9 @@ def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.Monkey
     assert handler.is_ready.wait(TIMEOUT_S)
     monkeypatch.setattr(rospy.core, '_shutdown_hooks', [node.shutdown])
     answer_patiently()
+    for thread in threading.enumerate():
+        if thread.name == 'end of a server':
+            thread.join(TIMEOUT_S)
     taken: 'queue.Queue[Any]' = queue.Queue()
     server = NodeServer(lambda connection, _: taken.put(connection))
     server.start()
@@ -132,3 +135,17 @@ def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.Monkey
     finally:
         node.shutdown('the test is over')
         server.shutdown()
+
+
+def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.MonkeyPatch
+                                                           ) -> None:
+    """A node whose thread was slow to begin hung at its start."""
+    node = XmlRpcNode(0, Answers())
+    node._run_init()
+    monkeypatch.setattr(rospy.core, '_shutdown_hooks', [node.shutdown])
+    starting = threading.Thread(target=answer_patiently, daemon=True)
+    starting.start()
+    starting.join(TIMEOUT_S)
+    has_started = not starting.is_alive()
+    node.server.server_close()
+    assert has_started

@@ -94,6 +94,9 @@ def end_process(code: int) -> NoReturn:
     """
     _limit(code)()
     rospy.signal_shutdown('the program ends')
+    # It returns at once if another thread is shutting down, perhaps before the node is unregistered
+    # at the master. Registering a function waits for that.
+    rospy.on_shutdown(lambda: None)
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()

@@ -126,4 +126,6 @@ def answer_patiently() -> None:
         node = getattr(hook, '__self__', None)
         if isinstance(node, XmlRpcNode) and node.server is not None:
             before, node.server = node.server, QuestionServer(node.server, node.handler)
-            before.shutdown()  # the node's thread then lets its new server serve
+            # The node's thread then lets its new server serve. Not waited for: if that thread has
+            # not let the old one serve yet, its shutdown never returns.
+            threading.Thread(target=before.shutdown, name='end of a server', daemon=True).start()
