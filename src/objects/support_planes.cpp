@@ -3,11 +3,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bitset>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <random>
-#include <set>
 #include <utility>
 
 namespace process_visualizer::objects {
@@ -16,9 +18,13 @@ namespace {
 using Eigen::Vector3f;
 using Plane = Eigen::Hyperplane<float, 3>;
 
-constexpr std::size_t kMostPlanes = 4;
+constexpr int kMostTries = 8;            // of finding a plane that is large enough
 constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
-constexpr float kTile = 0.05F;           // m: areas are counted in tiles of this size
+constexpr float kTile = 0.1F;            // m: the size of a tile
+constexpr float kGridReach = 15;         // m: from the sensor, of tiles
+constexpr int kHiddenTiles = 5;          // in a row, over which a surface may go on
+constexpr int kFewestLooks = 2;          // past a surface, in a tile where it is not
+constexpr std::size_t kCounted = 2500;   // points by which planes are compared
 constexpr int kFewestAround = 10;        // points that tell a surface's height
 constexpr double kMostTrials = 200;
 constexpr int kNoiseRounds = 4;
@@ -28,13 +34,46 @@ constexpr float kMedianOfNormal = 0.674F;  // of the size of what has a standard
 constexpr std::size_t kFewestResiduals = 200;
 constexpr double kMissed = 0.01;  // probability that a better plane is missed
 
-/// The area that points cover, seen from above, m².
+/// How many points of a tile are at a height, and as much above and below it.
+struct Layers {
+  int at = 0, above = 0, below = 0;
+
+  /// Count a point by its height above the middle one, m, of layers whose half is `tolerance`.
+  void add(float height, float tolerance) {
+    if (std::abs(height) < tolerance)
+      ++at;
+    else if (std::abs(height) < 3 * tolerance)
+      ++(height > 0 ? above : below);
+  }
+
+  /// A level surface has a height; what is upright is at each.
+  bool isLevel() const { return at > 0 && 2 * above <= at && 2 * below <= at; }
+  bool isCrossed() const { return 4 * std::min(above, below) > at; }
+};
+
+/// Calls a function with the up to eight tiles around one.
+template <typename Look>
+void forNeighbors(std::size_t tile, std::size_t columns, std::size_t rows, const Look& look) {
+  const std::size_t x = tile % columns, y = tile / columns;
+  for (std::size_t row = y == 0 ? 0 : y - 1; row <= y + 1 && row < rows; ++row)
+    for (std::size_t column = x == 0 ? 0 : x - 1; column <= x + 1 && column < columns; ++column)
+      if (row != y || column != x) look(row * columns + column);
+}
+
+/// The area that points cover, seen from above, in quarters of tiles, m².
 float areaOf(const std::vector<Vector3f>& points) {
-  std::set<std::pair<int, int>> tiles;
-  for (const Vector3f& point : points)
-    tiles.emplace(static_cast<int>(std::floor(point.x() / kTile)),
-                  static_cast<int>(std::floor(point.y() / kTile)));
-  return static_cast<float>(tiles.size()) * kTile * kTile;
+  std::vector<std::uint64_t> quarters;
+  quarters.reserve(points.size());
+  for (const Vector3f& point : points) {
+    const Eigen::Array2f place = (point.head<2>() * (2 / kTile)).array().floor();
+    quarters.push_back(
+        static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<std::int32_t>(place.x())))
+            << 32 |
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(place.y())));
+  }
+  std::sort(quarters.begin(), quarters.end());
+  const auto end = std::unique(quarters.begin(), quarters.end());
+  return static_cast<float>(end - quarters.begin()) * kTile * kTile / 4;
 }
 
 /// The plane with the least mean square of distances, its normal upwards.
@@ -71,50 +110,199 @@ double trialsFor(double share) {
 
 }  // namespace
 
-SupportPlanes::SupportPlanes(std::vector<Vector3f> points, Vector3f sensor, float least_area,
-                             std::optional<DepthNoise> noise)
-    : sensor_(std::move(sensor)), least_area_(least_area), noise_(noise.value_or(DepthNoise())) {
-  if (!noise) estimateNoise(points);
-  while (planes_.size() < kMostPlanes && findNext(points)) {
-  }
+std::optional<std::size_t> SupportPlanes::Grid::tileAt(const Vector3f& place) const {
+  const Eigen::Vector2f away = (place.head<2>() - corner) / kTile;
+  if (!(away.minCoeff() >= 0)) return std::nullopt;
+  const auto column = static_cast<std::size_t>(away.x()), row = static_cast<std::size_t>(away.y());
+  if (column >= columns || row >= rows) return std::nullopt;
+  return row * columns + column;
 }
 
-/// Takes the points of the largest plane out of `points`.
-bool SupportPlanes::findNext(std::vector<Vector3f>& points) {
-  if (areaOf(points) < least_area_) return false;
-  const auto on = [this](const Plane& plane) {
-    return [this, plane](const Vector3f& point) { return isOn(plane, point); };
+SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f sensor, float least_area,
+                             std::optional<DepthNoise> noise)
+    : sensor_(std::move(sensor)), least_area_(least_area) {
+  const Eigen::Vector2f reach = Eigen::Vector2f::Constant(kGridReach);
+  const Eigen::AlignedBox2f whole(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
+  Eigen::AlignedBox2f seen;
+  for (const Vector3f& point : points)
+    if (whole.contains(Eigen::Vector2f(point.head<2>()))) seen.extend(point.head<2>());
+  if (!seen.isEmpty()) {
+    grid_.corner = seen.min();
+    grid_.columns = static_cast<std::size_t>(seen.sizes().x() / kTile) + 1;
+    grid_.rows = static_cast<std::size_t>(seen.sizes().y() / kTile) + 1;
+  }
+  samples_.reserve(points.size());
+  for (const Vector3f& point : points)
+    if (const auto tile = grid_.tileAt(point)) samples_.push_back({point, *tile});
+  if (noise)
+    setNoise(*noise);
+  else
+    estimateNoise();
+  std::vector<Sample> level = levelSamples();
+  for (int trial = 0; trial < kMostTries && findNext(level); ++trial) {
+  }
+  const auto height = [](const Surface& surface) {
+    float sum = 0;
+    for (const Vector3f& point : surface.points) sum += point.z();
+    return sum / static_cast<float>(surface.points.size());
   };
-  const auto end = std::partition(points.begin(), points.end(), on(largest(points)));
-  const std::vector<Vector3f> inliers(points.begin(), end);
-  if (areaOf(inliers) < least_area_) return false;
-  planes_.push_back(fitted(inliers));
-  const auto begin_rest = std::partition(points.begin(), points.end(), on(planes_.back()));
-  points_.emplace_back(points.begin(), begin_rest);
-  points.erase(points.begin(), begin_rest);
+  const auto lowest = std::min_element(
+      surfaces_.begin(), surfaces_.end(),
+      [&](const Surface& one, const Surface& other) { return height(one) < height(other); });
+  if (lowest != surfaces_.end()) std::iter_swap(surfaces_.begin(), lowest);
+}
+
+void SupportPlanes::setNoise(const DepthNoise& noise) {
+  noise_ = noise;
+  for (Sample& sample : samples_) sample.tolerance = tolerance(sample.place);
+}
+
+/// The points that may be on a level surface: those whose tile has few others right above or below.
+/// A wall of a noisy sensor would else have a surface at any height.
+std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
+  std::vector<std::size_t> begins(grid_.size() + 1);
+  for (const Sample& sample : samples_) ++begins[sample.tile + 1];
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<std::size_t> ends(begins.begin(), begins.end());
+  std::vector<float> heights(samples_.size());
+  for (const Sample& sample : samples_) heights[ends[sample.tile]++] = sample.place.z();
+  std::vector<Sample> level;
+  for (const Sample& sample : samples_) {
+    Layers layers;
+    for (std::size_t place = begins[sample.tile]; place < begins[sample.tile + 1]; ++place)
+      layers.add(heights[place] - sample.place.z(), sample.tolerance);
+    if (layers.isLevel()) level.push_back(sample);
+  }
+  return level;
+}
+
+/// Takes the points of the largest plane out of `level`; keeps it if it has a surface.
+/// \return whether it is worth going on
+bool SupportPlanes::findNext(std::vector<Sample>& level) {
+  if (level.empty()) return false;
+  const auto on = [](const Plane& plane) {
+    return [plane](const Sample& it) { return plane.absDistance(it.place) < it.tolerance; };
+  };
+  const auto end = std::partition(level.begin(), level.end(), on(largest(level)));
+  std::vector<Vector3f> places;
+  std::transform(level.begin(), end, std::back_inserter(places),
+                 [](const Sample& it) { return it.place; });
+  if (areaOf(places) < least_area_) return false;
+  Surface surface{fitted(places), {}, {}};
+  surface.extent = extentOf(surface.plane);
+  const auto begin_rest = std::partition(level.begin(), level.end(), [&](const Sample& it) {
+    return on(surface.plane)(it) && surface.extent[it.tile] == Extent::kThere;
+  });
+  if (begin_rest == level.begin()) {
+    level.erase(level.begin(), end);
+    return true;
+  }
+  std::transform(level.begin(), begin_rest, std::back_inserter(surface.points),
+                 [](const Sample& it) { return it.place; });
+  level.erase(level.begin(), begin_rest);
+  surfaces_.push_back(std::move(surface));
   return true;
+}
+
+/// Where a plane is a surface. It is so in tiles in which it is seen, unless something rises
+/// through it, and it goes on where something hides it, over a few tiles in which the sensor does
+/// not look past it. All of these that are connected have to show an area that is large enough.
+std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane) const {
+  enum class Kind : std::uint8_t { kUnseen, kNotThere, kLevel, kSteep };
+  const float sensor_height = plane.signedDistance(sensor_);
+  std::vector<Layers> layers(grid_.size());
+  std::vector<int> looks_past(grid_.size());
+  std::vector<std::uint8_t> quarters(grid_.size());  // in which it is seen: a bit for each
+  for (const Sample& sample : samples_) {
+    const float height = plane.signedDistance(sample.place);
+    layers[sample.tile].add(height, sample.tolerance);
+    if (std::abs(height) < sample.tolerance) {
+      const Eigen::Vector2f away = (sample.place.head<2>() - grid_.corner) * (2 / kTile);
+      const int quarter = static_cast<int>(away.x()) % 2 + 2 * (static_cast<int>(away.y()) % 2);
+      quarters[sample.tile] = static_cast<std::uint8_t>(quarters[sample.tile] | 1 << quarter);
+    } else if (height * sensor_height < 0) {
+      const float way = sensor_height / (sensor_height - height);
+      if (const auto tile = grid_.tileAt(sensor_ + way * (sample.place - sensor_)))
+        ++looks_past[*tile];
+    }
+  }
+  std::vector<Kind> kinds(grid_.size(), Kind::kUnseen);
+  for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
+    if (layers[tile].at == 0)
+      kinds[tile] = looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kNotThere;
+    else
+      kinds[tile] = layers[tile].isCrossed() ? Kind::kNotThere
+                    : layers[tile].isLevel() ? Kind::kLevel
+                                             : Kind::kSteep;
+  }
+  const auto around = [&](std::size_t tile, const auto& look) {
+    forNeighbors(tile, grid_.columns, grid_.rows, look);
+  };
+  // Upwards or downwards of a steep tile goes something that stands on the surface, or its edge.
+  std::vector<int> hidden(grid_.size(), kHiddenTiles + 1);  // tiles to the nearest one that is seen
+  std::vector<std::size_t> reached;
+  for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
+    bool is_seen = kinds[tile] == Kind::kLevel;
+    if (kinds[tile] == Kind::kSteep)
+      around(tile, [&](std::size_t it) { is_seen = is_seen || kinds[it] == Kind::kLevel; });
+    if (!is_seen) continue;
+    hidden[tile] = 0;
+    reached.push_back(tile);
+  }
+  for (std::size_t next = 0; next < reached.size(); ++next) {
+    const std::size_t tile = reached[next];
+    if (hidden[tile] == kHiddenTiles) continue;
+    around(tile, [&](std::size_t it) {
+      if (kinds[it] != Kind::kUnseen || hidden[it] <= kHiddenTiles) return;
+      hidden[it] = hidden[tile] + 1;
+      reached.push_back(it);
+    });
+  }
+  std::vector<Extent> extent(grid_.size(), Extent::kUnknown);
+  for (std::size_t tile = 0; tile < kinds.size(); ++tile)
+    if (kinds[tile] == Kind::kNotThere) extent[tile] = Extent::kNotThere;
+  std::vector<bool> is_done(grid_.size());
+  for (const std::size_t first : reached) {
+    if (is_done[first]) continue;
+    is_done[first] = true;
+    std::vector<std::size_t> part{first};
+    std::size_t area = 0;  // quarters of a tile
+    for (std::size_t next = 0; next < part.size(); ++next) {
+      if (kinds[part[next]] == Kind::kLevel) area += std::bitset<4>(quarters[part[next]]).count();
+      around(part[next], [&](std::size_t it) {
+        if (hidden[it] > kHiddenTiles || is_done[it]) return;
+        is_done[it] = true;
+        part.push_back(it);
+      });
+    }
+    if (static_cast<float>(area) * kTile * kTile / 4 < least_area_) continue;
+    for (const std::size_t tile : part) extent[tile] = Extent::kThere;
+  }
+  return extent;
 }
 
 /// The level plane through three of the points that has most of all points (RANSAC). PCL's search
 /// writes an error into the log whenever it draws three points in a line.
-Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
+Plane SupportPlanes::largest(const std::vector<Sample>& samples) {
   std::mt19937 random(1);  // always the same: what is found depends on this cloud alone
-  const auto any = [&] { return points[random() % points.size()]; };
-  Plane best(Vector3f::UnitZ(), points.front());
-  std::ptrdiff_t most = 0;
+  const auto any = [&] { return samples[random() % samples.size()].place; };
+  const std::size_t stride = samples.size() / kCounted + 1;
+  Plane best(Vector3f::UnitZ(), samples.front().place);
+  std::size_t most = 0;
   double trials = kMostTrials;
   for (int trial = 0; trial < trials; ++trial) {
     const Vector3f a = any(), b = any(), c = any();
     const Vector3f normal = (b - a).cross(c - a).normalized();
     if (!(std::abs(normal.z()) > kLeastUpright)) continue;
     const Plane plane(normal.z() < 0 ? Vector3f(-normal) : normal, a);
-    const auto count = std::count_if(points.begin(), points.end(),
-                                     [&](const Vector3f& point) { return isOn(plane, point); });
+    std::size_t count = 0;
+    for (std::size_t index = 0; index < samples.size(); index += stride)
+      if (plane.absDistance(samples[index].place) < samples[index].tolerance) ++count;
     if (count <= most) continue;
     most = count;
     best = plane;
-    trials = std::min(kMostTrials,
-                      trialsFor(static_cast<double>(most) / static_cast<double>(points.size())));
+    trials = std::min(kMostTrials, trialsFor(static_cast<double>(most * stride) /
+                                             static_cast<double>(samples.size())));
   }
   return best;
 }
@@ -124,16 +312,19 @@ Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
 /// it, and how far that is beside it along the line of sight tells how noisy the sensor is; then
 /// again with what is as near as that. What stands on it is seldom half of the points, whose median
 /// counts.
-void SupportPlanes::estimateNoise(const std::vector<Vector3f>& points) {
-  if (areaOf(points) < least_area_) return;
-  Plane plane = largest(points);
+void SupportPlanes::estimateNoise() {
+  setNoise({kNoisiest});
+  std::vector<Sample> level = levelSamples();
+  setNoise(DepthNoise());
+  for (Sample& sample : level) sample.tolerance = tolerance(sample.place);
+  if (level.empty()) return;
+  Plane plane = largest(level);
   DepthNoise noise{kNoisiest};
   for (int round = 0; round < kNoiseRounds; ++round) {
     std::vector<Vector3f> near;
-    std::copy_if(points.begin(), points.end(), std::back_inserter(near),
-                 [&](const Vector3f& point) {
-                   return alongRay(plane, point) < noise.reachAt((point - sensor_).norm());
-                 });
+    for (const Sample& sample : level)
+      if (alongRay(plane, sample.place) < noise.reachAt((sample.place - sensor_).norm()))
+        near.push_back(sample.place);
     if (near.size() < kFewestResiduals) return;
     plane = fitted(near);
     std::vector<float> residuals;
@@ -144,7 +335,7 @@ void SupportPlanes::estimateNoise(const std::vector<Vector3f>& points) {
     std::nth_element(residuals.begin(), middle, residuals.end());
     noise.at_one_m = std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kNoisiest);
   }
-  noise_ = noise;
+  setNoise(noise);
 }
 
 /// How far a point is from a plane along the line of sight, m; infinitely far at a flat look.
@@ -155,16 +346,22 @@ float SupportPlanes::alongRay(const Plane& plane, const Vector3f& point) const {
 }
 
 float SupportPlanes::tolerance(const Vector3f& point) const {
-  return noise_.toleranceAt((point - sensor_).norm());
+  const Vector3f ray = point - sensor_;
+  const float range = ray.norm();
+  return noise_.toleranceAt(range, range > 0 ? std::abs(ray.z()) / range : 1);
 }
 
-bool SupportPlanes::isOn(const Plane& plane, const Vector3f& point) const {
-  return plane.absDistance(point) < tolerance(point);
+bool SupportPlanes::isThere(const Surface& surface, const Vector3f& place) const {
+  const auto tile = grid_.tileAt(place);
+  const Extent extent = tile ? surface.extent[*tile] : Extent::kUnknown;
+  return extent == Extent::kThere || (extent == Extent::kUnknown && &surface == &surfaces_.front());
 }
 
 bool SupportPlanes::contain(const Vector3f& point) const {
-  return std::any_of(planes_.begin(), planes_.end(),
-                     [&](const Plane& plane) { return isOn(plane, point); });
+  const float tolerance = this->tolerance(point);
+  return std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& surface) {
+    return surface.plane.absDistance(point) < tolerance && isThere(surface, point);
+  });
 }
 
 /// A plane that is seen around the place counts more than one that would be there if it went on.
@@ -173,11 +370,12 @@ std::optional<float> SupportPlanes::heightBelow(const Vector3f& place, float rad
   const auto raise = [&](std::optional<float>& height, float here) {
     if (here <= place.z() && (!height || here > *height)) height = here;
   };
-  for (std::size_t number = 0; number < planes_.size(); ++number) {
-    const Vector3f& normal = planes_[number].normal();
-    raise(continued,
-          -(planes_[number].offset() + normal.head<2>().dot(place.head<2>())) / normal.z());
-    if (const auto around = heightAround(points_[number], place, radius)) raise(seen, *around);
+  for (const Surface& surface : surfaces_) {
+    const Vector3f& normal = surface.plane.normal();
+    if (isThere(surface, place))
+      raise(continued,
+            -(surface.plane.offset() + normal.head<2>().dot(place.head<2>())) / normal.z());
+    if (const auto around = heightAround(surface.points, place, radius)) raise(seen, *around);
   }
   return seen ? seen : continued;
 }

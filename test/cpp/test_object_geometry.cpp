@@ -199,6 +199,93 @@ TEST(SupportPlanes, ATiltedTableIsOneAndAWallIsNone) {
   EXPECT_FALSE(SupportPlanes({}, {0, 0, 2}, 0.5F).contain({0, 0, 0}));
 }
 
+/// A box along the axes.
+struct Block {
+  Vector3f least, most;
+
+  bool contains(const Vector3f& place) const {
+    return (place.array() >= least.array()).all() && (place.array() <= most.array()).all();
+  }
+};
+
+/// What a sensor sees of blocks, by rays over an angle around the direction to a place, with noise
+/// along them (m at 1 m).
+std::vector<Vector3f> seen(const Vector3f& sensor, const Vector3f& place,
+                           const std::vector<Block>& blocks, float noise) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal(0, 1);
+  const Vector3f ahead = (place - sensor).normalized();
+  const Vector3f aside = ahead.cross(Vector3f::UnitZ()).normalized(), up = aside.cross(ahead);
+  std::vector<Vector3f> points;
+  for (float x = -0.6F; x < 0.6F; x += 0.01F) {
+    for (float y = -0.5F; y < 0.5F; y += 0.01F) {
+      const Vector3f ray = (ahead + x * aside + y * up).normalized();
+      float nearest = 10;
+      for (const Block& block : blocks) {
+        const Eigen::Array3f a = (block.least - sensor).array() / ray.array();
+        const Eigen::Array3f b = (block.most - sensor).array() / ray.array();
+        const float begin = a.min(b).maxCoeff(), end = a.max(b).minCoeff();
+        if (begin > 0 && begin < end) nearest = std::min(nearest, begin);
+      }
+      if (nearest < 10)
+        points.push_back(sensor + ray * (nearest + noise * nearest * nearest * normal(random)));
+    }
+  }
+  return points;
+}
+
+const Block kGround{{-5, -5, -1}, {5, 5, 0}};
+const Block kTable{{-0.5F, -0.5F, 0}, {0.5F, 0.5F, 0.7F}};
+
+/// How many of the points in a block are on a surface.
+double shareOn(const SupportPlanes& planes, const std::vector<Vector3f>& points,
+               const Block& block) {
+  double all = 0, on = 0;
+  for (const Vector3f& point : points) {
+    if (!block.contains(point)) continue;
+    all += 1;
+    if (planes.contain(point)) on += 1;
+  }
+  EXPECT_GT(all, 20);
+  return on / all;
+}
+
+TEST(SupportPlanes, EndWhereTheTableEnds) {
+  const Vector3f sensor(2.5F, 0.3F, 2.2F);
+  const Block person{{-0.2F, 1.0F, 0}, {0.2F, 1.3F, 1.7F}};
+  const Block hand{{0.9F, -0.6F, 0.68F}, {1.1F, -0.4F, 0.71F}};
+  for (const float noise : {0.0F, 0.004F}) {
+    const auto points = seen(sensor, {0.3F, 0.2F, 0.4F}, {kGround, kTable, person, hand}, noise);
+    const SupportPlanes planes(points, sensor, 0.5F);
+    EXPECT_GT(shareOn(planes, points, {{-0.4F, -0.4F, 0.5F}, {0.4F, 0.4F, 0.9F}}), 0.99);
+    EXPECT_EQ(shareOn(planes, points, {{-0.3F, 0.9F, 0.3F}, {0.3F, 1.4F, 1.5F}}), 0);
+    EXPECT_EQ(shareOn(planes, points, {{0.9F, -0.6F, 0.6F}, {1.1F, -0.4F, 0.8F}}), 0);
+    EXPECT_GT(shareOn(planes, points, {{0.8F, 0.3F, -0.2F}, {1.5F, 1.0F, 0.2F}}), 0.99);
+  }
+}
+
+TEST(SupportPlanes, AreNotInWalls) {
+  const Vector3f sensor(2.3F, 2.3F, 2.4F);
+  const Block left{{-1.6F, -5, 0}, {-1.5F, 5, 3}}, right{{-5, -1.6F, 0}, {5, -1.5F, 3}};
+  for (const float noise : {0.0013F, 0.004F}) {
+    const auto points = seen(sensor, {0, 0, 0.5F}, {kGround, left, right, kTable}, noise);
+    const SupportPlanes planes(points, sensor, 0.5F);
+    EXPECT_NEAR(planes.noise().at_one_m, noise, 0.15F * noise);
+    EXPECT_LT(shareOn(planes, points, {{-2, -5, 0.5F}, {-1.2F, 5, 1.7F}}), 0.02);
+    EXPECT_LT(shareOn(planes, points, {{-5, -2, 0.5F}, {5, -1.2F, 1.7F}}), 0.02);
+    EXPECT_GT(shareOn(planes, points, {{-0.4F, -0.4F, 0.5F}, {0.4F, 0.4F, 0.9F}}), 0.99);
+  }
+}
+
+/// An arm hides a strip of the table; what is beyond is too small to be a surface by itself.
+TEST(SupportPlanes, GoOnBehindWhatHidesThem) {
+  const Vector3f sensor(0.9F, 0.8F, 2.4F);
+  const Block arm{{0.1F, -2, 1.2F}, {0.2F, 2, 1.3F}};
+  const auto points = seen(sensor, {0, 0, 0.5F}, {kGround, kTable, arm}, 0.0013F);
+  const SupportPlanes planes(points, sensor, 0.5F);
+  EXPECT_GT(shareOn(planes, points, {{-0.45F, -0.45F, 0.65F}, {0.45F, 0.45F, 0.75F}}), 0.99);
+}
+
 TEST(SupportPlanes, TellHowNoisyTheSensorIs) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal(0, 1);

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -20,8 +22,10 @@ struct DepthNoise {
 
   /// How far from a surface a point on it may be, m: 15 mm, and at least nearly two steps of a
   /// Kinect's depth (3 mm at 1 m).
-  float toleranceAt(float range) const {
-    return 0.015F + std::max(0.005F * range * range, reachAt(range) - 0.015F);
+  /// \param slope  sine of the angle between the line of sight, along which the noise moves a
+  /// point, and the surface
+  float toleranceAt(float range, float slope = 1) const {
+    return 0.015F + std::max(0.005F * range * range, slope * reachAt(range) - 0.015F);
   }
 
   static constexpr float kKinect = 0.0013F;  ///< m
@@ -29,15 +33,17 @@ struct DepthNoise {
 };
 
 /// Level surfaces on which things stand, such as a table or the floor: planes of at most 10° slope
-/// so large that they are not taken for objects.
+/// so large that they are not taken for objects. A surface ends where the sensor looks past it, and
+/// where something rises through its height, such as a wall or a person beside a table; only the
+/// lowest one, the floor, is everywhere.
 class SupportPlanes {
  public:
   /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
   /// \param sensor  where they were seen from
   /// \param least_area  of a surface that is seen, m²
   /// \param noise  of the sensor; without it, it is taken from the largest plane
-  SupportPlanes(std::vector<Eigen::Vector3f> points, Eigen::Vector3f sensor, float least_area,
-                std::optional<DepthNoise> noise = std::nullopt);
+  SupportPlanes(const std::vector<Eigen::Vector3f>& points, Eigen::Vector3f sensor,
+                float least_area, std::optional<DepthNoise> noise = std::nullopt);
 
   /// What was given or estimated.
   const DepthNoise& noise() const { return noise_; }
@@ -52,22 +58,50 @@ class SupportPlanes {
   /// How far a point on a surface may be from it, m, with this noise.
   float tolerance(const Eigen::Vector3f& point) const;
 
-  static constexpr std::size_t kMostPoints = 5000;
+  static constexpr std::size_t kMostPoints = 10000;
 
  private:
   using Plane = Eigen::Hyperplane<float, 3>;
 
-  bool findNext(std::vector<Eigen::Vector3f>& points);
-  Plane largest(const std::vector<Eigen::Vector3f>& points) const;
-  bool isOn(const Plane& plane, const Eigen::Vector3f& point) const;
+  /// A point, and what is asked of it again and again.
+  struct Sample {
+    Eigen::Vector3f place;
+    std::size_t tile;
+    float tolerance = 0;  ///< m
+  };
+
+  /// A division of what is seen, from above, into square tiles.
+  struct Grid {
+    Eigen::Vector2f corner = Eigen::Vector2f::Zero();
+    std::size_t columns = 0, rows = 0;
+
+    std::size_t size() const { return columns * rows; }
+    std::optional<std::size_t> tileAt(const Eigen::Vector3f& place) const;
+  };
+
+  enum class Extent : std::uint8_t { kThere, kUnknown, kNotThere };
+
+  struct Surface {
+    Plane plane;                          ///< its normal points up
+    std::vector<Extent> extent;           ///< in each tile
+    std::vector<Eigen::Vector3f> points;  ///< that are seen of it
+  };
+
+  void setNoise(const DepthNoise& noise);
+  void estimateNoise();
+  std::vector<Sample> levelSamples() const;
+  bool findNext(std::vector<Sample>& level);
+  static Plane largest(const std::vector<Sample>& samples);
+  std::vector<Extent> extentOf(const Plane& plane) const;
   float alongRay(const Plane& plane, const Eigen::Vector3f& point) const;
-  void estimateNoise(const std::vector<Eigen::Vector3f>& points);
+  bool isThere(const Surface& surface, const Eigen::Vector3f& place) const;
 
   Eigen::Vector3f sensor_;
   float least_area_;
   DepthNoise noise_;
-  std::vector<Plane> planes_;                         ///< normals point up
-  std::vector<std::vector<Eigen::Vector3f>> points_;  ///< of each plane
+  Grid grid_;
+  std::vector<Sample> samples_;
+  std::vector<Surface> surfaces_;  ///< the lowest one first
 };
 
 }  // namespace process_visualizer::objects
