@@ -4,7 +4,7 @@
 /// plain pipeline (region, planes, clusters) finds.
 ///
 /// usage: watch_benchmark CLOUDS SEED [sensor=NAME] [view=NAME] [rate=HZ] [scene=NAME] [late=S]
-///        [plain=1] [verbose=1]
+///        [plain=1] [verbose=1] [room=1]
 /// CLOUDS of each combination; late: by how much the poses of the robot are older than clouds.
 #include <pcl/filters/extract_indices.h>
 #include <pcl/filters/voxel_grid.h>
@@ -29,7 +29,8 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr int kFloor = 100000, kRobot = 100001;
+constexpr int kTable = 90000;  // nothing is wrong if it is shown, nor if it is not
+constexpr int kFloor = 100000, kRobot = 100001, kWall = 100002;
 constexpr std::size_t kClearly = 80;  // px of a thing that must be seen
 constexpr float kLarge = 0.05F;       // m: two edges of what is in view of it
 const cloud::Box kRegion({0, 0, 1.05}, {3.6, 3.6, 2.3});
@@ -68,7 +69,19 @@ struct Case {
   double rate;  ///< Hz
   SceneKind scene;
   double late;  ///< s
+  bool is_in_room;
 };
+
+/// Two walls, 10 cm outside of the region, and a table before them.
+std::vector<std::pair<Solid, int>> room() {
+  const auto block = [](const Vector3f& least, const Vector3f& most) {
+    return Solid{Solid::Kind::kBox, most - least,
+                 Isometry3f(Eigen::Translation3f((least + most) / 2))};
+  };
+  return {{block({-2, -4, 0}, {-1.9F, 4, 2.8F}), kWall},
+          {block({-4, -2, 0}, {4, -1.9F, 2.8F}), kWall},
+          {block({-1.85F, -1.85F, 0.7F}, {-1.3F, -0.75F, 0.75F}), kTable}};
+}
 
 Eigen::AlignedBox3f boundsOf(const Thing& thing) {
   Eigen::AlignedBox3f bounds;
@@ -159,7 +172,7 @@ class Watch {
     std::mt19937 random(seed);
     robot_.drawPhases(random);
     std::uniform_real_distribution<float> any(0, 1);
-    turn_ = 6.28F * any(random);
+    turn_ = it.is_in_room ? 0.3F + any(random) : 6.28F * any(random);
     begin_ = 10 * any(random);
   }
 
@@ -210,6 +223,8 @@ class Watch {
     world_.begin(sensorAt(time));
     world_.draw({Solid::Kind::kBox, {9, 9, 0.1F}, Isometry3f(Eigen::Translation3f(0, 0, -0.05F))},
                 kFloor);
+    if (case_.is_in_room)
+      for (const auto& [solid, number] : room()) world_.draw(solid, number);
     for (const LinkGeometry& link : robot_.links())
       world_.draw(link.mesh, poseOf(link.frame, time), kRobot);
     for (const Thing& thing : things)
@@ -584,6 +599,7 @@ int main(int argc, char** argv) {
   };
   const double late = options.count("late") > 0 ? std::atof(options["late"].c_str()) : 0;
   const bool is_plain = options.count("plain") > 0, is_verbose = options.count("verbose") > 0;
+  const bool is_in_room = options.count("room") > 0;
   std::printf(
       "| | clouds | false objects in 1,000 | exchanged numbers | seen as several | seen "
       "late | not seen | sizes wrong | also of what is in view | distance too large | by | time | "
@@ -603,9 +619,9 @@ int main(int argc, char** argv) {
               !isAsked("rate", std::to_string(static_cast<int>(rate))) ||
               !isAsked("scene", nameOf(scene)))
             continue;
-          const Figures it =
-              Watch({sensor, view, rate, scene, late}, known, seed, is_plain, is_verbose)
-                  .run(std::atoi(argv[1]));
+          const Figures it = Watch({sensor, view, rate, scene, late, is_in_room}, known, seed,
+                                   is_plain, is_verbose)
+                                 .run(std::atoi(argv[1]));
           const std::string hertz = std::to_string(static_cast<int>(rate)) + " Hz";
           if (is_verbose)
             printRow(sensor.name + " " + nameOf(view) + " " + hertz + " " + nameOf(scene), it,

@@ -28,6 +28,7 @@ constexpr float kThickest = 0.14F;     // m: whose limbs are no thicker,
 constexpr float kWidest = 0.32F;       // m: nor wider, with a foot,
 constexpr float kLimbGap = 0.3F;       // m: nor farther apart
 constexpr float kPartGap = 0.1F;       // m: parts of one object are no farther apart
+constexpr float kNoiseStep = 0.03F;    // m: along the line of sight
 constexpr float kNoiseShare = 0.1F;    // of the newest cloud in the estimate
 constexpr float kAround = 0.1F;        // m: so far around an object its surface is measured
 constexpr float kNear = 0.04F;         // m: how wrong the expected place may be
@@ -406,6 +407,40 @@ const KnownBody* bodyBeside(const PosedBodies& known, const Vector3f& point, flo
   return nullptr;
 }
 
+/// Whether noise along the line of sight may have moved a point here from outside of the region, or
+/// from something that is expected.
+bool mayBeElsewhere(const Vector3f& point, const Scene& scene, const DepthNoise& noise) {
+  const float range = point.norm(), farthest = noise.reachAt(range);
+  const auto isElsewhere = [&](float away) {
+    const Vector3f place = point * (1 + away / range);
+    return (scene.region && !(*scene.region)(place)) ||
+           std::any_of(scene.expected.begin(), scene.expected.end(),
+                       [&](const auto& box) { return box(place); });
+  };
+  for (float away = 0; away < farthest;) {
+    away = std::min(away + kNoiseStep, farthest);
+    if (isElsewhere(-away) || isElsewhere(away)) return true;
+  }
+  return false;
+}
+
+/// The groups of free points of which enough are where they are in spite of the noise: a wall
+/// beside the region, for example, is seen in it here and there.
+std::vector<Indices> withoutNoise(std::vector<Indices> groups, const FreePoints& free,
+                                  const Points& points, const Scene& scene, const DepthNoise& noise,
+                                  std::size_t fewest) {
+  const auto isNoise = [&](const Indices& group) {
+    std::size_t sure = 0;
+    for (const std::uint32_t point : group) {
+      if (!mayBeElsewhere(points.places[free.indices[point]], scene, noise)) ++sure;
+      if (sure == fewest) return false;
+    }
+    return true;
+  };
+  groups.erase(std::remove_if(groups.begin(), groups.end(), isNoise), groups.end());
+  return groups;
+}
+
 /// Points for a first estimate of the noise, before it is known which ones are on a robot.
 std::vector<Vector3f> anyPoints(const Points& points, const Isometry3f& global_from_cloud) {
   const std::size_t stride = points.places.size() / SupportPlanes::kMostPoints + 1;
@@ -461,12 +496,15 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
                                             const Scene& scene,
                                             const std::vector<ExpectedObject>& expected) {
   const Vector3f sensor = scene.global_from_cloud.translation();
-  const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor,
-                             settings_.surface, settings_.noise);
+  surfaces_ = SupportPlanes(surroundings(points, labels, scene.global_from_cloud), sensor,
+                            settings_.surface, settings_.noise, surfaces_ ? &*surfaces_ : nullptr);
+  const SupportPlanes& planes = *surfaces_;
   learnNoise(planes.noise());
   const FreePoints free = freePoints(points, labels, scene.global_from_cloud, planes);
   const std::vector<Indices> groups =
-      divided(largest(clustersOf(free.places, settings_.gap, settings_.fewest), kMostObjects),
+      divided(largest(withoutNoise(clustersOf(free.places, settings_.gap, settings_.fewest), free,
+                                   points, scene, noise(), settings_.fewest),
+                      kMostObjects),
               free.places, expected, settings_.fewest);
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;

@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <bitset>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
@@ -22,6 +21,7 @@ constexpr int kMostTries = 8;            // of finding a plane that is large eno
 constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
 constexpr float kTile = 0.1F;            // m: the size of a tile
 constexpr float kGridReach = 15;         // m: from the sensor, of tiles
+constexpr float kLeastShare = 0.5F;      // of an area, of what was a surface before
 constexpr int kHiddenTiles = 5;          // in a row, over which a surface may go on
 constexpr int kFewestLooks = 2;          // past a surface, in a tile where it is not
 constexpr std::size_t kCounted = 2500;   // points by which planes are compared
@@ -58,22 +58,6 @@ void forNeighbors(std::size_t tile, std::size_t columns, std::size_t rows, const
   for (std::size_t row = y == 0 ? 0 : y - 1; row <= y + 1 && row < rows; ++row)
     for (std::size_t column = x == 0 ? 0 : x - 1; column <= x + 1 && column < columns; ++column)
       if (row != y || column != x) look(row * columns + column);
-}
-
-/// The area that points cover, seen from above, in quarters of tiles, m².
-float areaOf(const std::vector<Vector3f>& points) {
-  std::vector<std::uint64_t> quarters;
-  quarters.reserve(points.size());
-  for (const Vector3f& point : points) {
-    const Eigen::Array2f place = (point.head<2>() * (2 / kTile)).array().floor();
-    quarters.push_back(
-        static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<std::int32_t>(place.x())))
-            << 32 |
-        static_cast<std::uint32_t>(static_cast<std::int32_t>(place.y())));
-  }
-  std::sort(quarters.begin(), quarters.end());
-  const auto end = std::unique(quarters.begin(), quarters.end());
-  return static_cast<float>(end - quarters.begin()) * kTile * kTile / 4;
 }
 
 /// The plane with the least mean square of distances, its normal upwards.
@@ -119,7 +103,7 @@ std::optional<std::size_t> SupportPlanes::Grid::tileAt(const Vector3f& place) co
 }
 
 SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f sensor, float least_area,
-                             std::optional<DepthNoise> noise)
+                             std::optional<DepthNoise> noise, const SupportPlanes* before)
     : sensor_(std::move(sensor)), least_area_(least_area) {
   const Eigen::Vector2f reach = Eigen::Vector2f::Constant(kGridReach);
   const Eigen::AlignedBox2f whole(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
@@ -139,7 +123,7 @@ SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f senso
   else
     estimateNoise();
   std::vector<Sample> level = levelSamples();
-  for (int trial = 0; trial < kMostTries && findNext(level); ++trial) {
+  for (int trial = 0; trial < kMostTries && findNext(level, before); ++trial) {
   }
   const auto height = [](const Surface& surface) {
     float sum = 0;
@@ -150,6 +134,7 @@ SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f senso
       surfaces_.begin(), surfaces_.end(),
       [&](const Surface& one, const Surface& other) { return height(one) < height(other); });
   if (lowest != surfaces_.end()) std::iter_swap(surfaces_.begin(), lowest);
+  samples_.clear();
 }
 
 void SupportPlanes::setNoise(const DepthNoise& noise) {
@@ -178,7 +163,7 @@ std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
 
 /// Takes the points of the largest plane out of `level`; keeps it if it has a surface.
 /// \return whether it is worth going on
-bool SupportPlanes::findNext(std::vector<Sample>& level) {
+bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* before) {
   if (level.empty()) return false;
   const auto on = [](const Plane& plane) {
     return [plane](const Sample& it) { return plane.absDistance(it.place) < it.tolerance; };
@@ -187,9 +172,13 @@ bool SupportPlanes::findNext(std::vector<Sample>& level) {
   std::vector<Vector3f> places;
   std::transform(level.begin(), end, std::back_inserter(places),
                  [](const Sample& it) { return it.place; });
-  if (areaOf(places) < least_area_) return false;
+  std::vector<bool> is_covered(grid_.size());
+  std::for_each(level.begin(), end, [&](const Sample& it) { is_covered[it.tile] = true; });
+  if (static_cast<float>(std::count(is_covered.begin(), is_covered.end(), true)) * kTile * kTile <
+      (before ? kLeastShare : 1) * least_area_)
+    return false;
   Surface surface{fitted(places), {}, {}};
-  surface.extent = extentOf(surface.plane);
+  surface.extent = extentOf(surface.plane, before);
   const auto begin_rest = std::partition(level.begin(), level.end(), [&](const Sample& it) {
     return on(surface.plane)(it) && surface.extent[it.tile] == Extent::kThere;
   });
@@ -207,20 +196,16 @@ bool SupportPlanes::findNext(std::vector<Sample>& level) {
 /// Where a plane is a surface. It is so in tiles in which it is seen, unless something rises
 /// through it, and it goes on where something hides it, over a few tiles in which the sensor does
 /// not look past it. All of these that are connected have to show an area that is large enough.
-std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane) const {
+std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
+                                                           const SupportPlanes* before) const {
   enum class Kind : std::uint8_t { kUnseen, kNotThere, kLevel, kSteep };
   const float sensor_height = plane.signedDistance(sensor_);
   std::vector<Layers> layers(grid_.size());
   std::vector<int> looks_past(grid_.size());
-  std::vector<std::uint8_t> quarters(grid_.size());  // in which it is seen: a bit for each
   for (const Sample& sample : samples_) {
     const float height = plane.signedDistance(sample.place);
     layers[sample.tile].add(height, sample.tolerance);
-    if (std::abs(height) < sample.tolerance) {
-      const Eigen::Vector2f away = (sample.place.head<2>() - grid_.corner) * (2 / kTile);
-      const int quarter = static_cast<int>(away.x()) % 2 + 2 * (static_cast<int>(away.y()) % 2);
-      quarters[sample.tile] = static_cast<std::uint8_t>(quarters[sample.tile] | 1 << quarter);
-    } else if (height * sensor_height < 0) {
+    if (std::abs(height) >= sample.tolerance && height * sensor_height < 0) {
       const float way = sensor_height / (sensor_height - height);
       if (const auto tile = grid_.tileAt(sensor_ + way * (sample.place - sensor_)))
         ++looks_past[*tile];
@@ -266,19 +251,33 @@ std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane) c
     if (is_done[first]) continue;
     is_done[first] = true;
     std::vector<std::size_t> part{first};
-    std::size_t area = 0;  // quarters of a tile
+    float area = 0;  // in tiles; half of what is on an edge is beyond it
+    float known = 0;
     for (std::size_t next = 0; next < part.size(); ++next) {
-      if (kinds[part[next]] == Kind::kLevel) area += std::bitset<4>(quarters[part[next]]).count();
+      bool is_edge = false;
       around(part[next], [&](std::size_t it) {
+        is_edge = is_edge || kinds[it] == Kind::kNotThere;
         if (hidden[it] > kHiddenTiles || is_done[it]) return;
         is_done[it] = true;
         part.push_back(it);
       });
+      if (kinds[part[next]] != Kind::kLevel) continue;
+      area += is_edge ? 0.5F : 1;
+      if (before && before->contain(middleOf(part[next], plane))) known += is_edge ? 0.5F : 1;
     }
-    if (static_cast<float>(area) * kTile * kTile / 4 < least_area_) continue;
+    const float share = 2 * known > area ? kLeastShare : 1;
+    if (area * kTile * kTile < share * least_area_) continue;
     for (const std::size_t tile : part) extent[tile] = Extent::kThere;
   }
   return extent;
+}
+
+Vector3f SupportPlanes::middleOf(std::size_t tile, const Plane& plane) const {
+  const auto along = [](std::size_t number) { return (static_cast<float>(number) + 0.5F) * kTile; };
+  const float x = grid_.corner.x() + along(tile % grid_.columns);
+  const float y = grid_.corner.y() + along(tile / grid_.columns);
+  const Vector3f& normal = plane.normal();
+  return {x, y, -(plane.offset() + normal.x() * x + normal.y() * y) / normal.z()};
 }
 
 /// The level plane through three of the points that has most of all points (RANSAC). PCL's search

@@ -185,6 +185,29 @@ TEST_F(ObjectFinderTest, WhatIsExpectedOrOutsideTheRegionIsNoObject) {
   EXPECT_EQ(count(scene), 0U);
 }
 
+/// A large box whose upper side is 3 cm below the region, or below what is expected, is seen by a
+/// sensor that is wrong by 2 cm; in the middle something is 10 cm higher.
+TEST_F(ObjectFinderTest, WhatNoiseMovesIntoTheRegionIsNoObject) {
+  std::normal_distribution<float> normal(0, 1);
+  cell_.add({1, 1, 0.1F}, at({-0.3F, -0.2F, 0.6F}));
+  const Eigen::Isometry3d from_camera = kCamera.cast<double>();
+  Scene region = cell_.scene(), expected = region;
+  region.region.emplace(from_camera, cloud::Box({0, 0, 1.18}, {3, 3, 1}));
+  expected.region.emplace(from_camera, cloud::Box({0, 0, 1.06}, {3, 3, 1}));
+  expected.expected.emplace_back(from_camera, cloud::Box({-0.3, -0.2, 0.64}, {1.1, 1.1, 0.08}));
+  for (const std::size_t count : {0U, 1U}) {
+    if (count == 1) cell_.add({0.3F, 0.2F, 0.2F}, at({-0.4F, -0.3F, 0.75F}));
+    Points points = cell_.picture().points(random_);
+    for (Vector3f& place : points.places) place *= 1 + 0.012F * place.norm() * normal(random_);
+    FinderSettings settings;
+    settings.noise = DepthNoise{0.012F};
+    for (const Scene& scene : {region, expected}) {
+      ObjectFinder finder(cell_.bodies(), settings);
+      EXPECT_EQ(finder.find(points, finder.label(points, scene), scene).size(), count);
+    }
+  }
+}
+
 TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
   cell_.add({0.2F, 0.2F, 0.2F}, at({-0.4F, -0.2F, 0.1F}));
   const Points rows = cell_.picture().points(random_);

@@ -286,6 +286,20 @@ TEST(SupportPlanes, GoOnBehindWhatHidesThem) {
   EXPECT_GT(shareOn(planes, points, {{-0.45F, -0.45F, 0.65F}, {0.45F, 0.45F, 0.75F}}), 0.99);
 }
 
+/// Somebody who bends over a table hides a part of it; the rest is still no object.
+TEST(SupportPlanes, StaySurfacesIfAPartIsHidden) {
+  const Vector3f sensor(1.5F, 0.3F, 2.2F);
+  const Block table{{-0.4F, -0.4F, 0.68F}, {0.4F, 0.4F, 0.7F}},
+      back{{0.2F, 0, 1.2F}, {0.6F, 1, 1.4F}};
+  const Block top{{-0.35F, -0.35F, 0.65F}, {0, 0.35F, 0.75F}};
+  const Vector3f middle(0, 0, 0.5F);
+  const SupportPlanes before(seen(sensor, middle, {kGround, table}, 0.0013F), sensor, 0.5F);
+  const auto points = seen(sensor, middle, {kGround, table, back}, 0.0013F);
+  EXPECT_EQ(shareOn(SupportPlanes(points, sensor, 0.5F), points, top), 0);
+  const SupportPlanes after(points, sensor, 0.5F, std::nullopt, &before);
+  EXPECT_GT(shareOn(after, points, top), 0.99);
+}
+
 TEST(SupportPlanes, TellHowNoisyTheSensorIs) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal(0, 1);

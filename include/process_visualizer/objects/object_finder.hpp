@@ -106,7 +106,8 @@ class ObjectFinder {
 
   std::vector<KnownBody> bodies_;
   FinderSettings settings_;
-  std::optional<DepthNoise> noise_;  ///< as estimated
+  std::optional<DepthNoise> noise_;        ///< as estimated
+  std::optional<SupportPlanes> surfaces_;  ///< of the newest cloud
 };
 
 }  // namespace process_visualizer::objects

@@ -42,8 +42,11 @@ class SupportPlanes {
   /// \param sensor  where they were seen from
   /// \param least_area  of a surface that is seen, m²
   /// \param noise  of the sensor; without it, it is taken from the largest plane
+  /// \param before  those of an earlier cloud: what was a surface then is one as long as half of
+  /// `least_area` is seen, so that nothing becomes an object because somebody hides a part of it
   SupportPlanes(const std::vector<Eigen::Vector3f>& points, Eigen::Vector3f sensor,
-                float least_area, std::optional<DepthNoise> noise = std::nullopt);
+                float least_area, std::optional<DepthNoise> noise = std::nullopt,
+                const SupportPlanes* before = nullptr);
 
   /// What was given or estimated.
   const DepthNoise& noise() const { return noise_; }
@@ -90,9 +93,10 @@ class SupportPlanes {
   void setNoise(const DepthNoise& noise);
   void estimateNoise();
   std::vector<Sample> levelSamples() const;
-  bool findNext(std::vector<Sample>& level);
+  bool findNext(std::vector<Sample>& level, const SupportPlanes* before);
   static Plane largest(const std::vector<Sample>& samples);
-  std::vector<Extent> extentOf(const Plane& plane) const;
+  std::vector<Extent> extentOf(const Plane& plane, const SupportPlanes* before) const;
+  Eigen::Vector3f middleOf(std::size_t tile, const Plane& plane) const;
   float alongRay(const Plane& plane, const Eigen::Vector3f& point) const;
   bool isThere(const Surface& surface, const Eigen::Vector3f& place) const;
 
@@ -100,7 +104,7 @@ class SupportPlanes {
   float least_area_;
   DepthNoise noise_;
   Grid grid_;
-  std::vector<Sample> samples_;
+  std::vector<Sample> samples_;    ///< while the surfaces are sought
   std::vector<Surface> surfaces_;  ///< the lowest one first
 };
 
