@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -19,21 +20,25 @@ using Eigen::AlignedBox3f;
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr float kThinnest = 0.025F;    // m: smaller in two directions is no object
-constexpr float kBesideAbove = 0.03F;  // m: what is one above the other is no farther aside
-constexpr float kAboveGap = 0.3F;      // m: nor farther apart
-constexpr float kTall = 0.8F;          // m: what is higher may be a person,
-constexpr float kLimbed = 0.5F;        // m: so may what moves and is so large,
-constexpr float kThickest = 0.14F;     // m: whose limbs are no thicker,
-constexpr float kWidest = 0.32F;       // m: nor wider, with a foot,
-constexpr float kLimbGap = 0.3F;       // m: nor farther apart
-constexpr float kPartGap = 0.1F;       // m: parts of one object are no farther apart
-constexpr float kNoiseStep = 0.03F;    // m: along the line of sight
-constexpr float kNoiseShare = 0.1F;    // of the newest cloud in the estimate
-constexpr float kAround = 0.1F;        // m: so far around an object its surface is measured
-constexpr float kNear = 0.04F;         // m: how wrong the expected place may be
-constexpr float kFewestShare = 0.15F;  // of a group's points, of each object in it
-constexpr std::size_t kSample = 200;   // points of a group tell whose it is
+constexpr float kThinnest = 0.025F;         // m: smaller in two directions is no object
+constexpr float kBesideAbove = 0.03F;       // m: what is one above the other is no farther aside
+constexpr float kAboveGap = 0.3F;           // m: nor farther apart
+constexpr float kTall = 0.8F;               // m: what is higher may be a person,
+constexpr float kLimbed = 0.5F;             // m: so may what moves and is so large,
+constexpr float kThickest = 0.14F;          // m: whose limbs are no thicker,
+constexpr float kWidest = 0.32F;            // m: nor wider, with a foot,
+constexpr float kLimbGap = 0.3F;            // m: nor farther apart
+constexpr float kPartGap = 0.1F;            // m: parts of one object are no farther apart
+constexpr float kNoiseStep = 0.03F;         // m: along the line of sight
+constexpr float kNoiseShare = 0.1F;         // of the newest cloud in the estimate
+constexpr float kAround = 0.1F;             // m: so far around an object its surface is measured
+constexpr float kNear = 0.04F;              // m: how wrong the expected place may be
+constexpr float kFewestShare = 0.15F;       // of a group's points, of each object in it
+constexpr std::size_t kSightSample = 2000;  // points of a cloud tell where it looks
+constexpr float kSightStep = 0.05F;         // m, along a line of sight
+constexpr float kFarthestLook = 20;         // m
+constexpr float kHiddenDepth = 0.02F;       // m: so deep a model hides what is behind
+constexpr std::size_t kSample = 200;        // points of a group tell whose it is
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
 /// Which expected object is nearest to a place, of those that are nearer than `farthest` (m).
@@ -529,6 +534,36 @@ std::optional<Sight> ObjectFinder::sight(const Points& points,
   const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
   std::nth_element(ranges.begin(), middle, ranges.end());
   return Sight{*middle, noise().toleranceAt(*middle)};
+}
+
+bool ObjectFinder::looksIntoRegion(const Points& points, const std::vector<Label>& labels,
+                                   const Scene& scene) {
+  const auto isInside = [](Label it) { return it != Label::kNowhere && it != Label::kOutside; };
+  if (!scene.region || std::any_of(labels.begin(), labels.end(), isInside)) return true;
+  const std::size_t stride = points.places.size() / kSightSample + 1;
+  for (std::size_t index = 0; index < points.places.size(); index += stride) {
+    const Vector3f& point = points.places[index];
+    if (!isInReach(point)) continue;
+    const float steps = std::ceil(std::min(point.norm(), kFarthestLook) / kSightStep);
+    for (float step = 0; step < steps; ++step)
+      if ((*scene.region)(point * (step / steps))) return true;
+  }
+  return false;
+}
+
+Agreement ObjectFinder::agreement(const Points& points, const std::vector<Label>& labels,
+                                  const Scene& scene) const {
+  const PosedBodies known(bodies_, scene.cloud_from_body);
+  const std::size_t stride = points.places.size() / kSightSample + 1;
+  Agreement agreement;
+  for (std::size_t index = 0; index < points.places.size(); index += stride) {
+    if (labels[index] == Label::kNowhere) continue;
+    if (labels[index] == Label::kRobot || labels[index] == Label::kKnown)
+      ++agreement.on;
+    else if (known.hide(points.places[index], kHiddenDepth))
+      ++agreement.through;
+  }
+  return agreement;
 }
 
 std::optional<RobotDistance> ObjectFinder::distanceTo(const Cluster& places,

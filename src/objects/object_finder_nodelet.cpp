@@ -39,15 +39,18 @@ namespace {
 using cloud::require;
 using XmlRpc::XmlRpcValue;
 
-constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
-constexpr float kSoughtSize = 0.05F;    // m: what is larger is to be seen
-constexpr double kNoisePeriod = 60;     // s: of saying that it cannot
-constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
-constexpr int kStaticPublishers = 100;  // each of which has a latched message
-constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
-constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
-constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
-constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
+constexpr double kTransformWait = 0.1;      // s: poses of robots arrive a little later than clouds
+constexpr float kSoughtSize = 0.05F;        // m: what is larger is to be seen
+constexpr double kNoisePeriod = 60;         // s: of saying that it cannot
+constexpr double kCheckPeriod = 1;          // s: of comparing models with what is seen
+constexpr int kContradictions = 3;          // in a row, until it is said
+constexpr std::size_t kFewestThrough = 20;  // sights of a sample
+constexpr double kRetryPeriod = 1;          // s: of reading models that are not there yet
+constexpr int kStaticPublishers = 100;      // each of which has a latched message
+constexpr int kStates = 20;                 // of the player: that of a jump must not be overtaken
+constexpr double kStart = 5;                // s: so long a frame may be missing while a cell starts
+constexpr double kMomentWait = 0.5;         // s: for poses at the time of a cloud that is restored
+constexpr double kRedrawPeriod = 0.25;      // s: while playback is paused, and no clouds come
 
 }  // namespace
 
@@ -214,6 +217,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void subscribeToPoses(ros::NodeHandle& node_handle);
   void takePoses(const tf2_msgs::TFMessage& poses, bool are_static);
   void complainOfNoise(const std::optional<Sight>& sight) const;
+  void complainOfModels(const Points& points, const std::vector<Label>& labels, const Scene& scene);
   void redraw();
 
   ros::Subscriber cloud_subscriber_, player_subscriber_, poses_subscriber_, static_subscriber_;
@@ -225,7 +229,8 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
-  ros::WallTime next_try_, missing_since_;
+  ros::WallTime next_try_, missing_since_, next_check_;
+  int contradictions_ = 0;  ///< checks in a row in which the sensor saw through models
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
   PlayedRecording recording_;
@@ -339,6 +344,10 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scen
                       [](const auto& place) { return place.allFinite(); }),
           "it has no points, the sensor sees nothing");
   const std::vector<Label> labels = finder_->label(points, scene);
+  require(
+      ObjectFinder::looksIntoRegion(points, labels, scene),
+      "the sensor sees nothing of its region: something may be in front of it, or it was moved");
+  complainOfModels(points, labels, scene);
   if (unknown_publisher_.getNumSubscribers() > 0)
     unknown_publisher_.publish(
         boost::make_shared<sensor_msgs::PointCloud2>(freePart(cloud, labels)));
@@ -384,6 +393,23 @@ void ObjectFinderNodelet::complainOfNoise(const std::optional<Sight>& sight) con
       "The sensor of %s is noisy: at %.1f m what is lower than %.0f cm, or nearer "
       "than that to a robot, may be missed. Put it nearer",
       cloud_subscriber_.getTopic().c_str(), sight->range, std::ceil(100 * sight->smallest));
+}
+
+/// Distances are wrong if the models are not where the sensor sees them, and nothing else tells it.
+void ObjectFinderNodelet::complainOfModels(const Points& points, const std::vector<Label>& labels,
+                                           const Scene& scene) {
+  const ros::WallTime now = ros::WallTime::now();
+  if (now < next_check_) return;
+  next_check_ = now + ros::WallDuration(kCheckPeriod);
+  const Agreement agreement = finder_->agreement(points, labels, scene);
+  const bool is_wrong = agreement.through > kFewestThrough && agreement.through > agreement.on;
+  contradictions_ = is_wrong ? contradictions_ + 1 : 0;
+  if (contradictions_ < kContradictions) return;
+  NODELET_WARN_THROTTLE(
+      kNoisePeriod,
+      "The sensor of %s sees through %zu of %zu places where a model should be: distances are "
+      "wrong. Calibrate the sensor again; else the joints of a robot, or their stamps, are wrong",
+      cloud_subscriber_.getTopic().c_str(), agreement.through, agreement.through + agreement.on);
 }
 
 Scene ObjectFinderNodelet::sceneWith(const Lookup& transform) const {

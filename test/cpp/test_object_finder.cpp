@@ -212,6 +212,37 @@ TEST_F(ObjectFinderTest, WhatNoiseMovesIntoTheRegionIsNoObject) {
   }
 }
 
+TEST_F(ObjectFinderTest, ACoveredSensorDoesNotLookIntoTheRegion) {
+  Scene scene = cell_.scene();
+  scene.region.emplace(kCamera.cast<double>(), cloud::Box({0, 0, 0.4}, {2, 2, 0.8}));
+  const auto looks = [&](const Points& points) {
+    ObjectFinder finder(cell_.bodies(), kSettings);
+    return ObjectFinder::looksIntoRegion(points, finder.label(points, scene), scene);
+  };
+  Points points = cell_.picture().points(random_);
+  EXPECT_TRUE(looks(points));
+  for (Vector3f& place : points.places) place *= 2;  // beyond the region
+  EXPECT_TRUE(looks(points));
+  for (Vector3f& place : points.places) place *= 0.05F / place.z();
+  EXPECT_FALSE(looks(points));
+}
+
+TEST_F(ObjectFinderTest, ASensorThatWasMovedSeesThroughTheRobot) {
+  const Points points = cell_.picture().points(random_);
+  ObjectFinder finder(cell_.bodies(), kSettings);
+  const auto agreement = [&](const Scene& scene) {
+    return finder.agreement(points, finder.label(points, scene), scene);
+  };
+  Scene scene = cell_.scene();
+  const Agreement right = agreement(scene);
+  EXPECT_GT(right.on, 50U);
+  EXPECT_LT(right.through, right.on / 20);
+  const Isometry3f turned(Eigen::AngleAxisf(0.2F, Vector3f::UnitX()));
+  for (Isometry3f& pose : scene.cloud_from_body) pose = turned * pose;
+  const Agreement wrong = agreement(scene);
+  EXPECT_GT(wrong.through, 3 * wrong.on);
+}
+
 TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
   cell_.add({0.2F, 0.2F, 0.2F}, at({-0.4F, -0.2F, 0.1F}));
   const Points rows = cell_.picture().points(random_);

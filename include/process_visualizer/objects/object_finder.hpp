@@ -68,6 +68,11 @@ struct Sight {
   float smallest;  ///< what is lower above a surface, or nearer to a robot, may be missed there, m
 };
 
+/// How often a sensor sees what has a model, and how often it sees through where that should be.
+struct Agreement {
+  std::size_t on = 0, through = 0;  ///< sights
+};
+
 /// Takes what is known out of clouds, and divides the rest into objects.
 class ObjectFinder {
  public:
@@ -87,6 +92,15 @@ class ObjectFinder {
 
   /// What can be seen of a cloud, by the noise of the sensor; nothing if it has no points.
   std::optional<Sight> sight(const Points& points, const std::vector<Label>& labels) const;
+
+  /// Whether the sensor looks into the region at all: something may be in front of it.
+  static bool looksIntoRegion(const Points& points, const std::vector<Label>& labels,
+                              const Scene& scene);
+
+  /// Whether the models are where the sensor sees them, by a sample of its points. They are not if
+  /// somebody has moved the sensor, or if the joints or stamps of a robot are wrong.
+  Agreement agreement(const Points& points, const std::vector<Label>& labels,
+                      const Scene& scene) const;
 
   /// The objects among the points that are free, at most the `kMostObjects` largest.
   /// \param expected  objects of earlier clouds, where they are thought to be now. They tell what
