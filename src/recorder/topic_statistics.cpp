@@ -9,7 +9,8 @@ namespace process_visualizer::recorder {
 namespace {
 
 constexpr double kGapFactor = 3.0;
-constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // intervals; s
+constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // usual intervals; s
+constexpr double kPauseFactor = 2.0;                        // longest of the last intervals
 // A log is silent when all is well, and it carries the recorder's own warnings.
 constexpr char kLogType[] = "rosgraph_msgs/Log";
 constexpr std::chrono::seconds kLate(2);  ///< between two measurements of rates, usually 1 s
@@ -20,7 +21,7 @@ constexpr std::size_t kMinIntervals = 8;  ///< before the usual one is known
 void TopicStatistics::add(const Message& message) {
   ++received_;
   bytes_ += message.size();
-  is_log_ = message.connection->field("type") == kLogType;
+  is_on_change_ = message.connection->isLatching() || message.connection->field("type") == kLogType;
   const bool is_numbered = takeSequence(message);
   if (!last_time_.isZero()) takeInterval((message.time - last_time_).toSec(), !is_numbered);
   last_time_ = message.time;
@@ -29,8 +30,11 @@ void TopicStatistics::add(const Message& message) {
 
 bool TopicStatistics::fellSilent(const ros::Time& now) {
   const double usual = usualInterval();
-  if (is_silent_ || is_log_ || usual == 0) return false;
-  is_silent_ = (now - last_time_).toSec() > std::max(kSilenceFactor * usual, kMinSilence);
+  if (is_silent_ || is_on_change_ || usual == 0) return false;
+  // What is sent on change comes in bursts, with pauses between them.
+  const double pause = *std::max_element(intervals_.begin(), intervals_.end());
+  is_silent_ = (now - last_time_).toSec() >
+               std::max({kSilenceFactor * usual, kPauseFactor * pause, kMinSilence});
   return is_silent_;
 }
 

@@ -75,16 +75,27 @@ TEST(Statistics, TellASilenceOnce) {
   EXPECT_FALSE(statistics.fellSilent(ros::Time(4.9)));
   EXPECT_TRUE(statistics.fellSilent(ros::Time(5.1)));
   EXPECT_FALSE(statistics.fellSilent(ros::Time(6)));
-  statistics.add(messageAt(7, connection));
-  EXPECT_TRUE(statistics.fellSilent(ros::Time(10)));
+  for (int i = 0; i <= 31; ++i) statistics.add(messageAt(7 + 0.2 * i, connection));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(16)));
 }
 
-TEST(Statistics, NeverCallALogSilent) {
+TEST(Statistics, KnowThatWhatIsSentOnChangePauses) {
   TopicStatistics statistics;
-  const auto connection =
-      std::make_shared<Connection>(Connection{"/rosout", {{"type", "rosgraph_msgs/Log"}}});
-  for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
-  EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
+  const auto connection = connectionWith("bool data");
+  for (int burst = 0; burst < 3; ++burst)
+    for (int i = 0; i < 5; ++i) statistics.add(messageAt(1 + 5 * burst + 0.1 * i, connection));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(20.5)));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(21)));
+}
+
+TEST(Statistics, NeverCallALogOrALatchedTopicSilent) {
+  using Fields = std::map<std::string, std::string>;
+  for (const Fields& fields : {Fields{{"type", "rosgraph_msgs/Log"}}, Fields{{"latching", "1"}}}) {
+    TopicStatistics statistics;
+    const auto connection = std::make_shared<Connection>(Connection{"/a", fields});
+    for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
+    EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
+  }
 }
 
 TEST(Account, NamesTopicsOfWhichNothingCame) {

@@ -25,8 +25,8 @@ class TopicStatistics {
  public:
   void add(const Message& message);  ///< a message that arrived
   void addDropped(std::uint64_t count) { dropped_ += count; }
-  /// Returns true once when regular messages have stopped for a second and ten times their usual
-  /// interval. A log never falls silent.
+  /// Returns true once when regular messages have stopped for a second, ten times their usual
+  /// interval and twice the longest of the last ones. Logs and latched topics never fall silent.
   bool fellSilent(const ros::Time& now);
   bool isSilent() const {
     return is_silent_;
@@ -54,7 +54,7 @@ class TopicStatistics {
   std::map<ConnectionPtr, Publisher> publishers_;
   std::uint64_t received_ = 0, bytes_ = 0, dropped_ = 0, lost_ = 0, gaps_ = 0;
   double largest_gap_ = 0;
-  bool is_silent_ = false, is_log_ = false;
+  bool is_silent_ = false, is_on_change_ = false;
   ros::Time largest_gap_time_, last_time_;
 };
 
