@@ -30,7 +30,8 @@ constexpr float kWidest = 0.32F;            // m: nor wider, with a foot,
 constexpr float kLimbGap = 0.3F;            // m: nor farther apart
 constexpr float kPartGap = 0.1F;            // m: parts of one object are no farther apart
 constexpr float kNoiseStep = 0.03F;         // m: along the line of sight
-constexpr float kNoiseShare = 0.1F;         // of the newest cloud in the estimate
+constexpr std::size_t kNoiseClouds = 5;     // one of so many is used to estimate the noise,
+constexpr float kNoiseShare = 0.3F;         // and has this share in the estimate
 constexpr float kAround = 0.1F;             // m: so far around an object its surface is measured
 constexpr float kNear = 0.04F;              // m: how wrong the expected place may be
 constexpr float kFewestShare = 0.15F;       // of a group's points, of each object in it
@@ -501,10 +502,12 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
                                             const Scene& scene,
                                             const std::vector<ExpectedObject>& expected) {
   const Vector3f sensor = scene.global_from_cloud.translation();
+  const bool is_noise_due = !settings_.noise && clouds_++ % kNoiseClouds == 0;
   surfaces_ = SupportPlanes(surroundings(points, labels, scene.global_from_cloud), sensor,
-                            settings_.surface, settings_.noise, surfaces_ ? &*surfaces_ : nullptr);
+                            settings_.surface, is_noise_due ? std::nullopt : std::optional(noise()),
+                            surfaces_ ? &*surfaces_ : nullptr);
   const SupportPlanes& planes = *surfaces_;
-  learnNoise(planes.noise());
+  if (is_noise_due) learnNoise(planes.noise());
   const FreePoints free = freePoints(points, labels, scene.global_from_cloud, planes);
   const std::vector<Indices> groups =
       divided(largest(withoutNoise(clustersOf(free.places, settings_.gap, settings_.fewest), free,

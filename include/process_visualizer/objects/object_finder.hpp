@@ -121,6 +121,7 @@ class ObjectFinder {
   std::vector<KnownBody> bodies_;
   FinderSettings settings_;
   std::optional<DepthNoise> noise_;        ///< as estimated
+  std::size_t clouds_ = 0;                 ///< in which objects were sought
   std::optional<SupportPlanes> surfaces_;  ///< of the newest cloud
 };
 
