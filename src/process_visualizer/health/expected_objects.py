@@ -17,6 +17,8 @@ Nine edges of ten are right within 1 cm + 1 % of the distance, 3 cm at 2 m; and 
 does not lie exactly where it was.
 """
 _STILL_M_S, _STILL_M = 0.05, 0.05  # the noise of velocities and centers of things at rest
+_PERSON_M, _PERSON_WIDTH_M = (1.3, 2.1), 1.0  # height; with arms held out a little
+_WIDEST_M = 1.5  # more than a pallet
 _FARTHEST_M = 1000.0  # what is farther away, or no number, is no place in a cell
 _MILLIMETERS = 1000.0
 _SAME_M = 1e-9
@@ -80,6 +82,12 @@ def _hindrance(seen: SeenObject, sights: Sequence[SeenObject]) -> str:
     if max(it.speed_m_s for it in sights) > _STILL_M_S or any(
             math.dist(it.center_m, seen.center_m) > _STILL_M for it in sights):
         return 'moves'
+    shorter_m, longer_m = sorted(seen.size_m[:2])
+    if _PERSON_M[0] <= seen.size_m[2] <= _PERSON_M[1] and longer_m <= _PERSON_WIDTH_M:
+        return 'may be a person; if not, write its box into the file'
+    if shorter_m > _WIDEST_M:
+        return 'is so wide that its box would hide what is between its parts; if these are walls, ' \
+               'write a box for each into the file'
     return ''
 
 
