@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Optional, Set
 
-from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.alarm_board import AlarmBoard
 from process_visualizer.health.alarm_conditions import part_of_node, watch_conditions
@@ -33,6 +33,7 @@ from process_visualizer.launching.roslaunch_process import (
 )
 from process_visualizer.launching.run import LaunchRun, last_lines
 from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs
+from process_visualizer.launching.x_display import require_display
 from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
 
@@ -48,6 +49,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
 
     Raises:
         OtherCell: another cell is running on the master.
+        NoDisplay: RViz cannot be shown.
     """
     ended = clean_up_crashed_runs()
     if ended:
@@ -56,6 +58,8 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     if wrong_address is not None:
         say(wrong_address)
     refuse_other_cell()
+    if choice.rviz is not RvizStart.NONE:
+        require_display('; or add --no-rviz')
     give_real_time_advice(print)
     if folder is not None:
         write_plan(plan, folder)

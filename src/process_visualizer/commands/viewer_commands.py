@@ -28,6 +28,7 @@ from process_visualizer.launching.run_record import (
     RunRecord,
     clean_up_crashed_runs,
 )
+from process_visualizer.launching.x_display import require_display
 from process_visualizer.page.html_page import GHOST_STYLE, live_html, web_file
 from process_visualizer.page.live_feed import Admission
 from process_visualizer.page.packed import Packed
@@ -67,6 +68,8 @@ def execute_view(options: argparse.Namespace) -> int:
     if options.check:
         say(f'the cell on {address[0]} can be watched (port {address[1]})')
         return 0
+    if not options.no_rviz:
+        require_display('; or add --no-rviz')
     clean_up_crashed_runs()
     try:
         with StopSignals() as signals, signals.raised(), _own_master() as uri:

@@ -86,8 +86,8 @@ def _hindrance(seen: SeenObject, sights: Sequence[SeenObject]) -> str:
     if _PERSON_M[0] <= seen.size_m[2] <= _PERSON_M[1] and longer_m <= _PERSON_WIDTH_M:
         return 'may be a person; if not, write its box into the file'
     if shorter_m > _WIDEST_M:
-        return 'is so wide that its box would hide what is between its parts; if these are walls, ' \
-               'write a box for each into the file'
+        return 'is so wide that its box would hide what is between its parts; if these are ' \
+               'walls, write a box for each into the file'
     return ''
 
 

@@ -36,6 +36,7 @@ from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
+from process_visualizer.launching.x_display import NoDisplay, require_display
 from process_visualizer.remote.link_words import not_this_computer
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
@@ -54,6 +55,11 @@ def main() -> int:
     wrong_address = not_this_computer(os.environ)
     if wrong_address is not None:
         print(wrong_address, file=sys.stderr, flush=True)
+    try:
+        require_display('; "cell run --no-rviz" needs none')
+    except NoDisplay as error:
+        print(error, file=sys.stderr, flush=True)
+        return 1
     app = make_application()
     owner = cell_owner(NODE)
     if owner is not None:
