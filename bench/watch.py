@@ -8,10 +8,10 @@ A robot of six joints moves on a floor with three boxes and poles. A ball goes a
 people of fifteen parts walk through at 1.1 to 1.6 m/s; or a box of 8 to 18 cm is thrown through at
 1.5 to 3 m/s, and a hand reaches in at 2 m/s. Shapes are analytic, the robot is a mesh. With --room,
 there are two walls 10 cm outside of the region, which the sensor faces, and a table before them.
-Sensors: a Kinect, one with two eyes (as a RealSense D435) and one of time of flight, each with noise
-that neighbors and clouds share in part, holes, shadows and mixed pixels; from above (3.2 m), at 45°,
-low (0.9 m high) and on a link of the robot. All combinations with 5, 10 and 30 Hz. Everything
-runs in one process, on simulated time.
+Sensors: a Kinect, one with two eyes (as a RealSense D435) and one of time of flight, each with
+noise that neighbors and clouds share in part, holes, shadows and mixed pixels; from above (3.2 m),
+at 45°, low (0.9 m high) and on a link of the robot. All combinations with 5, 10 and 30 Hz.
+Everything runs in one process, on simulated time.
 
 A thing is due when 80 of its pixels are seen in the region, what is seen of it is larger than 5 cm
 in two directions, it is 8 cm from the robot, and nobody walks through it. It is seen late if
