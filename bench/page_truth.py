@@ -22,6 +22,7 @@ import os
 import random
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -395,7 +396,7 @@ def main() -> None:
     parser.add_argument('folder', type=Path)
     parser.add_argument('scenes', nargs='*', metavar='SCENE', help=', '.join(SCENES))
     parser.add_argument('--positions', type=int, default=200)
-    parser.add_argument('--work', type=Path, default=Path('page_truth_work'))
+    parser.add_argument('--work', type=Path, default=Path(tempfile.gettempdir(), 'page_truth'))
     arguments = parser.parse_args()
     os.environ['ROS_PACKAGE_PATH'] += f':{arguments.folder.resolve()}'
     port = os.environ['ROS_MASTER_URI'].rpartition(':')[2]

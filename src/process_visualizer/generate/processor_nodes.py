@@ -61,7 +61,7 @@ from process_visualizer.rviz.displays import DisplayConfig, device_displays
 PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound for robot_state_publisher: every second state of a 125 Hz driver, more than a screen
 shows. It asks the master for tf_prefix at each state, which costs a tenth of a core at 125 Hz."""
-_EACH_STATE_HZ = 1000.0
+_EACH_STATE_HZ = 1e6
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
 def _state_publisher(device: Device) -> ProcessorNode:
     """Return a publisher of each state of joint_proc; a lower rate could drop the last state.
 
-    joint_proc already thins the states, and its last state may be stamped a few milliseconds after
+    joint_proc already thins the states, and its last state may be stamped some microseconds after
     the previous one: without it, a robot at rest or paused would stay one message behind. States
     that are not newer are left out: after a jump in a recording, the robot would stand between two
     poses.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import tempfile
 from collections import Counter
@@ -45,6 +46,7 @@ def rename_links(robot: ElementTree.Element, prefix: str) -> None:
 
 
 _MOST_LINKS = 1000
+_COMMENT = re.compile('<!--(.*?)-->', re.DOTALL)
 """Maximum number of links of an untrusted model, far more than a robot has."""
 _OWN_CONFIGURATION = 'name a configuration of your own with --config'
 
@@ -139,7 +141,8 @@ def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (
     Raises:
         ModelError: the file, named in the text, is unreadable or not a robot description.
     """
-    text = _expand(path, arguments, confined_to) if path.endswith('.xacro') else _read(path)
+    text = _expand(path, arguments, confined_to) if path.endswith('.xacro') \
+        else _without_loose_comments(_read(path))
     if confined_to and len(text) > MAX_CHARACTERS:
         raise ModelError(f'{path}: a model in a recording may not have more than '
                          f'{MAX_CHARACTERS} characters')
@@ -170,6 +173,12 @@ def _read(path: str) -> str:
             return file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise ModelError(f'{path}: cannot be read: {error}') from None
+
+
+def _without_loose_comments(text: str) -> str:
+    """Blank comments with two hyphens, which XML forbids and urdfdom reads: PR2's model has some."""
+    return _COMMENT.sub(
+        lambda it: '\n' * it[0].count('\n') if '--' in it[1] or it[1].endswith('-') else it[0], text)
 
 
 def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str) -> str:

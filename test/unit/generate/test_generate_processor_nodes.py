@@ -60,7 +60,7 @@ def test_which_nodes(kind: str, elements: str, description: Optional[RobotDescri
     assert [node.name for node in nodes_of(parse, kind, elements, description)] == names
 
 
-@pytest.mark.parametrize(('kind', 'frequency_hz'), [('robot', 1000.0), ('other', 100.0)])
+@pytest.mark.parametrize(('kind', 'frequency_hz'), [('robot', 1e6), ('other', 100.0)])
 def test_each_state_of_joint_proc_becomes_frames(kind: str, frequency_hz: float,
                                                  parse: Parse) -> None:
     """Else the last of two states within 10 ms is left out, and a paused robot is not there yet.

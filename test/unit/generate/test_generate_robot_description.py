@@ -207,6 +207,14 @@ def test_description(tmp_path: Path) -> None:
     assert description.ancestors('end') == ['middle', 'base']
 
 
+def test_comments_that_xml_forbids_and_urdfdom_reads(tmp_path: Path) -> None:
+    """As in the model of a PR2 from 2012, which RViz shows."""
+    content = '<!-- a.STL\nwas b--coarse.STL --><link name="base"/><!-- good --><!-- a --->'
+    description = loaded(content, tmp_path)
+    assert description.links == ('base',)
+    assert description.text == robot('\n<link name="base"/><!-- good -->')
+
+
 def test_movable_joints_in_file_order(tmp_path: Path) -> None:
     kinds = ('prismatic', 'fixed', 'continuous', 'revolute', 'floating', 'planar')
     content = links('base', 'm', *(f'l{i}' for i in range(len(kinds))))
