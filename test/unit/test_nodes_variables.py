@@ -343,6 +343,21 @@ def test_jumps_of_playback_do_not_make_a_value_that_is_sent_on_change_old(is_pau
     assert display.text('state') == 'state 3.00'
 
 
+def test_before_its_first_message_in_a_recording_a_topic_has_no_data() -> None:
+    """The number of the position before the jump stayed."""
+    display = Display({})
+    display.send(played(display.node, True, 1), '/bag_player/state')
+    assert display.shown(Float32(0.5)) == 'v 0.50 m/s'
+    state = played(display.node, True, 2)
+    state.not_begun = ['/speed']
+    display.send(state, '/bag_player/state')
+    display.wait()
+    assert display.text() == 'v no data'
+    display.send(played(display.node, True, 3), '/bag_player/state')
+    display.wait()
+    assert display.text() == 'v 0.50 m/s'  # its last message, which the player sends again
+
+
 def test_a_rate_of_playback_is_no_habit_of_a_topic() -> None:
     display = Display({})
     for rate, pause_s, count in ((4.0, 0.25, 40), (1.0, 1.0, 3)):

@@ -125,9 +125,12 @@ class ShownVariable:
 
     def _update(self) -> None:
         raw = self._source.newest()
-        if raw is None or raw is self._seen:
+        if raw is self._seen:
             return
         self._seen = raw
+        if raw is None:
+            self._value, self._time_s = None, -math.inf
+            return
         try:
             self._value = self._number(raw)
             self._time_s = raw.time_s

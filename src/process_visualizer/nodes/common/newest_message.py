@@ -32,7 +32,7 @@ class NewestMessage:
 
         A played topic has the sending habit of its recording, whatever the playback rate.
         """
-        self._node, self._playback = node, playback
+        self._node, self._playback, self._topic = node, playback, node.resolve(topic)
         self._raw: Optional[RawMessage] = None
         self._decoded_raw: Optional[RawMessage] = None
         self._message: Any = None
@@ -58,8 +58,11 @@ class NewestMessage:
         return self._habit.holds_for_s(quick_s) if is_published else quick_s
 
     def newest(self) -> Optional[RawMessage]:
-        """Return the newest message, still serialized; None before the first one."""
-        return self._raw
+        """Return the newest message, still serialized.
+
+        None before the first one, also after a jump in a recording to before the first one.
+        """
+        return self._raw if self._playback.has_begun(self._topic) else None
 
     def decode(self, raw: RawMessage) -> Any:
         """Return a message of this topic, decoded; the one decoded last is not decoded again.

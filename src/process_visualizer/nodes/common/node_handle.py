@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from typing import Any, Callable, Iterator, List, NoReturn, Optional, Tuple
+from typing import Any, Callable, FrozenSet, Iterator, List, NoReturn, Optional, Tuple
 
 import rospy
 from rospy.impl.paramserver import get_param_server_cache
@@ -347,6 +347,7 @@ class PlaybackFollower:
         """Subscribe to the player's state."""
         self._node = node
         self.clock = PlaybackClock()
+        self._not_begun: FrozenSet[str] = frozenset()
         self._has_complained = False
         node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._receive)
 
@@ -358,7 +359,15 @@ class PlaybackFollower:
         """Return the present age [s] of data that arrived at a time of that clock."""
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
+    def has_begun(self, topic: str) -> bool:
+        """Return whether a topic (full name) has a message up to the position, or nothing is played.
+
+        What a node has of one that has not begun is from another position, or from elsewhere.
+        """
+        return topic not in self._not_begun or not self.clock.follows_player(self._node.ros_s())
+
     def _receive(self, state: PlayerState) -> None:
+        self._not_begun = frozenset(state.not_begun)
         reported = ClockState(state.stamp.to_sec(), state.position, state.rate,
                               state.paused, state.segment, state.since.to_sec())
         if not reported.is_usable() and not self._has_complained:
