@@ -160,6 +160,22 @@ def test_what_is_left_from_the_live_robot_grows_old_in_paused_playback(robot: Ro
     assert robot.text('joints').startswith('joints no data for 2.')
 
 
+def test_before_its_first_wrench_a_recording_has_no_force(robot: RobotStage) -> None:
+    """The force of the position before the jump stayed."""
+    wrench = WrenchStamped()
+    wrench.header.frame_id, wrench.wrench.force.z = 'r/link0', 9.0
+    texts = []
+    for segment, not_begun in enumerate(([], ['/ft/ft'])):
+        robot.send('/bag_player/state', PlayerState(
+            stamp=robot.node.now(), since=robot.node.now(), rate=1.0, paused=True, segment=segment,
+            not_begun=not_begun))
+        if not not_begun:
+            robot.send('/ft/ft', wrench)
+        robot.run(0.2)
+        texts.append(robot.text('force'))
+    assert texts == ['F 9.0 N', '']
+
+
 def test_a_robot_without_joints_says_that_it_is_not_where_it_is_drawn(robot: RobotStage) -> None:
     robot.run(1.9)
     assert ('joints', 1) not in robot.markers()

@@ -95,6 +95,7 @@ class RobotProcessor:
         self._pose_time_s = self._came_s = 0.0
         self._shown_paused: Tuple[Tuple[float, ...], float] = ((), 0.0)
         self._force: Optional[VectorSample] = None
+        self._force_topic = node.resolve(parameters.force_sensor.name)
         self._force_times = MeasuringTime()
         self._joints_time_s: Optional[float] = None
         self._joints_s = -math.inf
@@ -289,6 +290,8 @@ class RobotProcessor:
             data_s = clock.data_time_s(now_s)
             force = self._force and replace(
                 self._force, time_s=data_s - clock.age_s(self._force.time_s, now_s))
+            if not self._playback.has_begun(self._force_topic):
+                force = None
             markers = self._display.markers(self._motion(data_s, now_s), force, data_s, now_s,
                                             self._joints_age_s(now_s))
             self._markers.publish(MarkerArray(markers))
