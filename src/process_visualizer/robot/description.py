@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 from collections import Counter
 from dataclasses import dataclass, replace
-from typing import Dict, FrozenSet, Iterable, List, Mapping, Optional, Tuple
+from typing import Dict, FrozenSet, Iterable, List, Mapping, Match, Optional, Tuple
 from xml.etree import ElementTree
 
 import rospkg
@@ -176,9 +176,12 @@ def _read(path: str) -> str:
 
 
 def _without_loose_comments(text: str) -> str:
-    """Blank comments with two hyphens, which XML forbids and urdfdom reads: PR2's model has some."""
-    return _COMMENT.sub(
-        lambda it: '\n' * it[0].count('\n') if '--' in it[1] or it[1].endswith('-') else it[0], text)
+    """Blank comments with two hyphens, which XML forbids and urdfdom reads, as in a PR2's model."""
+    def strict(comment: Match[str]) -> str:
+        is_loose = '--' in comment[1] or comment[1].endswith('-')
+        return '\n' * comment[0].count('\n') if is_loose else comment[0]
+
+    return _COMMENT.sub(strict, text)
 
 
 def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str) -> str:

@@ -360,7 +360,7 @@ class PlaybackFollower:
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
     def has_begun(self, topic: str) -> bool:
-        """Return whether a topic (full name) has a message up to the position, or nothing is played.
+        """Return whether a topic (full name) has a message up to the position, or none is played.
 
         What a node has of one that has not begun is from another position, or from elsewhere.
         """
