@@ -63,3 +63,8 @@ add_executable(watch_benchmark EXCLUDE_FROM_ALL bench/watch.cpp)
 process_visualizer_compile(watch_benchmark)
 target_link_libraries(watch_benchmark
   process_visualizer_objects pcl_segmentation pcl_filters pcl_search pcl_sample_consensus)
+
+# The clouds for scripts/take_objects_film, which builds it.
+add_executable(walk_in_clouds EXCLUDE_FROM_ALL bench/walk_in.cpp)
+process_visualizer_compile(walk_in_clouds)
+target_link_libraries(walk_in_clouds process_visualizer_objects)
