@@ -193,72 +193,81 @@ bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* be
   return true;
 }
 
-/// Where a plane is a surface. It is so in tiles in which it is seen, unless something rises
-/// through it, and it goes on where something hides it, over a few tiles in which the sensor does
-/// not look past it. All of these that are connected have to show an area that is large enough.
-std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
-                                                           const SupportPlanes* before) const {
-  enum class Kind : std::uint8_t { kUnseen, kNotThere, kLevel, kSteep };
+/// What each tile shows at the height of a plane.
+std::vector<SupportPlanes::Kind> SupportPlanes::kindsOf(const Plane& plane) const {
   const float sensor_height = plane.signedDistance(sensor_);
   std::vector<Layers> layers(grid_.size());
   std::vector<int> looks_past(grid_.size());
   for (const Sample& sample : samples_) {
     const float height = plane.signedDistance(sample.place);
     layers[sample.tile].add(height, sample.tolerance);
-    if (std::abs(height) >= sample.tolerance && height * sensor_height < 0) {
-      const float way = sensor_height / (sensor_height - height);
-      if (const auto tile = grid_.tileAt(sensor_ + way * (sample.place - sensor_)))
-        ++looks_past[*tile];
-    }
+    if (std::abs(height) < sample.tolerance || height * sensor_height > 0) continue;
+    const float way = sensor_height / (sensor_height - height);
+    if (const auto tile = grid_.tileAt(sensor_ + way * (sample.place - sensor_)))
+      ++looks_past[*tile];
   }
-  std::vector<Kind> kinds(grid_.size(), Kind::kUnseen);
-  for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
-    if (layers[tile].at == 0)
-      kinds[tile] = looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kNotThere;
+  std::vector<Kind> kinds;
+  kinds.reserve(grid_.size());
+  for (std::size_t tile = 0; tile < grid_.size(); ++tile) {
+    const Layers& seen = layers[tile];
+    if (seen.at == 0)
+      kinds.push_back(looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kNotThere);
+    else if (seen.isCrossed())
+      kinds.push_back(Kind::kNotThere);
     else
-      kinds[tile] = layers[tile].isCrossed() ? Kind::kNotThere
-                    : layers[tile].isLevel() ? Kind::kLevel
-                                             : Kind::kSteep;
+      kinds.push_back(seen.isLevel() ? Kind::kLevel : Kind::kSteep);
   }
-  const auto around = [&](std::size_t tile, const auto& look) {
-    forNeighbors(tile, grid_.columns, grid_.rows, look);
-  };
-  // Upwards or downwards of a steep tile goes something that stands on the surface, or its edge.
+  return kinds;
+}
+
+/// The tiles in which a plane is seen, and those around where something hides it: it may go on
+/// there over a few tiles, up to where the sensor looks past it. A steep tile shows something that
+/// stands on the surface, or its edge, if there is a level one beside it.
+std::vector<std::size_t> SupportPlanes::reached(const std::vector<Kind>& kinds) const {
   std::vector<int> hidden(grid_.size(), kHiddenTiles + 1);  // tiles to the nearest one that is seen
-  std::vector<std::size_t> reached;
+  std::vector<std::size_t> tiles;
   for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
     bool is_seen = kinds[tile] == Kind::kLevel;
     if (kinds[tile] == Kind::kSteep)
-      around(tile, [&](std::size_t it) { is_seen = is_seen || kinds[it] == Kind::kLevel; });
+      forNeighbors(tile, grid_.columns, grid_.rows,
+                   [&](std::size_t it) { is_seen = is_seen || kinds[it] == Kind::kLevel; });
     if (!is_seen) continue;
     hidden[tile] = 0;
-    reached.push_back(tile);
+    tiles.push_back(tile);
   }
-  for (std::size_t next = 0; next < reached.size(); ++next) {
-    const std::size_t tile = reached[next];
+  for (std::size_t next = 0; next < tiles.size(); ++next) {
+    const std::size_t tile = tiles[next];
     if (hidden[tile] == kHiddenTiles) continue;
-    around(tile, [&](std::size_t it) {
+    forNeighbors(tile, grid_.columns, grid_.rows, [&](std::size_t it) {
       if (kinds[it] != Kind::kUnseen || hidden[it] <= kHiddenTiles) return;
       hidden[it] = hidden[tile] + 1;
-      reached.push_back(it);
+      tiles.push_back(it);
     });
   }
+  return tiles;
+}
+
+/// Where a plane is a surface: in connected tiles that show an area that is large enough.
+std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
+                                                           const SupportPlanes* before) const {
+  const std::vector<Kind> kinds = kindsOf(plane);
   std::vector<Extent> extent(grid_.size(), Extent::kUnknown);
   for (std::size_t tile = 0; tile < kinds.size(); ++tile)
     if (kinds[tile] == Kind::kNotThere) extent[tile] = Extent::kNotThere;
-  std::vector<bool> is_done(grid_.size());
-  for (const std::size_t first : reached) {
-    if (is_done[first]) continue;
-    is_done[first] = true;
+  std::vector<bool> is_open(grid_.size());
+  const std::vector<std::size_t> tiles = reached(kinds);
+  for (const std::size_t tile : tiles) is_open[tile] = true;
+  for (const std::size_t first : tiles) {
+    if (!is_open[first]) continue;
+    is_open[first] = false;
     std::vector<std::size_t> part{first};
-    float area = 0;  // in tiles; half of what is on an edge is beyond it
-    float known = 0;
+    float area = 0, known = 0;  // in tiles; half of what is on an edge is beyond it
     for (std::size_t next = 0; next < part.size(); ++next) {
       bool is_edge = false;
-      around(part[next], [&](std::size_t it) {
+      forNeighbors(part[next], grid_.columns, grid_.rows, [&](std::size_t it) {
         is_edge = is_edge || kinds[it] == Kind::kNotThere;
-        if (hidden[it] > kHiddenTiles || is_done[it]) return;
-        is_done[it] = true;
+        if (!is_open[it]) return;
+        is_open[it] = false;
         part.push_back(it);
       });
       if (kinds[part[next]] != Kind::kLevel) continue;

@@ -82,6 +82,7 @@ class SupportPlanes {
     std::optional<std::size_t> tileAt(const Eigen::Vector3f& place) const;
   };
 
+  enum class Kind : std::uint8_t { kUnseen, kNotThere, kLevel, kSteep };
   enum class Extent : std::uint8_t { kThere, kUnknown, kNotThere };
 
   struct Surface {
@@ -95,6 +96,8 @@ class SupportPlanes {
   std::vector<Sample> levelSamples() const;
   bool findNext(std::vector<Sample>& level, const SupportPlanes* before);
   static Plane largest(const std::vector<Sample>& samples);
+  std::vector<Kind> kindsOf(const Plane& plane) const;
+  std::vector<std::size_t> reached(const std::vector<Kind>& kinds) const;
   std::vector<Extent> extentOf(const Plane& plane, const SupportPlanes* before) const;
   Eigen::Vector3f middleOf(std::size_t tile, const Plane& plane) const;
   float alongRay(const Plane& plane, const Eigen::Vector3f& point) const;
