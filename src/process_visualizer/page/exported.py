@@ -108,7 +108,8 @@ def _mcap_writer() -> Write:
         with _opened(chosen, run) as (recording, cell), open(path, 'wb') as file:
             packed = Packed()
             shared = PageCell(with_saved_poses(cell, saved_poses(run.recording[0])), packed)
-            entry = run_entry(shared, recording, chosen.judged(run), span, packed)
+            entry = run_entry(shared, recording, chosen.judged(run), span, packed,
+                              with_frames=True)
             count = write_mcap(file, recording, span,
                                PageData(entry, shared.meshes, packed, cell.frame))
         return f'{count} messages'

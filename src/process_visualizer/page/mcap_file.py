@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A run as an MCAP file for Lichtblick and Foxglove: the contents of a page as ROS 1 messages.
 
-Besides the recording's own messages, the file has the frames of the models' links, the models as
-markers, arrows with their numbers, and each number on its own topic.
+Besides the recording's own messages, the file has the frames of the models and of the
+configuration, the models as markers, arrows with their numbers, and each number on its own topic.
 """
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ _NO_NAME = re.compile(r'[^A-Za-z0-9_]+')
 
 
 class PageData(NamedTuple):
-    """The data of a run on a page: its entry, the meshes, and the columns that both refer to."""
+    """The data of a run on a page: its entry, the meshes, and the columns that both refer to.
+
+    The entry includes every frame.
+    """
 
     entry: Dict[str, Any]
     meshes: Sequence[Dict[str, Any]]
@@ -125,6 +128,8 @@ class _Shown:
         if ghost is not None:
             self._parts += [(_GHOST + str(it['link']), it) for it in ghost['parts']]
         self._parts = [it for it in self._parts if it[1]['place'] is not None]
+        self._frames: Dict[str, int] = {
+            **entry['frames'], **{frame: int(part['place']) for frame, part in self._parts}}
 
     def _moments(self, rate_hz: float) -> np.ndarray:
         begin_s, end_s = self._span
@@ -155,8 +160,12 @@ class _Shown:
         return found
 
     def transforms(self, channels: _Channels) -> Iterator[_Message]:
-        """Yield the frames of the links, except those that the recording has itself."""
-        places = {frame: int(part['place']) for frame, part in self._parts
+        """Yield all known frames, except those that the recording has itself.
+
+        Frames without a mesh are needed, too: those of recorded messages, such as a sensor's, and
+        the one at which the recording's own frames are fixed to the cell.
+        """
+        places = {frame: number for frame, number in self._frames.items()
                   if frame not in self._sent and frame != self._page.frame}
         entries = self._page.entry['places']
         begin_s = self._span.begin_s

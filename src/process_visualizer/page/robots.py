@@ -65,6 +65,11 @@ class FramePlaces:
         """Return the number of known frames."""
         return len(self._frames)
 
+    @property
+    def names(self) -> Tuple[str, ...]:
+        """Return the known frames."""
+        return tuple(self._frames)
+
     def find(self, frame: str) -> Optional[Place]:
         """Return the place of a frame; None if it is unknown."""
         return self._frames.get(frame)

@@ -168,8 +168,19 @@ class PageCell:
 
 
 def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: PageSpan,
-              packed: Packed, with_clouds: bool = False) -> Dict[str, Any]:
-    """Return the data of a run; ``span`` is the shown part of its recording."""
+              packed: Packed, with_clouds: bool = False,
+              with_frames: bool = False) -> Dict[str, Any]:
+    """Return the data of a run.
+
+    Args:
+        shared: what the runs of a page share.
+        recording: the run's recording.
+        judged: the run.
+        span: the shown part of the recording.
+        packed: takes the columns.
+        with_clouds: include the clouds of depth sensors.
+        with_frames: include every known frame, also those to which nothing on a page refers.
+    """
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
@@ -220,6 +231,8 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
                   for number in [places.number(arm.tool)] if number is not None},
         'clouds': clouds, 'objects': object_track(cell.devices, recording, places, packed, span),
         'ghost': _ghost(shared, judged, places, packed, span)}
+    if with_frames:
+        entry['frames'] = {frame: places.number(frame) for frame in places.names}
     entry['places'] = places.entries
     return entry
 
