@@ -184,6 +184,8 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     notes = list(shared.notes)
+    if not shared.parts and not notes:
+        notes.append('the configuration has no model of a robot or machine; the picture has none')
     read = _read(shared, recording)
     places = FramePlaces(packed, span)
     places.add(cell.frame, Placement())

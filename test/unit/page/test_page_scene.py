@@ -108,6 +108,8 @@ def test_an_arrow_in_a_frame_of_the_recording_is_there(tmp_path: Path) -> None:
     reader = PageReader(page.read_text(encoding='utf-8'))
     arrow, = reader.data['runs'][0]['arrows']
     assert reader.place(0, arrow['frame'], 1.0)[0].tolist() == [1.0, 2.0, 3.5]
+    assert reader.data['runs'][0]['notes'] == [
+        'the configuration has no model of a robot or machine; the picture has none']
     assert reader.column(arrow['vectors'], 3)[5] == pytest.approx([0.0, 0.0, 0.2])
 
 
