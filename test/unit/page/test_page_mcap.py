@@ -119,8 +119,8 @@ CELL = '''<visualizer>
     <topic name="joints" type="joint_states" msg="sensor_msgs/JointState"/></device>
   <device type="other" name="pallet"><base frame="pallet" xyz="0 2 0"/></device>
 </visualizer>'''
-ARM = '''<robot name="arm"><link name="base"/><link name="flange"/><link name="upper"><visual><geometry>
-<box size="0.1 0.1 0.1"/></geometry></visual></link><joint name="turn" type="revolute">
+ARM = '''<robot name="arm"><link name="base"/><link name="flange"/><link name="upper"><visual>
+<geometry><box size="0.1 0.1 0.1"/></geometry></visual></link><joint name="turn" type="revolute">
 <parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
 <limit lower="-3" upper="3" effort="1" velocity="1"/></joint><joint name="end" type="fixed">
 <parent link="upper"/><child link="flange"/><origin xyz="0.5 0 0"/></joint></robot>'''
