@@ -626,6 +626,42 @@ def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Sta
     assert 'arm: no cloud comes' not in stand.texts()
 
 
+@pytest.mark.parametrize('missing', ['cloud', 'topic'])
+def test_data_that_a_launch_delays_is_no_alarm_but_one_from_before_stays(
+        stand: Stand, missing: str) -> None:
+    topic = Topic('/arm/q', None, None, True, Location('cell.xml', 1))
+    stand.launch.running = replace(stand.launch.running, devices=(replace(ARM, topics=(topic,)),))
+    for messages in range(0, 100, 10):  # learns what is usual
+        stand.states.take_recorder(RecorderSnapshot('idle', topics=(
+            seen('/arm/q', messages=messages),)))
+
+    def say(is_missing: bool) -> None:
+        if missing == 'cloud':
+            stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm',
+                                  Severity.WARNING if is_missing else None, 'no cloud comes',
+                                  stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '0.0'})
+            stand.warnings.look()
+        else:
+            stand.states.take_recorder(RecorderSnapshot('idle', topics=(
+                seen('/arm/q', 0.0, 60.0, messages=100) if is_missing
+                else seen('/arm/q', messages=110),)))
+
+    def launch(phase: LaunchPhase) -> None:
+        stand.launch.phase = phase
+        stand.launch.changed.emit()
+
+    say(False)
+    launch(LaunchPhase.LAUNCHING)
+    say(True)
+    assert stand.says_no_alarms()
+    launch(LaunchPhase.RUNNING)
+    assert len(stand.texts()) == 1
+    launch(LaunchPhase.LAUNCHING)  # an Apply
+    assert len(stand.texts()) == 1
+    say(False)
+    assert stand.says_no_alarms()
+
+
 def test_a_node_that_is_started_again_and_again_stays_an_alarm(stand: Stand) -> None:
     def driver(restarts: int, state: NodeState, code: 'int | None' = None) -> None:
         node = NodeReport('/arm/driver', state, code, restarts)

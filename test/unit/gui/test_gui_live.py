@@ -2,6 +2,7 @@
 """The curves of the running cell: model and panel, with a recorder's memory in a list."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, List, Sequence, Tuple
 
@@ -27,10 +28,12 @@ from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import RecentPart
 from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.lanes import lane_picture
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.timeline_lanes import lane_of, lane_texts
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.live_panel import LivePanel
+from process_visualizer.gui.live.live_timeline import LiveValue
 from process_visualizer.gui.live.replay_model import ReplayPhase
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.theme import theme
@@ -379,3 +382,37 @@ def test_a_replay_moves_no_curve(stand: Stand) -> None:
 def test_a_curve_without_values_in_sight_keeps_its_decimals() -> None:
     nothing = lane_of('speed', 'm/s', (0.0, 1.0, 0.0), np.full(4, np.nan), np.full(4, np.nan), 1.0)
     assert lane_texts(nothing, 0.02, 0.06, None).at_position == '0.0600 m/s'
+
+
+def test_a_lane_that_is_not_redrawn_in_time_shows_its_values_at_their_time(
+        qtbot: QtBot, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand.panel.resize(900, 500)
+    monkeypatch.setattr(lane_picture, '_TURN_S', -1.0)  # one lane at each paint
+    timeline = stand.timeline
+
+    def show(now_s: float) -> None:
+        pulse = np.where(np.arange(100) == round(175.0 - now_s), 1.0, 0.0)
+        lanes = [lane_of(name, 'N', (1.0, 0.0, 0.0), pulse, pulse, 1.0) for name in 'ab']
+        lanes = [replace(it, key=('', it.label, '')) for it in lanes]
+        timeline.show_lanes(100.0, lanes, {it.key: LiveValue(0.0, 0.0) for it in lanes}, (), now_s)
+
+    def pulses() -> List[float]:
+        """Return where the pulse is in each lane [px]."""
+        image = timeline.grab().toImage()
+        found = []
+        for row in range(2):
+            place = timeline.lane_rect(row)
+            y = place.bottom() - place.height() // 3
+            red = [x for x in range(place.left() + 40, place.right())
+                   for color in [image.pixelColor(x, y)] if color.red() > color.green() + 60]
+            found.append(sum(red) / max(len(red), 1))
+        return found
+
+    show(100.0)
+    QApplication.processEvents()
+    qtbot.waitUntil(lambda: timeline.stack.is_drawn)
+    before = pulses()
+    assert before[0] == pytest.approx(before[1], abs=1.0) and before[0] > 0.5 * timeline.width()
+    show(150.0)
+    after = pulses()
+    assert after[0] == pytest.approx(after[1], abs=3.0) and after[0] < 0.5 * timeline.width()

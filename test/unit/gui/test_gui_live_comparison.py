@@ -286,3 +286,18 @@ def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     panel.departures.itemClicked.emit(row, 0)
     run_in(compared.stand.session, None)
     assert panel.state.text().endswith('they run.')
+
+
+def test_all_who_show_the_result_show_the_same_at_any_time(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(3, run)
+    told = compared.heard[-1], compared.model.told
+    for place_s in (None, 1.0):  # no window is judged between these
+        compared.model.take_phase(PhaseSnapshot(BEGIN_S + 3.05, place_s))
+        assert (compared.model.text, compared.model.told) == told
+    compared.stand.come(compared.parts[3])
+    assert compared.model.text == compared.heard[-1] != told[0]
+    heard = len(compared.heard)
+    run_in(compared.stand.session, None)
+    assert compared.model.text == compared.heard[-1] == ''
+    assert len(compared.heard) > heard

@@ -203,12 +203,18 @@ class AlarmsModel(QObject):
 
     def _silences(self, device: Device, report: PartReport) -> List[Condition]:
         """Return the silent topics of a device; a restart alone does not end a silence."""
-        silent = topic_conditions(device.name, self._states.silent(device))
-        if report.state is not PartState.STOPPED:
-            return silent
+        silent = self._missing(topic_conditions(device.name, self._states.silent(device)))
+        return self._known(silent) if report.state is PartState.STOPPED else silent
+
+    def _missing(self, found: List[Condition]) -> List[Condition]:
+        """Return conditions of missing data; no new ones during a launch, which delays data."""
+        is_launching = self._launch.phase is LaunchPhase.LAUNCHING
+        return self._known(found) if is_launching else found
+
+    def _known(self, found: List[Condition]) -> List[Condition]:
         known = {(it.condition.source, it.condition.about) for it in self._board.alarms
                  if it.ended_s is None}
-        return [it for it in silent if (it.source, it.about) in known]
+        return [it for it in found if (it.source, it.about) in known]
 
     def _conditions(self) -> List[Condition]:
         running = self._launch.running
@@ -238,7 +244,8 @@ class AlarmsModel(QObject):
         for device in running.devices:
             warnings = self._states.warnings(device.name)
             if device.name not in sources:  # otherwise the reason is shown already
-                conditions += cloud_conditions(device.name, self._states.watch_warnings())
+                conditions += self._missing(
+                    cloud_conditions(device.name, self._states.watch_warnings()))
             conditions += limit_conditions(device.name, warnings, epoch_s)
             conditions += conflict_conditions(device.name, warnings)
             conditions += message_conditions(device.name, warnings, self._clock_s())

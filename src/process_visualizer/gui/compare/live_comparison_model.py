@@ -62,7 +62,9 @@ class LiveComparisonModel(QObject):
         self._good: Optional[GoodRuns] = None
         self._comparison: Optional[LiveComparison] = None
         self._history = PhaseHistory(MAX_S)
-        self._phase: Optional[PhaseSnapshot] = None
+        self._newest: Optional[PhaseSnapshot] = None
+        self._phase: Optional[PhaseSnapshot] = None  # the newest one when ``changed`` was emitted
+        self._was_running = False
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
@@ -92,7 +94,7 @@ class LiveComparisonModel(QObject):
             KeyError, TypeError, ValueError: these are not settings.
         """
         self._finished = tuple(finished_run(it) for it in settings)
-        self.changed.emit()
+        self._change()
 
     @property
     def departures(self) -> Tuple[LiveDeparture, ...]:
@@ -210,7 +212,7 @@ class LiveComparisonModel(QObject):
 
     def take_phase(self, phase: PhaseSnapshot) -> None:
         """Take the current moment of the reference run."""
-        self._phase = phase
+        self._newest = phase
         self._history.add(phase.stamp_s, phase.reference_s)
         if self._runs is not None and self._has_common:
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
@@ -226,9 +228,13 @@ class LiveComparisonModel(QObject):
             self._runs = None if good is None else LiveRuns(
                 good.reference.name, good.reference.duration_s)
             self._forget()
-        if not self._live.is_running and self._phase is not None:
+        is_running, was_running = self._live.is_running, self._was_running
+        self._was_running = is_running
+        if not is_running and self._newest is not None:
             self._finish(None if self._runs is None else self._runs.end())
             self._forget()
+        elif is_running != was_running and self._comparison is not None:
+            self._change()
         self._live.set_judged(self._comparison is not None)
         if bool(self._live.problem) != self._is_silent:
             self._is_silent = not self._is_silent
@@ -237,7 +243,12 @@ class LiveComparisonModel(QObject):
                 self._lost = frozenset(() if self._comparison is None else self._comparison.keys)
                 if self._runs is not None:
                     self._runs.lose()
-            self.changed.emit()
+            self._change()
+
+    def _change(self) -> None:
+        """Take the newest moment for all who show the result, so that they show the same one."""
+        self._phase = self._newest
+        self.changed.emit()
 
     def _finish(self, run: Optional[FinishedRun]) -> None:
         if run is not None:
@@ -245,17 +256,17 @@ class LiveComparisonModel(QObject):
             self.run_finished.emit()
 
     def _forget(self) -> None:
-        self._phase, self._departures, self._has_common = None, (), True
+        self._newest, self._departures, self._has_common = None, (), True
         self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
         self._history, self._window = PhaseHistory(MAX_S), None
-        self.changed.emit()
+        self._change()
 
     def _judge(self, window: LiveWindow) -> None:
         comparison = self._comparison
         if comparison is None or not window.curves:
             return
         times_s = _times_s(window)
-        self._window = window
+        self._window, self._phase = window, self._newest
         self._now_s = float(times_s[-1])
         self._values_since_s = self._values_since_s or self._now_s
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
@@ -275,7 +286,7 @@ class LiveComparisonModel(QObject):
         elif self._runs is not None:  # a run without common channels is not of this cell
             over = self._runs.end()
             self._finish(over if over is not None and over.is_judged else None)
-        self.changed.emit()
+        self._change()
 
 
 def _no_data(since_s: float) -> str:

@@ -299,14 +299,17 @@ class LanePictures:
         self._scales: Dict[int, Scales] = {}
         self._drawn: Set[int] = set()
         self._turns: Dict[int, int] = {}  # when each lane was drawn last, as a running number
+        self._end_s = 0.0
+        self._ends_s: Dict[int, float] = {}  # the end of the values in each picture
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set new lanes, which have no pictures yet."""
         self._lanes, self._looks = tuple(lanes), ()
         self._pictures, self._scales = {}, {}
 
-    def update_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set newer values; if the arrangement is the same, scales and pictures are kept."""
+    def update_lanes(self, lanes: Sequence[Lane], end_s: float = 0.0) -> None:
+        """Set newer values up to ``end_s``; if the arrangement is the same, pictures are kept."""
+        self._end_s = end_s
         if [it.arrangement for it in lanes] != [it.arrangement for it in self._lanes]:
             self.set_lanes(lanes)
         self._lanes = tuple(lanes)
@@ -338,6 +341,10 @@ class LanePictures:
         """Return the picture of a lane, possibly in another size; None before it is drawn."""
         return self._pictures.get(row)
 
+    def age_s(self, row: int) -> float:
+        """Return how much earlier the values in the picture of a lane end than the newest [s]."""
+        return self._end_s - self._ends_s.get(row, self._end_s)
+
     def scale(self, row: int, curve: int = 0) -> ValueScale:
         """Return the scale of a curve in the picture of a lane."""
         name = self._lanes[row].curves[curve].scale_name if row < len(self._lanes) else ()
@@ -349,4 +356,5 @@ class LanePictures:
         self._scales[row] = visible_scales(lane, parts, self._scales.get(row, {}))
         self._pictures[row] = lane_picture(lane, look, parts, self._scales[row])
         self._drawn.add(row)
+        self._ends_s[row] = self._end_s
         self._turns[row] = max(self._turns.values(), default=0) + 1

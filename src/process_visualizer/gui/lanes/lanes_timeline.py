@@ -14,6 +14,7 @@ from PyQt5.QtGui import (
     QPainter,
     QPaintEvent,
     QPalette,
+    QPixmap,
     QPolygonF,
     QResizeEvent,
     QWheelEvent,
@@ -204,10 +205,10 @@ class LaneStack(QObject):
         self.lanes = tuple(lanes)
         self.pictures.set_lanes(lanes)
 
-    def update_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Set lanes with newer values; if the lanes are the same, pictures stay until redrawn."""
+    def update_lanes(self, lanes: Sequence[Lane], end_s: float) -> None:
+        """Set lanes with values up to ``end_s``; pictures of the same lanes stay until redrawn."""
         self.lanes = tuple(lanes)
-        self.pictures.update_lanes(lanes)
+        self.pictures.update_lanes(lanes, end_s)
 
     def height_of(self, lanes: int) -> int:
         """Return the height [px] that the first ``lanes`` lanes need."""
@@ -276,7 +277,8 @@ class LaneStack(QObject):
         for row in self._visible_rows():
             picture, place = self.pictures.picture(row), self.lane_rect(row)
             if picture is not None and place.intersects(area):
-                painter.drawPixmap(place, picture)
+                late_px = round(self.pictures.age_s(row) * axis.width / length_s) if length_s else 0
+                _draw_picture(painter, place, picture, round(axis.left), late_px)
                 _draw_fold(painter, QRectF(self.fold_rect(row)), self.lanes[row].is_folded)
         painter.setClipRect(area)
         for row in self.pictures.missing(self._visible_rows()) + drawn:
@@ -326,6 +328,20 @@ class LaneStack(QObject):
         painter.fillRect(place, translucent(theme().paper, _BACKGROUND_ALPHA))
         painter.setPen(readable_color(curve.color))
         painter.drawText(place, Qt.AlignLeft | Qt.AlignVCenter, text)
+
+
+def _draw_picture(painter: QPainter, place: QRect, picture: QPixmap, left: int,
+                  late_px: int) -> None:
+    """Draw a lane; one whose values end earlier is moved, so that they stay at their times."""
+    if not late_px:
+        painter.drawPixmap(place, picture)
+        return
+    for part, by_px in ((place.adjusted(0, 0, left - place.right() - 1, 0), 0),
+                        (place.adjusted(left - place.left(), 0, 0, 0), late_px)):
+        painter.save()
+        painter.setClipRect(part, Qt.IntersectClip)
+        painter.drawPixmap(place.translated(-by_px, 0), picture)
+        painter.restore()
 
 
 def _draw_fold(painter: QPainter, rect: QRectF, is_folded: bool) -> None:

@@ -77,7 +77,7 @@ class LiveTimeline(LanesTimeline):
         is_other = [it.arrangement for it in lanes] != [it.arrangement for it in self.stack.lanes]
         self._duration_s, self._values = duration_s, values
         self._marks = tuple(PlacedMark(it.time_s - now_s, it.label) for it in marks)
-        self.stack.update_lanes(lanes)
+        self.stack.update_lanes(lanes, now_s)
         if is_other:
             self._fit()
             self.updateGeometry()
