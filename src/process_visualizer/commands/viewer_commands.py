@@ -58,6 +58,8 @@ def execute_view(options: argparse.Namespace) -> int:
     Raises:
         RosMasterError, OSError: RViz cannot be started.
     """
+    if not (options.check or options.no_rviz):
+        require_display('; or add --no-rviz')
     wanted = options.master or address_of(rosgraph.get_master_uri())
     try:
         address = find_relay(wanted)
@@ -68,8 +70,6 @@ def execute_view(options: argparse.Namespace) -> int:
     if options.check:
         say(f'the cell on {address[0]} can be watched (port {address[1]})')
         return 0
-    if not options.no_rviz:
-        require_display('; or add --no-rviz')
     clean_up_crashed_runs()
     try:
         with StopSignals() as signals, signals.raised(), _own_master() as uri:
