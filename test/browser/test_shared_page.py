@@ -241,6 +241,16 @@ def test_the_view_is_turned_with_the_mouse(browser: Browser) -> None:
                  f'(it, i) => it - {before}[i])) > 0.1')
 
 
+def test_fifty_numbers_at_one_place_do_not_hide_the_cell(browser: Browser) -> None:
+    browser.run("""const lines = Array.from({length: 50}, (_, row) => (
+        {text: `p ${row}`, color: [1, 0, 0], kind: 'number'}));
+      const tip = page.scene.arrows[0].tip.clone();
+      page.scene.placeBlocks(new Map([['many', {at: tip.set(0, 0, 0), lines}]]));""")
+    texts = [it.get_property('textContent') for it in browser.driver.find_elements(
+        By.CSS_SELECTOR, '.label')]
+    assert any(it.endswith('p 6and 43 more') for it in texts)
+
+
 def test_without_webgl_everything_else_works(shared: Shared) -> None:
     browser = Browser(shared, *WITHOUT_WEBGL)
     try:

@@ -19,6 +19,7 @@ const LONGEST_CLOUD_S = 1;
 const OBJECT_LINE_M = 0.008;  // as in RViz
 const OBJECT_LABEL_M = 0.1;
 const LABEL_ABOVE_M = 0.22;  // clear of the wrist
+const MOST_LINES = 8;  // of a label; more would hide the cell
 const MOST_PIXELS = 1.6e6;  // more is too slow without a graphics card
 const X_AXIS = new Vector3(1, 0, 0);
 const AT_TOOL = ['speed', 'force', 'joints', 'deviation'];
@@ -425,10 +426,11 @@ export class CellScene {
       element.hidden = lines.length === 0
         || !(seen.z <= 1 && Math.abs(seen.x) <= 1.05 && Math.abs(seen.y) <= 1.05);
       if (element.hidden) continue;
-      setLines(element, lines);
+      const shown = shortened(lines);
+      setLines(element, shown);
       const half = element.offsetWidth / 2 + 2;
       const left = Math.min(Math.max((seen.x + 1) / 2 * width, half), Math.max(width - half, half));
-      const tall = 19 * lines.length + 8;
+      const tall = 19 * shown.length + 8;
       const meets = (/** @type {number[]} */ [x, halfOther, y, h], /** @type {number} */ top) =>
         Math.abs(x - left) < half + halfOther && top + tall > y && top < y + h;
       let top = (1 - seen.y) / 2 * height - (isBelow ? 0 : tall);
@@ -450,6 +452,15 @@ export class CellScene {
         + ' translateX(-50%)';
     }
   }
+}
+
+/** The lines of a label that leaves the cell visible; the list beside it has all numbers.
+ * @param {Line[]} lines  @returns {Line[]} */
+function shortened(lines) {
+  if (lines.length <= MOST_LINES) return lines;
+  const first = lines.slice(0, MOST_LINES - 1);
+  return [...first, {text: `and ${lines.length - first.length} more`,
+    color: lines[first.length].color, kind: 'more'}];
 }
 
 /** @param {import('./numbers.js').NumberTrack} number  @param {number} time  @returns {Line} */
