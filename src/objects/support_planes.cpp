@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
@@ -33,6 +34,10 @@ constexpr float kFlattest = 0.2F;          // sine: flatter looks tell little
 constexpr float kMedianOfNormal = 0.674F;  // of the size of what has a standard deviation of 1
 constexpr std::size_t kFewestResiduals = 200;
 constexpr double kMissed = 0.01;  // probability that a better plane is missed
+
+/// So near to a surface is what belongs to its edge, m.
+const std::array<Eigen::Vector2f, 4> kAside{
+    {{kTile / 2, 0}, {-kTile / 2, 0}, {0, kTile / 2}, {0, -kTile / 2}}};
 
 /// How many points of a tile are at a height, and as much above and below it.
 struct Layers {
@@ -211,9 +216,9 @@ std::vector<SupportPlanes::Kind> SupportPlanes::kindsOf(const Plane& plane) cons
   for (std::size_t tile = 0; tile < grid_.size(); ++tile) {
     const Layers& seen = layers[tile];
     if (seen.at == 0)
-      kinds.push_back(looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kNotThere);
+      kinds.push_back(looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kPassed);
     else if (seen.isCrossed())
-      kinds.push_back(Kind::kNotThere);
+      kinds.push_back(Kind::kCrossed);
     else
       kinds.push_back(seen.isLevel() ? Kind::kLevel : Kind::kSteep);
   }
@@ -252,8 +257,10 @@ std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
                                                            const SupportPlanes* before) const {
   const std::vector<Kind> kinds = kindsOf(plane);
   std::vector<Extent> extent(grid_.size(), Extent::kUnknown);
-  for (std::size_t tile = 0; tile < kinds.size(); ++tile)
-    if (kinds[tile] == Kind::kNotThere) extent[tile] = Extent::kNotThere;
+  for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
+    if (kinds[tile] == Kind::kPassed) extent[tile] = Extent::kPassed;
+    if (kinds[tile] == Kind::kCrossed) extent[tile] = Extent::kNotThere;
+  }
   std::vector<bool> is_open(grid_.size());
   const std::vector<std::size_t> tiles = reached(kinds);
   for (const std::size_t tile : tiles) is_open[tile] = true;
@@ -265,7 +272,7 @@ std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
     for (std::size_t next = 0; next < part.size(); ++next) {
       bool is_edge = false;
       forNeighbors(part[next], grid_.columns, grid_.rows, [&](std::size_t it) {
-        is_edge = is_edge || kinds[it] == Kind::kNotThere;
+        is_edge = is_edge || kinds[it] == Kind::kPassed || kinds[it] == Kind::kCrossed;
         if (!is_open[it]) return;
         is_open[it] = false;
         part.push_back(it);
@@ -318,22 +325,22 @@ Plane SupportPlanes::largest(const std::vector<Sample>& samples) {
 /// The largest plane is where a noisy sensor shows it, too, only that fewer of its points are
 /// within the tolerance, and it leans as the three do that made it. So it is fitted to what is near
 /// it, and how far that is beside it along the line of sight tells how noisy the sensor is; then
-/// again with what is as near as that. What stands on it is seldom half of the points, whose median
-/// counts.
+/// again with what is as near as that. Only tiles count in which nothing rises: beside walls, and
+/// among people, the floor may be less than half of what is near it, and the median is wrong.
 void SupportPlanes::estimateNoise() {
   setNoise({kNoisiest});
   std::vector<Sample> level = levelSamples();
-  setNoise(DepthNoise());
-  for (Sample& sample : level) sample.tolerance = tolerance(sample.place);
-  if (level.empty()) return;
+  if (level.empty()) return setNoise(DepthNoise());
+  for (Sample& sample : level) sample.tolerance = toleranceAt(sample.place, DepthNoise());
   Plane plane = largest(level);
-  DepthNoise noise{kNoisiest};
   for (int round = 0; round < kNoiseRounds; ++round) {
+    const std::vector<Kind> kinds = kindsOf(plane);
     std::vector<Vector3f> near;
-    for (const Sample& sample : level)
-      if (alongRay(plane, sample.place) < noise.reachAt((sample.place - sensor_).norm()))
+    for (const Sample& sample : samples_)
+      if (kinds[sample.tile] == Kind::kLevel &&
+          alongRay(plane, sample.place) < noise_.reachAt((sample.place - sensor_).norm()))
         near.push_back(sample.place);
-    if (near.size() < kFewestResiduals) return;
+    if (near.size() < kFewestResiduals) return setNoise(DepthNoise());
     plane = fitted(near);
     std::vector<float> residuals;
     residuals.reserve(near.size());
@@ -341,9 +348,8 @@ void SupportPlanes::estimateNoise() {
       residuals.push_back(alongRay(plane, point) / (point - sensor_).squaredNorm());
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
     std::nth_element(residuals.begin(), middle, residuals.end());
-    noise.at_one_m = std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kNoisiest);
+    setNoise({std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kNoisiest)});
   }
-  setNoise(noise);
 }
 
 /// How far a point is from a plane along the line of sight, m; infinitely far at a flat look.
@@ -353,16 +359,26 @@ float SupportPlanes::alongRay(const Plane& plane, const Vector3f& point) const {
                            : plane.absDistance(point) / slope;
 }
 
-float SupportPlanes::tolerance(const Vector3f& point) const {
+float SupportPlanes::tolerance(const Vector3f& point) const { return toleranceAt(point, noise_); }
+
+float SupportPlanes::toleranceAt(const Vector3f& point, const DepthNoise& noise) const {
   const Vector3f ray = point - sensor_;
   const float range = ray.norm();
-  return noise_.toleranceAt(range, range > 0 ? std::abs(ray.z()) / range : 1);
+  return noise.toleranceAt(range, range > 0 ? std::abs(ray.z()) / range : 1);
 }
 
+/// The last strip of a table is narrower than a tile, in which the sensor looks past it, too.
 bool SupportPlanes::isThere(const Surface& surface, const Vector3f& place) const {
-  const auto tile = grid_.tileAt(place);
-  const Extent extent = tile ? surface.extent[*tile] : Extent::kUnknown;
-  return extent == Extent::kThere || (extent == Extent::kUnknown && &surface == &surfaces_.front());
+  const auto extentAt = [&](const Vector3f& at) {
+    const auto tile = grid_.tileAt(at);
+    return tile ? surface.extent[*tile] : Extent::kUnknown;
+  };
+  const Extent extent = extentAt(place);
+  if (extent == Extent::kThere || extent == Extent::kNotThere) return extent == Extent::kThere;
+  if (extent == Extent::kUnknown && &surface == &surfaces_.front()) return true;
+  return std::any_of(kAside.begin(), kAside.end(), [&](const Eigen::Vector2f& aside) {
+    return extentAt(place + Vector3f(aside.x(), aside.y(), 0)) == Extent::kThere;
+  });
 }
 
 bool SupportPlanes::contain(const Vector3f& point) const {

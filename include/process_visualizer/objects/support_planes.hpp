@@ -82,8 +82,8 @@ class SupportPlanes {
     std::optional<std::size_t> tileAt(const Eigen::Vector3f& place) const;
   };
 
-  enum class Kind : std::uint8_t { kUnseen, kNotThere, kLevel, kSteep };
-  enum class Extent : std::uint8_t { kThere, kUnknown, kNotThere };
+  enum class Kind : std::uint8_t { kUnseen, kPassed, kCrossed, kLevel, kSteep };
+  enum class Extent : std::uint8_t { kThere, kUnknown, kPassed, kNotThere };
 
   struct Surface {
     Plane plane;                          ///< its normal points up
@@ -91,6 +91,7 @@ class SupportPlanes {
     std::vector<Eigen::Vector3f> points;  ///< that are seen of it
   };
 
+  float toleranceAt(const Eigen::Vector3f& point, const DepthNoise& noise) const;
   void setNoise(const DepthNoise& noise);
   void estimateNoise();
   std::vector<Sample> levelSamples() const;
