@@ -38,12 +38,12 @@ import subprocess
 PROGRAM = 'watch_benchmark'
 
 
-def build_program() -> str:
-    """Build the benchmark in C++; return its path."""
+def build_program(program: str = PROGRAM) -> str:
+    """Build a benchmark in C++; return its path."""
     devel = os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]
-    subprocess.run(['cmake', '--build', os.path.join(devel, '..', 'build'), '--target', PROGRAM],
+    subprocess.run(['cmake', '--build', os.path.join(devel, '..', 'build'), '--target', program],
                    stdout=subprocess.DEVNULL, check=True)
-    return os.path.join(devel, 'lib', 'process_visualizer', PROGRAM)
+    return os.path.join(devel, 'lib', 'process_visualizer', program)
 
 
 def main() -> None:

@@ -68,3 +68,8 @@ target_link_libraries(watch_benchmark
 add_executable(walk_in_clouds EXCLUDE_FROM_ALL bench/walk_in.cpp)
 process_visualizer_compile(walk_in_clouds)
 target_link_libraries(walk_in_clouds process_visualizer_objects)
+
+# A renderer that shares nothing with bench/sensed_world.hpp, so that neither proves itself.
+add_executable(other_scenes_benchmark EXCLUDE_FROM_ALL bench/other_scenes.cpp)
+process_visualizer_compile(other_scenes_benchmark)
+target_link_libraries(other_scenes_benchmark process_visualizer_objects)

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What sensors see in other scenes than watch.py's, by a renderer that shares nothing with it.
+
+usage: bench/run other_scenes [--scene a,b,c,d,e] [--sensor kinect,realsense,tof] [--hz 10]
+                              [--seed 1,2] [--learn 0,1] [--seconds 5] [--dump]
+
+a: floor and table from above; b: the corner of a room, with walls inside the region; c: a low
+sensor; d: a palletizer with goods on a belt; e: a machine, a fence and a shelf. L and N: a covered
+lens; K: a sensor that was turned by 10°; P: somebody at the height of a table elsewhere; W: people
+before a wall. With --learn 1, what stands there at first is expected. --dump prints each failure.
+"""
+from __future__ import annotations
+
+import os
+import sys
+
+from watch import build_program
+
+PROGRAM = 'other_scenes_benchmark'
+
+if __name__ == '__main__':
+    program = build_program(PROGRAM)
+    os.execv(program, [program, *sys.argv[1:]])
