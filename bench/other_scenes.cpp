@@ -1125,8 +1125,14 @@ class Judge {
       const auto& own = objects_of[o];
       if (own.size() > 1) {
         ++tally_.splits;
+        std::string parts;
+        for (const size_t i : own) {
+          const UprightBox& part = tracked[i].object.box;
+          parts += ", " + std::to_string(tracked[i].number) + " " + text(part.size) + " at " +
+                   text(part.center);
+        }
         say("SPLIT", t, tracked[own[1]].number, thing.name, tracked[own[1]].object.box.center,
-            "into " + std::to_string(own.size()));
+            "into " + std::to_string(own.size()) + parts);
       }
       if (!own.empty()) {
         const auto largest = *std::max_element(own.begin(), own.end(), [&](size_t a, size_t b) {

@@ -13,6 +13,7 @@ set(objects_sources
   src/objects/object_tracks.cpp
   src/objects/point_image.cpp
   src/objects/support_planes.cpp
+  src/objects/walls.cpp
 )
 set(objects_libraries
   ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${roscpp_serialization_LIBRARIES}

@@ -163,13 +163,14 @@ const KnownBody* PosedBodies::covering(const Vector3f& place, float padding) con
   return nullptr;
 }
 
-bool PosedBodies::hide(const Vector3f& place, float depth) const {
+bool PosedBodies::isBehindRobot(const Vector3f& place, float depth) const {
   if (masks_.empty()) return false;
   const float range = place.norm();
   const Vector3f step = place * (depth / range);
   bool has_left = false;
   for (int number = 0; static_cast<float>(number) * depth < range - depth; ++number) {
-    const bool is_inside = covering(step * static_cast<float>(number), -depth) != nullptr;
+    const KnownBody* body = covering(step * static_cast<float>(number), -depth);
+    const bool is_inside = body && body->samples;
     if (is_inside && has_left) return true;
     has_left = has_left || !is_inside;
   }

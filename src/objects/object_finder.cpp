@@ -12,6 +12,7 @@
 
 #include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
+#include "process_visualizer/objects/walls.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -20,25 +21,27 @@ using Eigen::AlignedBox3f;
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr float kThinnest = 0.025F;         // m: smaller in two directions is no object
-constexpr float kBesideAbove = 0.03F;       // m: what is one above the other is no farther aside
-constexpr float kAboveGap = 0.3F;           // m: nor farther apart
-constexpr float kTall = 0.8F;               // m: what is higher may be a person,
-constexpr float kLimbed = 0.5F;             // m: so may what moves and is so large,
-constexpr float kThickest = 0.14F;          // m: whose limbs are no thicker,
-constexpr float kWidest = 0.32F;            // m: nor wider, with a foot,
-constexpr float kLimbGap = 0.3F;            // m: nor farther apart
-constexpr float kPartGap = 0.1F;            // m: parts of one object are no farther apart
-constexpr float kNoiseStep = 0.03F;         // m: along the line of sight
-constexpr std::size_t kNoiseClouds = 5;     // one of so many is used to estimate the noise,
-constexpr float kNoiseShare = 0.3F;         // and has this share in the estimate
-constexpr float kAround = 0.1F;             // m: so far around an object its surface is measured
-constexpr float kNear = 0.04F;              // m: how wrong the expected place may be
-constexpr float kFewestShare = 0.15F;       // of a group's points, of each object in it
+constexpr float kThinnest = 0.025F;       // m: smaller in two directions is no object
+constexpr float kBesideAbove = 0.03F;     // m: what is one above the other is no farther aside
+constexpr float kAboveGap = 0.3F;         // m: nor farther apart
+constexpr float kTall = 0.8F;             // m: what is higher may be a person,
+constexpr float kLimbed = 0.5F;           // m: so may what moves and is so large,
+constexpr float kThickest = 0.14F;        // m: whose limbs are no thicker,
+constexpr float kWidest = 0.32F;          // m: nor wider, with a foot,
+constexpr float kLimbGap = 0.3F;          // m: nor farther apart
+constexpr float kPartGap = 0.1F;          // m: parts of one object are no farther apart
+constexpr float kTogether = 1.2F;         // m/s: what comes into view seems to be slower or faster
+constexpr float kWallStep = 0.02F;        // m: between the places of a wall that are measured
+constexpr float kNoiseStep = 0.03F;       // m: along the line of sight
+constexpr std::size_t kSearchClouds = 5;  // one of so many is searched for walls, one for noise
+constexpr float kNoiseShare = 0.3F;       // of a cloud, in the estimate of the noise
+constexpr float kAround = 0.1F;           // m: so far around an object its surface is measured
+constexpr float kNear = 0.04F;            // m: how wrong the expected place may be
+constexpr float kFewestShare = 0.15F;     // of a group's points, of each object in it
 constexpr std::size_t kSightSample = 2000;  // points of a cloud tell where it looks
 constexpr float kSightStep = 0.05F;         // m, along a line of sight
 constexpr float kFarthestLook = 20;         // m
-constexpr float kHiddenDepth = 0.02F;       // m: so deep a model hides what is behind
+constexpr float kHiddenDepth = 0.02F;       // m: depth at which a robot hides what is behind
 constexpr std::size_t kSample = 200;        // points of a group tell whose it is
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
@@ -169,30 +172,45 @@ std::vector<Vector3f> surroundings(const Points& points, const std::vector<Label
   return chosen;
 }
 
+/// Those that are on none of the walls: noise spreads a wall over all heights.
+std::vector<Vector3f> besideWalls(std::vector<Vector3f> places, const Walls& walls) {
+  places.erase(std::remove_if(places.begin(), places.end(),
+                              [&](const Vector3f& it) { return walls.wallAt(it).has_value(); }),
+               places.end());
+  return places;
+}
+
 /// Free points in the global frame, and their indices in the cloud.
 struct FreePoints {
   Cluster places;
   Indices indices;
 };
 
-/// Those that are on none of the planes.
-FreePoints freePoints(const Points& points, const std::vector<Label>& labels,
-                      const Isometry3f& global_from_cloud, const SupportPlanes& planes) {
+/// Those that are on no surface: those that are on no wall either, and those of each wall.
+std::pair<FreePoints, std::vector<FreePoints>> freePoints(const Points& points,
+                                                          const std::vector<Label>& labels,
+                                                          const Isometry3f& global_from_cloud,
+                                                          const SupportPlanes& planes,
+                                                          const Walls& walls) {
   FreePoints free;
+  std::vector<FreePoints> of_wall(walls.size());
   for (std::uint32_t index = 0; index < labels.size(); ++index) {
     if (labels[index] != Label::kFree) continue;
     const Vector3f place = global_from_cloud * points.places[index];
     if (planes.contain(place)) continue;
-    free.places.push_back(place);
-    free.indices.push_back(index);
+    const auto wall = walls.wallAt(place);
+    FreePoints& target = wall ? of_wall[*wall] : free;
+    target.places.push_back(place);
+    target.indices.push_back(index);
   }
-  return free;
+  return {std::move(free), std::move(of_wall)};
 }
 
 /// The parts of a FoundObject that are known before it is measured.
 struct Thing {
   Cluster places;
   std::vector<Rim> rim;
+  std::size_t points = 0;  ///< in the cloud
 };
 
 Cluster chosen(const Cluster& places, const Indices& indices) {
@@ -238,6 +256,7 @@ std::vector<Thing> joined(std::vector<Thing> things, const std::vector<std::uint
     if (firsts[number] == number) continue;
     append(things[firsts[number]].places, things[number].places);
     append(things[firsts[number]].rim, things[number].rim);
+    things[firsts[number]].points += things[number].points;
   }
   for (std::uint32_t number = 0; number < things.size(); ++number)
     if (firsts[number] == number) result.push_back(std::move(things[number]));
@@ -318,19 +337,39 @@ void forPairs(const std::vector<Group>& groups, const Look& look) {
   }
 }
 
-/// Groups one above the other that are as high as a person together, such as legs and a chest
-/// between which too little is seen; what is lower together may be an arm above a box. And parts of
-/// one object that is followed, such as an arm that swings.
+/// Whether one group is right above the other, and they are as high as a person together; what is
+/// lower together may be an arm above a box.
+/// \param aside, apart  see forPairs
+bool areSomebody(const Group& a, const Group& b, const std::vector<ExpectedObject>& expected,
+                 float aside, float apart) {
+  const AlignedBox3f both = a.box.merged(b.box);
+  return aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap &&
+         (both.sizes().z() > kTall || isSomebody(both, ownerIn(expected, a.owner)) ||
+          isSomebody(both, ownerIn(expected, b.owner)));
+}
+
+/// Makes one object of two that are somebody and move together: a head and an arm, for example, may
+/// have been seen before what joins them.
+void unite(std::vector<Group>& groups, const std::vector<ExpectedObject>& expected) {
+  forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
+    Group &a = groups[one], &b = groups[other];
+    const ExpectedObject *first = ownerIn(expected, a.owner), *second = ownerIn(expected, b.owner);
+    if (!first || !second || !first->is_moving || !second->is_moving) return;
+    if ((first->velocity - second->velocity).head<2>().norm() > kTogether) return;
+    if (!areSomebody(a, b, expected, aside, apart)) return;
+    const bool is_smaller = first->box.size.prod() < second->box.size.prod();
+    (is_smaller ? a : b).owner = is_smaller ? b.owner : a.owner;
+  });
+}
+
+/// Groups that are somebody, such as legs and a chest between which too little is seen. And parts
+/// of one object that is followed, such as an arm that swings.
 std::vector<Bridge> bridgesByPlace(const std::vector<Group>& groups,
                                    const std::vector<ExpectedObject>& expected) {
   std::vector<Bridge> bridges;
   forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
     const Group &a = groups[one], &b = groups[other];
-    const AlignedBox3f both = a.box.merged(b.box);
-    const bool is_above =
-        aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap &&
-        (both.sizes().z() > kTall || isSomebody(both, ownerIn(expected, a.owner)) ||
-         isSomebody(both, ownerIn(expected, b.owner)));
+    const bool is_above = areSomebody(a, b, expected, aside, apart);
     const bool is_same = a.owner && a.owner == b.owner && std::max(aside, apart) < kPartGap;
     if (is_above || is_same) bridges.push_back({one, other, is_above});
   });
@@ -373,12 +412,15 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
   std::vector<std::optional<std::size_t>> owners;
   for (std::size_t group = 0; group < groups.size(); ++group) {
     things[group].places = chosen(free.places, groups[group]);
+    things[group].points = groups[group].size();
     for (const RimPoint& it : occlusions.rims[group])
       things[group].rim.push_back({global_from_cloud * points.places[it.point],
                                    global_from_cloud.linear() * it.outwards, it.is_cut});
     owners.push_back(ownerOf(things[group].places, expected));
   }
-  const std::vector<Group> parts = groupsOf(things, owners);
+  std::vector<Group> parts = groupsOf(things, owners);
+  unite(parts, expected);
+  for (std::size_t part = 0; part < parts.size(); ++part) owners[part] = parts[part].owner;
   std::vector<Bridge> bridges = bridgesByPlace(parts, expected);
   append(bridges, occlusions.bridges);
   append(bridges, bridgesOfLimbs(parts, expected, wholes(owners, expected, bridges)));
@@ -430,8 +472,8 @@ bool mayBeElsewhere(const Vector3f& point, const Scene& scene, const DepthNoise&
   return false;
 }
 
-/// The groups of free points of which enough are where they are in spite of the noise: a wall
-/// beside the region, for example, is seen in it here and there.
+/// Removes groups of free points that the noise may have moved: a wall beside the region, for
+/// example, is seen in it here and there.
 std::vector<Indices> withoutNoise(std::vector<Indices> groups, const FreePoints& free,
                                   const Points& points, const Scene& scene, const DepthNoise& noise,
                                   std::size_t fewest) {
@@ -502,25 +544,39 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
                                             const Scene& scene,
                                             const std::vector<ExpectedObject>& expected) {
   const Vector3f sensor = scene.global_from_cloud.translation();
-  const bool is_noise_due = !settings_.noise && clouds_++ % kNoiseClouds == 0;
-  surfaces_ = SupportPlanes(surroundings(points, labels, scene.global_from_cloud), sensor,
-                            settings_.surface, is_noise_due ? std::nullopt : std::optional(noise()),
+  ++clouds_;
+  const bool is_noise_due = !settings_.noise && clouds_ % kSearchClouds == 1;
+  std::vector<Vector3f> around = surroundings(points, labels, scene.global_from_cloud);
+  if (walls_)
+    walls_->update(around, sensor, noise(), clouds_ % kSearchClouds == 0);
+  else
+    walls_.emplace(around, sensor, noise());
+  surfaces_ = SupportPlanes(besideWalls(std::move(around), *walls_), sensor, settings_.surface,
+                            is_noise_due ? std::nullopt : std::optional(noise()),
                             surfaces_ ? &*surfaces_ : nullptr);
   const SupportPlanes& planes = *surfaces_;
   if (is_noise_due) learnNoise(planes.noise());
-  const FreePoints free = freePoints(points, labels, scene.global_from_cloud, planes);
+  const auto [free, of_wall] = freePoints(points, labels, scene.global_from_cloud, planes, *walls_);
   const std::vector<Indices> groups =
       divided(largest(withoutNoise(clustersOf(free.places, settings_.gap, settings_.fewest), free,
                                    points, scene, noise(), settings_.fewest),
                       kMostObjects),
               free.places, expected, settings_.fewest);
+  std::vector<Thing> things =
+      thingsOf(groups, free, points, labels, scene.global_from_cloud, expected);
+  for (const FreePoints& wall : of_wall) {
+    Indices all(wall.places.size());
+    std::iota(all.begin(), all.end(), 0);
+    if (!withoutNoise({all}, wall, points, scene, noise(), settings_.fewest).empty())
+      things.push_back({thinned(wall.places, kWallStep), {}, wall.places.size()});
+  }
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
-  for (Thing& thing : thingsOf(groups, free, points, labels, scene.global_from_cloud, expected)) {
+  for (Thing& thing : things) {
     const Vector3f blur = blurOf(thing.places, sensor, noise());
     const UprightBox box = boxAround(thing.places, blur);
     if (isSliver(box)) continue;
-    objects.push_back({reachingDown(box, planes, sensor), thing.places.size(),
+    objects.push_back({reachingDown(box, planes, sensor), thing.points,
                        distanceToRobots(thing.places, bodies_, from_body), std::move(thing.places),
                        std::move(thing.rim), blur});
   }
@@ -561,9 +617,9 @@ Agreement ObjectFinder::agreement(const Points& points, const std::vector<Label>
   Agreement agreement;
   for (std::size_t index = 0; index < points.places.size(); index += stride) {
     if (labels[index] == Label::kNowhere) continue;
-    if (labels[index] == Label::kRobot || labels[index] == Label::kKnown)
+    if (labels[index] == Label::kRobot)
       ++agreement.on;
-    else if (known.hide(points.places[index], kHiddenDepth))
+    else if (known.isBehindRobot(points.places[index], kHiddenDepth))
       ++agreement.through;
   }
   return agreement;

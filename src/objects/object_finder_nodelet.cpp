@@ -42,7 +42,7 @@ using XmlRpc::XmlRpcValue;
 constexpr double kTransformWait = 0.1;      // s: poses of robots arrive a little later than clouds
 constexpr float kSoughtSize = 0.05F;        // m: what is larger is to be seen
 constexpr double kNoisePeriod = 60;         // s: of saying that it cannot
-constexpr double kCheckPeriod = 1;          // s: of comparing models with what is seen
+constexpr double kCheckPeriod = 1;          // s: of comparing robots with what is seen
 constexpr int kContradictions = 3;          // in a row, until it is said
 constexpr std::size_t kFewestThrough = 20;  // sights of a sample
 constexpr double kRetryPeriod = 1;          // s: of reading models that are not there yet
@@ -230,7 +230,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
   ros::WallTime next_try_, missing_since_, next_check_;
-  int contradictions_ = 0;  ///< checks in a row in which the sensor saw through models
+  int contradictions_ = 0;  ///< checks in a row in which the sensor saw through robots
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
   PlayedRecording recording_;
@@ -395,7 +395,7 @@ void ObjectFinderNodelet::complainOfNoise(const std::optional<Sight>& sight) con
       cloud_subscriber_.getTopic().c_str(), sight->range, std::ceil(100 * sight->smallest));
 }
 
-/// Distances are wrong if the models are not where the sensor sees them, and nothing else tells it.
+/// Distances are wrong if robots are not where the sensor sees them, and nothing else shows it.
 void ObjectFinderNodelet::complainOfModels(const Points& points, const std::vector<Label>& labels,
                                            const Scene& scene) {
   const ros::WallTime now = ros::WallTime::now();
@@ -407,8 +407,8 @@ void ObjectFinderNodelet::complainOfModels(const Points& points, const std::vect
   if (contradictions_ < kContradictions) return;
   NODELET_WARN_THROTTLE(
       kNoisePeriod,
-      "The sensor of %s sees through %zu of %zu places where a model should be: distances are "
-      "wrong. Calibrate the sensor again; else the joints of a robot, or their stamps, are wrong",
+      "The sensor of %s sees through %zu of %zu places where a robot should be, so distances are "
+      "wrong. Calibrate the sensor, and check the joints of the robot and their stamps",
       cloud_subscriber_.getTopic().c_str(), agreement.through, agreement.through + agreement.on);
 }
 

@@ -451,9 +451,10 @@ std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
   std::vector<ExpectedObject> expected;
   if (isJump(stamp)) return expected;
   for (const Track& track : tracks_) {
-    const bool is_moving = track.motion.velocity().norm() > kMoving;
+    const Vector3f velocity = track.motion.velocity();
     if (track.number)
-      expected.push_back({track.expectedAt(stamp), track.is_whole, is_moving, track.stands()});
+      expected.push_back({track.expectedAt(stamp), track.is_whole, velocity.norm() > kMoving,
+                          track.stands(), velocity});
   }
   return expected;
 }

@@ -35,7 +35,7 @@ constexpr float kMedianOfNormal = 0.674F;  // of the size of what has a standard
 constexpr std::size_t kFewestResiduals = 200;
 constexpr double kMissed = 0.01;  // probability that a better plane is missed
 
-/// So near to a surface is what belongs to its edge, m.
+/// Ways from a place to others that are near enough to be on the same edge, m.
 const std::array<Eigen::Vector2f, 4> kAside{
     {{kTile / 2, 0}, {-kTile / 2, 0}, {0, kTile / 2}, {0, -kTile / 2}}};
 
@@ -51,7 +51,7 @@ struct Layers {
       ++(height > 0 ? above : below);
   }
 
-  /// A level surface has a height; what is upright is at each.
+  /// A level surface is at one height, an upright one at all.
   bool isLevel() const { return at > 0 && 2 * above <= at && 2 * below <= at; }
   bool isCrossed() const { return 4 * std::min(above, below) > at; }
 };
@@ -148,7 +148,7 @@ void SupportPlanes::setNoise(const DepthNoise& noise) {
 }
 
 /// The points that may be on a level surface: those whose tile has few others right above or below.
-/// A wall of a noisy sensor would else have a surface at any height.
+/// Otherwise a wall, seen by a noisy sensor, would have a surface at every height.
 std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
   std::vector<std::size_t> begins(grid_.size() + 1);
   for (const Sample& sample : samples_) ++begins[sample.tile + 1];
@@ -166,8 +166,8 @@ std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
   return level;
 }
 
-/// Takes the points of the largest plane out of `level`; keeps it if it has a surface.
-/// \return whether it is worth going on
+/// Removes the points of the largest plane from `level`, and keeps the plane if it is a surface.
+/// \return whether another plane may be found
 bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* before) {
   if (level.empty()) return false;
   const auto on = [](const Plane& plane) {

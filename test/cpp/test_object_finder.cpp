@@ -145,6 +145,28 @@ TEST_F(ObjectFinderTest, AFootBesideTheLegsOfSomebodyIsNoObjectOfItsOwn) {
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
+/// A chest and legs that were seen as two objects move on as one; two things that stand are two.
+TEST_F(ObjectFinderTest, PartsOfSomebodyThatMoveTogetherAreOne) {
+  const Vector3f chest(0.3F, 0.3F, 0.4F), legs(0.2F, 0.2F, 0.3F);
+  const Vector3f above(-0.5F, 0.2F, 0.7F), below(-0.32F, 0.2F, 0.15F);
+  cell_.add(chest, at(above));
+  cell_.add(legs, at(below));
+  const Points points = cell_.picture().points(random_);
+  const auto found = [&](const Vector3f& one, const Vector3f& other, bool stands) {
+    ObjectFinder finder(cell_.bodies(), kSettings);
+    const auto labels = finder.label(points, cell_.scene());
+    return finder
+        .find(points, labels, cell_.scene(),
+              {{{above, chest, 0}, true, !stands, stands, one},
+               {{below, legs, 0}, true, !stands, stands, other}})
+        .size();
+  };
+  const Vector3f speed(0.9F, 0.3F, 0);
+  EXPECT_EQ(found(speed, {0.5F, 0.4F, 0}, false), 1U);
+  EXPECT_EQ(found(speed, -speed, false), 2U);
+  EXPECT_EQ(found(Vector3f::Zero(), Vector3f::Zero(), true), 2U);
+}
+
 TEST_F(ObjectFinderTest, AnArmAboveABoxIsNoPartOfIt) {
   cell_.add({0.2F, 0.2F, 0.15F}, at({-0.5F, 0.2F, 0.075F}));
   cell_.add({0.5F, 0.08F, 0.08F}, at({-0.5F, 0.3F, 0.38F}));
@@ -241,6 +263,35 @@ TEST_F(ObjectFinderTest, ASensorThatWasMovedSeesThroughTheRobot) {
   for (Isometry3f& pose : scene.cloud_from_body) pose = turned * pose;
   const Agreement wrong = agreement(scene);
   EXPECT_GT(wrong.through, 3 * wrong.on);
+}
+
+/// A wall and a box that is 6 cm before it are two objects; once the wall is outside of the region,
+/// only the box is one.
+TEST_F(ObjectFinderTest, WhatStandsBeforeAWallIsNoPartOfIt) {
+  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
+  const Vector3f ahead = Vector3f(-2.6F, 0, -1.1F).normalized();
+  pose.linear() << Vector3f::UnitY(), ahead.cross(Vector3f::UnitY()), ahead;
+  pose.translation() << 1.3F, 0, 1.8F;
+  DepthCamera camera(pose);
+  camera.draw(cloud::boxSurface({6, 6, 0.1F}), at({0, 0, -0.05F}), kTable);
+  camera.draw(cloud::boxSurface({0.1F, 4, 2.4F}), at({-1.55F, 0, 1.2F}), kObject);
+  camera.draw(cloud::boxSurface({0.3F, 0.4F, 0.6F}), at({-1.29F, 0.3F, 0.3F}), kObject);
+  const Points points = camera.points(random_);
+  Scene scene;
+  scene.global_from_cloud = pose;
+  const auto found = [&] {
+    ObjectFinder finder({}, kSettings);
+    return finder.find(points, finder.label(points, scene), scene);
+  };
+  const auto both = found();
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_NEAR(both[0].box.size.z(), 0.6F, 0.03F);
+  EXPECT_LT((both[0].box.center - Vector3f(-1.29F, 0.3F, 0.3F)).norm(), 0.08F);
+  EXPECT_GT(both[1].box.size.maxCoeff(), 1.8F);
+  EXPECT_LT(both[1].box.size.head<2>().minCoeff(), 0.1F);
+  scene.region.emplace(Eigen::Isometry3d(pose.cast<double>()),
+                       cloud::Box{{0, 0, 1}, {2.9, 4, 2.5}});
+  EXPECT_EQ(found().size(), 1U);
 }
 
 TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {

@@ -14,6 +14,7 @@
 #include "process_visualizer/objects/distance_field.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
+#include "process_visualizer/objects/walls.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -286,6 +287,18 @@ TEST(SupportPlanes, GoOnBehindWhatHidesThem) {
   EXPECT_GT(shareOn(planes, points, {{-0.45F, -0.45F, 0.65F}, {0.45F, 0.45F, 0.75F}}), 0.99);
 }
 
+/// Beside walls and boxes, the floor is less than half of what is near its height.
+TEST(SupportPlanes, AreNotMadeNoisyByWhatStandsOnThem) {
+  const Vector3f sensor(2.4F, 2.4F, 2.4F);
+  std::vector<Block> blocks{
+      kGround, {{-0.5F, -5, 0}, {-0.4F, 5, 3}}, {{-5, -0.5F, 0}, {5, -0.4F, 3}}};
+  for (const float x : {-0.3F, 0.15F, 0.6F})
+    for (const float y : {-0.3F, 0.15F, 0.6F})
+      blocks.push_back({{x, y, 0}, {x + 0.3F, y + 0.3F, 0.3F + 0.22F * (x + y)}});
+  const auto points = seen(sensor, {0.2F, 0.2F, 0.5F}, blocks, 0.0015F);
+  EXPECT_NEAR(SupportPlanes(points, sensor, 0.5F).noise().at_one_m, 0.0015F, 0.0003F);
+}
+
 /// Wherever the tiles are, the last strip of a table is a part of it.
 TEST(SupportPlanes, ReachToTheEdge) {
   const Vector3f sensor(0.9F, 0.3F, 2.4F);
@@ -312,6 +325,56 @@ TEST(SupportPlanes, StaySurfacesIfAPartIsHidden) {
   EXPECT_EQ(shareOn(SupportPlanes(points, sensor, 0.5F), points, top), 0);
   const SupportPlanes after(points, sensor, 0.5F, std::nullopt, &before);
   EXPECT_GT(shareOn(after, points, top), 0.99);
+}
+
+const Block kLeftWall{{-2.1F, -5, 0}, {-2, 5, 3}}, kRightWall{{-5, -2.1F, 0}, {5, -2, 3}};
+const Vector3f kOpposite(2.4F, 2.3F, 2.4F), kIntoCorner(-1, -1, 0.8F);
+
+/// How many of the points in a block are on a wall.
+double shareOn(const Walls& walls, const std::vector<Vector3f>& points, const Block& block) {
+  double all = 0, on = 0;
+  for (const Vector3f& point : points) {
+    if (!block.contains(point)) continue;
+    all += 1;
+    if (walls.wallAt(point)) on += 1;
+  }
+  EXPECT_GT(all, 20);
+  return on / all;
+}
+
+TEST(Walls, AreApartFromWhatStandsBeforeThem) {
+  const Block person{{-1.1F, -0.3F, 0}, {-0.8F, 0.2F, 1.75F}};
+  for (const float noise : {0.0013F, 0.0038F}) {
+    const auto points =
+        seen(kOpposite, kIntoCorner, {kGround, kLeftWall, kRightWall, person}, noise);
+    const Walls walls(points, kOpposite, {noise});
+    ASSERT_EQ(walls.size(), 2U) << noise;
+    EXPECT_GT(shareOn(walls, points, {{-2.3F, 0.5F, 0.3F}, {-1.7F, 1, 1.5F}}), 0.98) << noise;
+    EXPECT_GT(shareOn(walls, points, {{0.5F, -2.3F, 0.3F}, {1, -1.7F, 1.5F}}), 0.98) << noise;
+    EXPECT_NE(walls.wallAt({-2, 0.7F, 1}), walls.wallAt({0.7F, -2, 1})) << noise;
+    EXPECT_LT(shareOn(walls, points, {{-1.2F, -0.2F, 0.2F}, {-0.7F, 0.1F, 1.7F}}), 0.01) << noise;
+    EXPECT_LT(shareOn(walls, points, {{0, 0, -0.2F}, {1, 1, 0.2F}}), 0.01) << noise;
+  }
+}
+
+TEST(Walls, AreWiderThanAPallet) {
+  const Block goods{{-1, -0.6F, 0}, {-0.2F, 0.6F, 1.6F}};
+  const Block table{{0.3F, -1.5F, 0}, {1, 1.5F, 0.5F}};
+  const Vector3f sensor(3, 0.4F, 2.2F);
+  EXPECT_EQ(Walls(seen(sensor, {0, 0, 0.7F}, {kGround, goods, table}, 0.0013F), sensor, {}).size(),
+            0U);
+}
+
+TEST(Walls, StayWallsIfAPartIsHidden) {
+  const Block crowd{{-0.6F, -1.5F, 0}, {-0.5F, 0.4F, 1.8F}};
+  const Vector3f middle(-2, 0, 0.8F), sensor(2.4F, 0, 1.8F);
+  const auto hidden = seen(sensor, middle, {kGround, kLeftWall, crowd}, 0.0013F);
+  Walls walls(seen(sensor, middle, {kGround, kLeftWall}, 0.0013F), sensor, {});
+  ASSERT_EQ(walls.size(), 1U);
+  walls.update(hidden, sensor, {}, false);
+  EXPECT_EQ(walls.wallAt({-2, 1.2F, 1}), 0U);
+  walls.update(seen(sensor, middle, {kGround}, 0.0013F), sensor, {}, true);
+  EXPECT_EQ(walls.size(), 0U);
 }
 
 TEST(SupportPlanes, TellHowNoisyTheSensorIs) {

@@ -56,9 +56,9 @@ class PosedBodies {
   /// most the bodies' reach); null if there is none.
   const KnownBody* covering(const Eigen::Vector3f& place, float padding) const;
 
-  /// Whether the way from the origin to a place leads through a body, deeper than `depth` (m). What
-  /// is around the origin does not count: a sensor may be mounted on a robot.
-  bool hide(const Eigen::Vector3f& place, float depth) const;
+  /// Whether the way from the origin to a place leads through a robot, deeper than `depth` (m). A
+  /// robot around the origin does not count: a sensor may be mounted on it.
+  bool isBehindRobot(const Eigen::Vector3f& place, float depth) const;
 
  private:
   using Word = std::uint64_t;

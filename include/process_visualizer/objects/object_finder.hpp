@@ -12,6 +12,7 @@
 #include "process_visualizer/objects/known_bodies.hpp"
 #include "process_visualizer/objects/point_image.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
+#include "process_visualizer/objects/walls.hpp"
 
 namespace process_visualizer::objects {
 
@@ -21,6 +22,7 @@ struct ExpectedObject {
   bool is_whole;           ///< whether it has been seen without anything that hid a part of it
   bool is_moving = false;  ///< fast: what moves may change its shape, as a person does
   bool stands = false;     ///< it is known not to move
+  Eigen::Vector3f velocity = Eigen::Vector3f::Zero();  ///< m/s
 };
 
 /// What is looked at, and how.
@@ -68,7 +70,7 @@ struct Sight {
   float smallest;  ///< what is lower above a surface, or nearer to a robot, may be missed there, m
 };
 
-/// How often a sensor sees what has a model, and how often it sees through where that should be.
+/// How often a sensor sees robots, and how often it sees through where a robot should be.
 struct Agreement {
   std::size_t on = 0, through = 0;  ///< sights
 };
@@ -97,8 +99,9 @@ class ObjectFinder {
   static bool looksIntoRegion(const Points& points, const std::vector<Label>& labels,
                               const Scene& scene);
 
-  /// Whether the models are where the sensor sees them, by a sample of its points. They are not if
-  /// somebody has moved the sensor, or if the joints or stamps of a robot are wrong.
+  /// Compares the robots' models with what the sensor sees, by a sample of its points. They differ
+  /// if somebody has moved the sensor, or if the joints or stamps of a robot are wrong. Other
+  /// models do not count: they may have windows, or gaps that are not modeled.
   Agreement agreement(const Points& points, const std::vector<Label>& labels,
                       const Scene& scene) const;
 
@@ -122,6 +125,7 @@ class ObjectFinder {
   FinderSettings settings_;
   std::optional<DepthNoise> noise_;        ///< as estimated
   std::size_t clouds_ = 0;                 ///< in which objects were sought
+  std::optional<Walls> walls_;             ///< of the newest cloud
   std::optional<SupportPlanes> surfaces_;  ///< of the newest cloud
 };
 

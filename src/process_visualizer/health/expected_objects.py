@@ -19,6 +19,8 @@ does not lie exactly where it was.
 _STILL_M_S, _STILL_M = 0.05, 0.05  # the noise of velocities and centers of things at rest
 _PERSON_M, _PERSON_WIDTH_M = (1.3, 2.1), 1.0  # height; with arms held out a little
 _WIDEST_M = 1.5  # more than a pallet
+_WIDE = 'needs a box that is so wide that it would hide other things; write boxes into the file, ' \
+        'each in a frame along which it is narrow'
 _FARTHEST_M = 1000.0  # what is farther away, or no number, is no place in a cell
 _MILLIMETERS = 1000.0
 _SAME_M = 1e-9
@@ -60,9 +62,9 @@ def expectation(looks: Looks, sought: SoughtObjects, frame: str) -> Expectation:
     for seen in sorted(latest, key=lambda it: it.number):
         sights = [it for look in looks for it in look if it.number == seen.number]
         reason = _hindrance(seen, sights)
-        extent = _Extent.around([it for it in sights if it.is_seen]) if not reason else None
-        if extent is None:
-            left_out.append((seen, reason))
+        extent = _Extent.around([it for it in sights if it.is_seen] or [seen])
+        if reason or extent.is_wide():
+            left_out.append((seen, reason or _WIDE))
         elif any(extent.is_in(box) for box in sought.expected if box.frame == frame):
             left_out.append((seen, 'is expected already'))
         else:
@@ -82,12 +84,8 @@ def _hindrance(seen: SeenObject, sights: Sequence[SeenObject]) -> str:
     if max(it.speed_m_s for it in sights) > _STILL_M_S or any(
             math.dist(it.center_m, seen.center_m) > _STILL_M for it in sights):
         return 'moves'
-    shorter_m, longer_m = sorted(seen.size_m[:2])
-    if _PERSON_M[0] <= seen.size_m[2] <= _PERSON_M[1] and longer_m <= _PERSON_WIDTH_M:
+    if _PERSON_M[0] <= seen.size_m[2] <= _PERSON_M[1] and max(seen.size_m[:2]) <= _PERSON_WIDTH_M:
         return 'may be a person; if not, write its box into the file'
-    if shorter_m > _WIDEST_M:
-        return 'is so wide that its box would hide what is between its parts; if these are ' \
-               'walls, write a box for each into the file'
     return ''
 
 
@@ -106,6 +104,11 @@ class _Extent(NamedTuple):
         corners = [_corners(it) for it in sights]
         return cls(tuple(map(min, zip(*(it.least for it in corners)))),
                    tuple(map(max, zip(*(it.greatest for it in corners)))))
+
+    def is_wide(self) -> bool:
+        """Return whether it is wide in both directions, such as a wall across the global frame."""
+        return all(greatest - least > _WIDEST_M
+                   for least, greatest in zip(self.least[:2], self.greatest[:2]))
 
     def is_in(self, box: RegionOfInterest) -> bool:
         return all(
