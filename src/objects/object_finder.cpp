@@ -172,14 +172,6 @@ std::vector<Vector3f> surroundings(const Points& points, const std::vector<Label
   return chosen;
 }
 
-/// Those that are on none of the walls: noise spreads a wall over all heights.
-std::vector<Vector3f> besideWalls(std::vector<Vector3f> places, const Walls& walls) {
-  places.erase(std::remove_if(places.begin(), places.end(),
-                              [&](const Vector3f& it) { return walls.wallAt(it).has_value(); }),
-               places.end());
-  return places;
-}
-
 /// Free points in the global frame, and their indices in the cloud.
 struct FreePoints {
   Cluster places;
@@ -551,9 +543,12 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
     walls_->update(around, sensor, noise(), clouds_ % kSearchClouds == 0);
   else
     walls_.emplace(around, sensor, noise());
-  surfaces_ = SupportPlanes(besideWalls(std::move(around), *walls_), sensor, settings_.surface,
+  const auto upright = std::partition(around.begin(), around.end(),
+                                      [&](const Vector3f& it) { return !walls_->wallAt(it); });
+  const std::vector<Vector3f> others(around.begin(), upright);
+  surfaces_ = SupportPlanes(others, sensor, settings_.surface,
                             is_noise_due ? std::nullopt : std::optional(noise()),
-                            surfaces_ ? &*surfaces_ : nullptr);
+                            surfaces_ ? &*surfaces_ : nullptr, {upright, around.end()});
   const SupportPlanes& planes = *surfaces_;
   if (is_noise_due) learnNoise(planes.noise());
   const auto [free, of_wall] = freePoints(points, labels, scene.global_from_cloud, planes, *walls_);

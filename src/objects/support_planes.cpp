@@ -108,8 +108,9 @@ std::optional<std::size_t> SupportPlanes::Grid::tileAt(const Vector3f& place) co
 }
 
 SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f sensor, float least_area,
-                             std::optional<DepthNoise> noise, const SupportPlanes* before)
-    : sensor_(std::move(sensor)), least_area_(least_area) {
+                             std::optional<DepthNoise> noise, const SupportPlanes* before,
+                             std::vector<Vector3f> upright)
+    : sensor_(std::move(sensor)), least_area_(least_area), upright_(std::move(upright)) {
   const Eigen::Vector2f reach = Eigen::Vector2f::Constant(kGridReach);
   const Eigen::AlignedBox2f whole(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
   Eigen::AlignedBox2f seen;
@@ -140,6 +141,7 @@ SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f senso
       [&](const Surface& one, const Surface& other) { return height(one) < height(other); });
   if (lowest != surfaces_.end()) std::iter_swap(surfaces_.begin(), lowest);
   samples_.clear();
+  upright_.clear();
 }
 
 void SupportPlanes::setNoise(const DepthNoise& noise) {
@@ -203,14 +205,18 @@ std::vector<SupportPlanes::Kind> SupportPlanes::kindsOf(const Plane& plane) cons
   const float sensor_height = plane.signedDistance(sensor_);
   std::vector<Layers> layers(grid_.size());
   std::vector<int> looks_past(grid_.size());
+  const auto lookAt = [&](const Vector3f& place, float height, float tolerance) {
+    if (std::abs(height) < tolerance || height * sensor_height > 0) return;
+    const float way = sensor_height / (sensor_height - height);
+    if (const auto tile = grid_.tileAt(sensor_ + way * (place - sensor_))) ++looks_past[*tile];
+  };
   for (const Sample& sample : samples_) {
     const float height = plane.signedDistance(sample.place);
     layers[sample.tile].add(height, sample.tolerance);
-    if (std::abs(height) < sample.tolerance || height * sensor_height > 0) continue;
-    const float way = sensor_height / (sensor_height - height);
-    if (const auto tile = grid_.tileAt(sensor_ + way * (sample.place - sensor_)))
-      ++looks_past[*tile];
+    lookAt(sample.place, height, sample.tolerance);
   }
+  for (const Vector3f& place : upright_)
+    lookAt(place, plane.signedDistance(place), tolerance(place));
   std::vector<Kind> kinds;
   kinds.reserve(grid_.size());
   for (std::size_t tile = 0; tile < grid_.size(); ++tile) {

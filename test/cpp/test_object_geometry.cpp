@@ -265,6 +265,16 @@ TEST(SupportPlanes, EndWhereTheTableEnds) {
   }
 }
 
+/// Nothing but a wall is seen past the table.
+TEST(SupportPlanes, EndWhereTheSensorLooksAtAWall) {
+  const Vector3f sensor(2.5F, 0.3F, 2.2F), beyond(-0.7F, 0, 0.7F);
+  const auto points = seen(sensor, {0, 0, 0.7F}, {kTable, {{-2, -5, -1}, {-1.9F, 5, 3}}}, 0.0013F);
+  std::vector<Vector3f> level, upright;
+  for (const Vector3f& it : points) (it.x() < -1.7F ? upright : level).push_back(it);
+  EXPECT_FALSE(SupportPlanes(level, sensor, 0.3F, {}, nullptr, upright).contain(beyond));
+  EXPECT_TRUE(SupportPlanes(level, sensor, 0.3F).contain(beyond));
+}
+
 TEST(SupportPlanes, AreNotInWalls) {
   const Vector3f sensor(2.3F, 2.3F, 2.4F);
   const Block left{{-1.6F, -5, 0}, {-1.5F, 5, 3}}, right{{-5, -1.6F, 0}, {5, -1.5F, 3}};

@@ -44,9 +44,11 @@ class SupportPlanes {
   /// \param noise  of the sensor; without it, it is taken from the largest plane
   /// \param before  those of an earlier cloud: what was a surface then is one as long as half of
   /// `least_area` is seen, so that nothing becomes an object because somebody hides a part of it
+  /// \param upright  further points, which are on no level surface, such as those of walls: they
+  /// show where the sensor looks past one
   SupportPlanes(const std::vector<Eigen::Vector3f>& points, Eigen::Vector3f sensor,
                 float least_area, std::optional<DepthNoise> noise = std::nullopt,
-                const SupportPlanes* before = nullptr);
+                const SupportPlanes* before = nullptr, std::vector<Eigen::Vector3f> upright = {});
 
   /// What was given or estimated.
   const DepthNoise& noise() const { return noise_; }
@@ -108,8 +110,9 @@ class SupportPlanes {
   float least_area_;
   DepthNoise noise_;
   Grid grid_;
-  std::vector<Sample> samples_;    ///< while the surfaces are sought
-  std::vector<Surface> surfaces_;  ///< the lowest one first
+  std::vector<Sample> samples_;           ///< while the surfaces are sought
+  std::vector<Eigen::Vector3f> upright_;  ///< also
+  std::vector<Surface> surfaces_;         ///< the lowest one first
 };
 
 }  // namespace process_visualizer::objects
