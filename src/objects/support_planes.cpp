@@ -114,8 +114,9 @@ SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f senso
   const Eigen::Vector2f reach = Eigen::Vector2f::Constant(kGridReach);
   const Eigen::AlignedBox2f whole(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
   Eigen::AlignedBox2f seen;
-  for (const Vector3f& point : points)
-    if (whole.contains(Eigen::Vector2f(point.head<2>()))) seen.extend(point.head<2>());
+  for (const std::vector<Vector3f>* places : {&points, &std::as_const(upright_)})
+    for (const Vector3f& point : *places)
+      if (whole.contains(Eigen::Vector2f(point.head<2>()))) seen.extend(point.head<2>());
   if (!seen.isEmpty()) {
     grid_.corner = seen.min();
     grid_.columns = static_cast<std::size_t>(seen.sizes().x() / kTile) + 1;
