@@ -985,7 +985,7 @@ class Judge {
     if (any && t >= next_check_) {
       next_check_ = t + 1;
       const Agreement agreement = finder_.agreement(points, labels, scene);
-      in_a_row_ = agreement.through > 20 && agreement.through > agreement.on ? in_a_row_ + 1 : 0;
+      in_a_row_ = agreement.isContradiction() ? in_a_row_ + 1 : 0;
       if (in_a_row_ >= 3) ++tally_.contradictions;
     }
     if (!blind && !covered) compare(t, image, scene, tracked, placesOf(tracked, found));

@@ -38,7 +38,8 @@ constexpr float kNoiseShare = 0.3F;       // of a cloud, in the estimate of the 
 constexpr float kAround = 0.1F;           // m: so far around an object its surface is measured
 constexpr float kNear = 0.04F;            // m: how wrong the expected place may be
 constexpr float kFewestShare = 0.15F;     // of a group's points, of each object in it
-constexpr std::size_t kSightSample = 2000;  // points of a cloud tell where it looks
+constexpr std::size_t kSightSample = 2000;  // points of a cloud tell where it looks,
+constexpr std::size_t kRobotSample = 4000;  // and whether robots are there
 constexpr float kSightStep = 0.05F;         // m, along a line of sight
 constexpr float kFarthestLook = 20;         // m
 constexpr float kHiddenDepth = 0.02F;       // m: depth at which a robot hides what is behind
@@ -608,7 +609,7 @@ bool ObjectFinder::looksIntoRegion(const Points& points, const std::vector<Label
 Agreement ObjectFinder::agreement(const Points& points, const std::vector<Label>& labels,
                                   const Scene& scene) const {
   const PosedBodies known(bodies_, scene.cloud_from_body);
-  const std::size_t stride = points.places.size() / kSightSample + 1;
+  const std::size_t stride = points.places.size() / kRobotSample + 1;
   Agreement agreement;
   for (std::size_t index = 0; index < points.places.size(); index += stride) {
     if (labels[index] == Label::kNowhere) continue;

@@ -39,18 +39,17 @@ namespace {
 using cloud::require;
 using XmlRpc::XmlRpcValue;
 
-constexpr double kTransformWait = 0.1;      // s: poses of robots arrive a little later than clouds
-constexpr float kSoughtSize = 0.05F;        // m: what is larger is to be seen
-constexpr double kNoisePeriod = 60;         // s: of saying that it cannot
-constexpr double kCheckPeriod = 1;          // s: of comparing robots with what is seen
-constexpr int kContradictions = 3;          // in a row, until it is said
-constexpr std::size_t kFewestThrough = 20;  // sights of a sample
-constexpr double kRetryPeriod = 1;          // s: of reading models that are not there yet
-constexpr int kStaticPublishers = 100;      // each of which has a latched message
-constexpr int kStates = 20;                 // of the player: that of a jump must not be overtaken
-constexpr double kStart = 5;                // s: so long a frame may be missing while a cell starts
-constexpr double kMomentWait = 0.5;         // s: for poses at the time of a cloud that is restored
-constexpr double kRedrawPeriod = 0.25;      // s: while playback is paused, and no clouds come
+constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
+constexpr float kSoughtSize = 0.05F;    // m: what is larger is to be seen
+constexpr double kNoisePeriod = 60;     // s: of saying that it cannot
+constexpr double kCheckPeriod = 1;      // s: of comparing robots with what is seen
+constexpr int kContradictions = 3;      // in a row, until it is said
+constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
+constexpr int kStaticPublishers = 100;  // each of which has a latched message
+constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
+constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
+constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
+constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
 }  // namespace
 
@@ -402,8 +401,7 @@ void ObjectFinderNodelet::complainOfModels(const Points& points, const std::vect
   if (now < next_check_) return;
   next_check_ = now + ros::WallDuration(kCheckPeriod);
   const Agreement agreement = finder_->agreement(points, labels, scene);
-  const bool is_wrong = agreement.through > kFewestThrough && agreement.through > agreement.on;
-  contradictions_ = is_wrong ? contradictions_ + 1 : 0;
+  contradictions_ = agreement.isContradiction() ? contradictions_ + 1 : 0;
   if (contradictions_ < kContradictions) return;
   NODELET_WARN_THROTTLE(
       kNoisePeriod,

@@ -259,10 +259,26 @@ TEST_F(ObjectFinderTest, ASensorThatWasMovedSeesThroughTheRobot) {
   const Agreement right = agreement(scene);
   EXPECT_GT(right.on, 50U);
   EXPECT_LT(right.through, right.on / 20);
+  EXPECT_FALSE(right.isContradiction());
   const Isometry3f turned(Eigen::AngleAxisf(0.2F, Vector3f::UnitX()));
   for (Isometry3f& pose : scene.cloud_from_body) pose = turned * pose;
   const Agreement wrong = agreement(scene);
   EXPECT_GT(wrong.through, 3 * wrong.on);
+  EXPECT_TRUE(wrong.isContradiction());
+}
+
+/// A small robot, seen from far away, is a few sights only.
+TEST_F(ObjectFinderTest, OneThatIsSeenFromFarAwayDoesToo) {
+  Eigen::Isometry3f pose = Cell::camera();
+  pose.translation().z() = 4.2F;
+  DepthCamera camera(pose);
+  camera.draw(cloud::boxSurface({8, 8, 0.1F}), at({0, 0, -0.05F}), kTable);
+  const Points points = camera.points(random_);
+  Scene scene = cell_.scene();
+  scene.global_from_cloud = pose;
+  for (Isometry3f& it : scene.cloud_from_body) it = pose.inverse() * Cell::camera() * it;
+  ObjectFinder finder(cell_.bodies(), kSettings);
+  EXPECT_TRUE(finder.agreement(points, finder.label(points, scene), scene).isContradiction());
 }
 
 /// A wall and a box that is 6 cm before it are two objects; once the wall is outside of the region,

@@ -73,6 +73,11 @@ struct Sight {
 /// How often a sensor sees robots, and how often it sees through where a robot should be.
 struct Agreement {
   std::size_t on = 0, through = 0;  ///< sights
+
+  /// Whether more sights pass through robots than end on them.
+  bool isContradiction() const { return through >= kFewestThrough && through > on; }
+
+  static constexpr std::size_t kFewestThrough = 10;
 };
 
 /// Takes what is known out of clouds, and divides the rest into objects.
