@@ -275,8 +275,8 @@ class _Shown:
     def _number_of(self, arrow: Dict[str, Any]) -> Optional['_Texts']:
         """Return the texts of the number that an arrow shows."""
         entry = next((it for it in self._page.entry['numbers'] if it['device'] == arrow['device']
-                      and arrow['quantity'] in (_QUANTITIES.get(it['quantity']), it['label'])),
-                     None)
+                      and arrow['quantity'] == (it['label'] if arrow['variable']
+                                                else _QUANTITIES.get(it['quantity']))), None)
         return None if entry is None else _Texts(entry, self._page.packed)
 
     def numbers(self, channels: _Channels) -> Iterator[_Message]:
