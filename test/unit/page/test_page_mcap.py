@@ -179,6 +179,19 @@ def test_a_frame_that_is_sent_once_among_many_places_its_robot(tmp_path: Path) -
     assert 'does not say where its frame base is' not in path.read_text(encoding='utf-8')
 
 
+@pytest.mark.parametrize('words', [['share'], ['export']])
+def test_a_recording_of_one_moment_is_refused(tmp_path: Path, words: List[str],
+                                              capsys: pytest.CaptureFixture[str]) -> None:
+    config, bag, path = (tmp_path / name for name in ('cell.xml', 'a.bag', 'a.html'))
+    config.write_text(CELL, encoding='utf-8')
+    (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
+    path = path.with_suffix('.html' if words == ['share'] else '.mcap')
+    with rosbag.Bag(str(bag), 'w') as file:
+        file.write('/joints', JointState(name=['turn'], position=[0.0]), genpy.Time(100))
+    assert main([*words, str(bag), '--config', str(config), '-o', str(path)]) == 1
+    assert capsys.readouterr().err == 'cell: a.bag has only one moment; nothing in it can move\n'
+
+
 def test_only_one_run_fits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'a.mcap'
     assert main(['export', write_bag(tmp_path, cycles=2), '-o', str(path)]) == 1
