@@ -309,3 +309,86 @@ def test_a_phone_shows_it_without_scrolling_sideways(shared: Shared) -> None:
             'out of range')
     finally:
         browser.driver.quit()
+
+
+LONG = 'Temperature of the third heating zone behind the second cooling roller, smoothed'
+OUTSIDE = f"""const found = [], kind = CanvasRenderingContext2D.prototype, fill = kind.fillText;
+  kind.fillText = function(text, x, y) {{
+    const width = this.measureText(text).width;
+    const left = x - {{left: 0, center: width / 2, right: width}}[this.textAlign];
+    if (left < 0 || left + width > page.timeline.width) found.push(text);
+    fill.call(this, text, x, y);
+  }};
+  for (const lane of page.timeline.lanes) Object.assign(lane, {{device: 'extruder_'.repeat(6),
+    label: '{LONG}', unit: 'mm/s'}});
+  page.timeline.paint();
+  kind.fillText = fill;
+  return found;"""
+
+
+@pytest.mark.parametrize('size', [WIDE, PHONE])
+def test_no_text_of_the_curves_is_cut_off(shared: Shared, size: 'tuple[int, int]') -> None:
+    browser = Browser(shared, *WITH_WEBGL, size=size)
+    try:
+        assert browser.run(OUTSIDE) == []
+    finally:
+        browser.driver.quit()
+
+
+def test_a_long_label_in_the_picture_keeps_its_value(shared: Shared) -> None:
+    browser = Browser(shared, *WITH_WEBGL, size=PHONE)
+    try:
+        right, bottom, width, height = browser.run(f"""
+            const lines = [{{text: '{LONG} -12.345 °C', color: [1, 0, 0], kind: 'number'}}];
+            page.scene.placeBlocks(new Map([['long', {{lines,
+              at: page.scene.arrows[0].tip.clone().set(0, 0, 0)}}]]));
+            const box = page.sceneBox.getBoundingClientRect();
+            const label = [...document.querySelectorAll('.label')].find(
+              (it) => it.textContent.endsWith('°C')).getBoundingClientRect();
+            return [label.right - box.left, label.bottom - box.top, box.width, box.height];""")
+        assert right <= width and bottom <= height
+    finally:
+        browser.driver.quit()
+
+
+def test_departures_that_begin_together_are_all_numbered(browser: Browser) -> None:
+    assert browser.run("""const found = [], kind = CanvasRenderingContext2D.prototype,
+          fill = kind.fillText;
+        kind.fillText = function(text, x, y) { if (/^[12]$/.test(text) && y < 30) found.push(x); };
+        const departures = [...page.run.departures];
+        page.timeline.run = {...page.run, departures: [departures[0], departures[0]]};
+        page.timeline.paint();
+        kind.fillText = fill;
+        page.timeline.run = page.run;
+        return found[1] - found[0];""") >= 14
+
+
+def test_a_variable_called_force_has_a_label_in_the_picture(browser: Browser) -> None:
+    browser.run("""const [number] = page.numbers.filter((it) => it.quantity === 'number');
+        const [arrow] = page.scene.arrows;
+        page.scene.arrows.push({...arrow, device: number.device, isVariable: true,
+          quantity: number.label = 'force'});
+        page.draw(page.transport.time);""")
+    variables = browser.run("return page.scene.blocks.get('sewing_machine variables').textContent")
+    assert variables.startswith('feed ')
+
+
+def test_a_picture_without_anything_says_so(browser: Browser) -> None:
+    nothing = browser.driver.find_element(By.CLASS_NAME, 'nothing')
+    assert not nothing.is_displayed()
+    browser.run("""Object.assign(page.run, {parts: [], arrows: []});
+        page.show(0);""")
+    assert 'no model' in nothing.text
+
+
+def test_paper_gets_a_light_picture_of_its_own_width(browser: Browser) -> None:
+    browser.run('page.toggleTheme(); dispatchEvent(new Event("beforeprint"));')
+    width, colors = browser.run("""const copy = document.querySelector('.scene .copy');
+        const pixels = copy.getContext('2d').getImageData(0, 0, copy.width, copy.height).data;
+        return [page.timeline.width, new Set(new Uint32Array(pixels.buffer)).size];""")
+    assert width < 700 and colors > 100
+    assert browser.run('return document.documentElement.dataset.theme') == 'light'
+    browser.run('dispatchEvent(new Event("afterprint"));')
+    assert browser.run('return [document.querySelectorAll(".copy").length, '
+                       'document.documentElement.dataset.theme, page.timeline.width > 700]') == [
+                           0, 'dark', True]

@@ -154,6 +154,10 @@ class LivePage extends Page {
     return url.href;
   }
 
+  get isEmpty() {
+    return false;  // what there is comes later
+  }
+
   makeScene() {
     super.makeScene();
     this.cloudButton = button('Cloud', 'show the clouds of depth sensors', () => {

@@ -134,7 +134,7 @@ function color(view, at, column) {
 
 /** @param {any} it */
 export function arrowKey(it) {
-  return `arrow ${it.device} ${it.quantity}`;
+  return `arrow ${it.device} ${it.variable} ${it.quantity}`;
 }
 
 /** @param {any} it */

@@ -114,7 +114,16 @@ export class Page {
     this.ghostButton = button('Good run', 'show the good run as a ghost', () => this.toggleGhost());
     this.ghostButton.setAttribute('aria-pressed', 'true');
     views.append(this.ghostButton);
-    this.sceneBox.append(views);
+    this.empty = made('p', 'There is nothing to show in three dimensions: no model of a robot or '
+      + 'machine, no arrow and no cloud.', 'nothing');
+    this.sceneBox.append(views, this.empty);
+  }
+
+  /** Whether the picture has nothing to show. */
+  get isEmpty() {
+    const {parts, arrows, clouds, objects} = this.run;
+    return parts.length + arrows.length + clouds.length === 0
+      && this.columns.of(objects.times).length === 0;
   }
 
   toggleGhost() {
@@ -206,6 +215,7 @@ export class Page {
     this.timeline.resize();
     if (this.scene !== null) {
       this.scene.show(this.data, run, this.columns);
+      if (this.empty) this.empty.hidden = !this.isEmpty;
       this.scene.resize();
       this.scene.look('cell', transport.time);
       if (this.ghostButton) this.ghostButton.hidden = run.ghost === null;
@@ -340,7 +350,24 @@ export class Page {
     }).observe(this.box);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.applyTheme());
     document.addEventListener('visibilitychange', () => { this.before = NaN; });
-    addEventListener('beforeprint', () => this.draw(this.transport.time));
+    addEventListener('beforeprint', () => this.print(true));
+    addEventListener('afterprint', () => this.print(false));
+  }
+
+  /** Draws for paper, dark on light and as wide as its sheet (page.css), or again for the screen.
+   *  @param {boolean} isBegun */
+  print(isBegun) {
+    const {dataset, classList} = document.documentElement;
+    if (isBegun) this.theme = dataset.theme;
+    if (isBegun) dataset.theme = 'light';
+    else if (this.theme) dataset.theme = this.theme;
+    else delete dataset.theme;
+    classList.toggle('printed', isBegun);
+    this.timeline.resize();
+    this.scene?.resize();
+    this.applyTheme();
+    this.draw(this.transport.time);
+    this.scene?.keepStill(isBegun);
   }
 
   /** Updates the address after a pause, because browsers limit the rate of changes. */

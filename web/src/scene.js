@@ -171,7 +171,7 @@ export class CellScene {
       offset: new Vector3(...entry.foot ?? []), times: this.columns.of(entry.times),
       vectors: this.columns.of(entry.vectors), vectorAt: entry.between ? between : held,
       diameter: entry.diameter, beside: entry.beside, device: entry.device,
-      quantity: entry.quantity, tip: new Vector3(), feet: entry.feet ?? null,
+      quantity: entry.quantity, isVariable: entry.variable, tip: new Vector3(), feet: entry.feet ?? null,
       colors: entry.colors ?? null};
   }
 
@@ -362,6 +362,19 @@ export class CellScene {
     this.camera.updateProjectionMatrix();
   }
 
+  /** Covers the picture with a copy, or removes that: browsers print an older picture of WebGL.
+   *  @param {boolean} isStill  right after a draw */
+  keepStill(isStill) {
+    this.copy?.remove();
+    if (!isStill) return;
+    const shown = this.renderer.domElement;
+    this.copy = document.createElement('canvas');
+    this.copy.className = 'copy';
+    [this.copy.width, this.copy.height] = [shown.width, shown.height];
+    this.copy.getContext('2d')?.drawImage(shown, 0, 0);
+    shown.after(this.copy);
+  }
+
   /** @param {number} color */
   setBackground(color) {
     this.scene.background = new Color(color);
@@ -379,9 +392,9 @@ export class CellScene {
       blocks.set(device, {at, lines, isBelow: up[2] < 0});
     }
     for (const arrow of this.arrows) {
-      if (arrow.quantity === 'velocity' || arrow.quantity === 'force') continue;
+      if (!arrow.isVariable) continue;  // its number is at the tool
       const number = numbers.find((it) => it.device === arrow.device
-        && it.label === arrow.quantity);
+        && it.label === arrow.quantity && !AT_TOOL.includes(it.quantity));
       if (number === undefined) continue;
       const key = `${arrow.device} variables`;
       const block = blocks.get(key) ?? {at: arrow.tip.clone(), lines: []};
@@ -430,7 +443,7 @@ export class CellScene {
       setLines(element, shown);
       const half = element.offsetWidth / 2 + 2;
       const left = Math.min(Math.max((seen.x + 1) / 2 * width, half), Math.max(width - half, half));
-      const tall = 19 * shown.length + 8;
+      const tall = element.offsetHeight;  // long lines are wrapped
       const meets = (/** @type {number[]} */ [x, halfOther, y, h], /** @type {number} */ top) =>
         Math.abs(x - left) < half + halfOther && top + tall > y && top < y + h;
       let top = (1 - seen.y) / 2 * height - (isBelow ? 0 : tall);

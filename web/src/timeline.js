@@ -182,7 +182,8 @@ export class Timeline {
       context.fillStyle = this.color('--quiet');
       const words = this.tickText(n * step, step);
       const half = 0.5 * context.measureText(words).width;
-      context.fillText(words, Math.min(x, this.width - half - 2), this.height - 6);
+      context.fillText(words, Math.min(Math.max(x, half + 2), this.width - half - 2),
+        this.height - 6);
     }
   }
 
@@ -240,16 +241,19 @@ export class Timeline {
    *  @param {(value: number) => number} y */
   paintNames(context, lane, top, y) {
     context.textAlign = 'left';
-    const unit = lane.unit ? ` [${lane.unit}]` : '';
     const isNarrow = this.left < LEFT;
     context.fillStyle = cssColor(lane.color);
     context.fillRect(isNarrow ? this.left : 4, top + 6, 3, isNarrow ? 12 : LANE - 14);
     context.fillStyle = this.color('--text');
     if (isNarrow) {
-      context.fillText(`${lane.device} ${lane.label}${unit}`, this.left + 8, top + 16);
+      const room = this.width - this.left - 18;
+      const name = ` ${named(context, lane,
+        Math.max(room - context.measureText(`${lane.device} `).width, 0.6 * room))}`;
+      context.fillText(fitted(context, lane.device,
+        room - context.measureText(name).width) + name, this.left + 8, top + 16);
       return;
     }
-    context.fillText(fitted(context, `${lane.label}${unit}`, this.left - 50), 12, top + 17);
+    context.fillText(named(context, lane, this.left - 50), 12, top + 17);
     context.fillStyle = this.color('--quiet');
     context.fillText(fitted(context, lane.device, this.left - 50), 12, top + 33);
     context.textAlign = 'right';
@@ -279,21 +283,25 @@ export class Timeline {
       context.fillText(it.label, x + 4, 12);
       free = x + width + 14;
     }
+    let beside = -Infinity;  // those that began at one time stand beside each other
     departures.forEach((/** @type {any} */ it, /** @type {number} */ row) => {
       const x = this.x(it.began_s);
       if (x < this.left || x > this.width) return;
+      const at = Math.abs(x - beside) < 15 || x < beside ? beside + 15 : x;
+      if (at > this.width - 8) return;
+      beside = at;
       const lane = this.lanes.findIndex((that) => that.device === it.device
         && that.label === it.label);
       context.fillStyle = this.color('--bad');
       context.beginPath();
-      context.arc(x, HEAD - 16, 7, 0, 2 * Math.PI);
+      context.arc(at, HEAD - 16, 7, 0, 2 * Math.PI);
       context.fill();
       context.fillRect(x - 0.5, HEAD - 9, 1, 9);
       if (lane >= 0) context.fillRect(x - 1, HEAD + lane * LANE, 2, LANE - 1);
       context.fillStyle = this.color('--paper');
       context.textAlign = 'center';
       context.font = 'bold 10px system-ui, sans-serif';
-      context.fillText(String(row + 1), x, HEAD - 12.5);
+      context.fillText(String(row + 1), at, HEAD - 12.5);
       context.font = '12px system-ui, sans-serif';
       context.textAlign = 'left';
     });
@@ -328,10 +336,21 @@ function strokeCurve(context, lane, first, last, x, y, isDrawn, color, width) {
   context.stroke();
 }
 
+/** The name of a curve with its unit, which a long name does not push out.
+ *  @param {CanvasRenderingContext2D} context @param {any} lane @param {number} width */
+function named(context, lane, width) {
+  const unit = lane.unit ? ` [${lane.unit}]` : '';
+  const room = Math.max(width - context.measureText(unit).width, 0.5 * width);
+  return fitted(context, fitted(context, lane.label, room) + unit, width);
+}
+
 /** @param {CanvasRenderingContext2D} context @param {string} text @param {number} width */
 function fitted(context, text, width) {
-  if (context.measureText(text).width <= width) return text;
-  let count = text.length;
-  while (count > 1 && context.measureText(`${text.slice(0, count)}…`).width > width) --count;
-  return `${text.slice(0, count)}…`;
+  const whole = context.measureText(text).width;
+  if (whole <= width) return text;
+  const letters = [...text];
+  let count = Math.min(letters.length, Math.ceil(2 * letters.length * Math.max(width, 0) / whole));
+  const cut = () => `${letters.slice(0, count).join('')}…`;
+  while (count > 1 && context.measureText(cut()).width > width) --count;
+  return cut();
 }

@@ -295,6 +295,24 @@ class TransformLocator(Locator):
         return NumberPlaces((), tuple(fixed))
 
 
+class TransformFrames(Locator):
+    """Notes parent and child of each transform, in messages of type tf2_msgs/TFMessage."""
+
+    number_count = 0
+
+    def __init__(self) -> None:
+        """Know none yet."""
+        self.pairs: Dict[Tuple[str, str], None] = {}
+
+    def places(self, data: Data) -> NumberPlaces:
+        """See Locator; there are no numbers."""
+        fixed = [(0, _LENGTH_BYTES)]
+        for it in transforms_in(data):
+            fixed.append((it.names, it.pose))
+            self.pairs[it.parent, it.child] = None
+        return NumberPlaces((), tuple(fixed))
+
+
 def transforms_in(data: Data) -> Iterator[TransformPlaces]:
     """Yield the places of the transforms in a tf2_msgs/TFMessage, up to a damaged one."""
     with suppress(MessageDamaged):

@@ -298,6 +298,8 @@ def _span(run: Run, begin: Optional[str], end: Optional[str]) -> PageSpan:
         ValueError: a time is invalid, or is not in the run.
     """
     first_s, last_s = run.begin_s, run.begin_s + run.duration_s
+    if first_s == last_s:
+        raise ValueError(f'{run.name} has only one moment; nothing in it can move')
     begin_s = first_s if begin is None else clock_seconds(begin)
     end_s = last_s if end is None else clock_seconds(end)
     if not begin_s < end_s or end_s <= first_s or begin_s >= last_s:

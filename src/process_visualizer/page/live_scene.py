@@ -370,11 +370,12 @@ class LiveScene:
                      numbers: Dict[str, int]) -> Dict[str, Any]:
         place = numbers[marker.frame]
         if key[0] == GHOST_TOPIC:  # an arrow of the ghost has no number
-            return {'device': GHOST, 'quantity': key[1], 'frame': place, 'footFrame': place,
+            return {'device': GHOST, 'quantity': key[1], 'variable': False, 'frame': place,
+                    'footFrame': place,
                     'diameter': round(marker.size[1], 6), 'color': list(_rounded(marker.color))}
         return {'device': _device(key[0]), 'quantity': _label(key[1]),
-                'frame': place, 'footFrame': place, 'diameter': round(marker.size[1], 6),
-                'color': list(_rounded(marker.color))}
+                'variable': key[1].startswith(_VARIABLE), 'frame': place, 'footFrame': place,
+                'diameter': round(marker.size[1], 6), 'color': list(_rounded(marker.color))}
 
     def _text_entry(self, key: _Key, numbers: Dict[str, int]) -> Dict[str, Any]:
         topic, namespace = key

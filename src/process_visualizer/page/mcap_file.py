@@ -21,13 +21,13 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.bagio.bag_errors import BagDamaged
-from process_visualizer.bagio.number_places import transforms_in
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.page.packed import Packed
+from process_visualizer.page.recorded_frames import sent_pairs
 from process_visualizer.page.robots import PageSpan, rows_held
 from process_visualizer.robot.arrows import GHOST_COLOR
 from process_visualizer.robot.placements import Placements, interpolated
-from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC, TF_TYPES
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
 OWN = '/process_visualizer'
 _TF_HZ, _ARROWS_HZ = 50.0, 25.0
@@ -122,7 +122,8 @@ class _Shown:
     def __init__(self, page: PageData, recording: Recording, span: PageSpan) -> None:
         self._page, self._span, self._begin_ns = page, span, recording.begin_ns
         self._columns = page.packed.column
-        entry, self._sent = page.entry, _sent_frames(recording)
+        entry = page.entry
+        self._sent = {child for pairs in sent_pairs(recording).values() for _, child in pairs}
         ghost = entry['ghost']
         self._parts = [(str(it['link']), it) for it in entry['parts']]
         if ghost is not None:
@@ -274,8 +275,8 @@ class _Shown:
     def _number_of(self, arrow: Dict[str, Any]) -> Optional['_Texts']:
         """Return the texts of the number that an arrow shows."""
         entry = next((it for it in self._page.entry['numbers'] if it['device'] == arrow['device']
-                      and arrow['quantity'] in (_QUANTITIES.get(it['quantity']), it['label'])),
-                     None)
+                      and arrow['quantity'] == (it['label'] if arrow['variable']
+                                                else _QUANTITIES.get(it['quantity']))), None)
         return None if entry is None else _Texts(entry, self._page.packed)
 
     def numbers(self, channels: _Channels) -> Iterator[_Message]:
@@ -340,22 +341,6 @@ def _placed(places: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return points in the outer frame, given the points (m, 3) or (1, 3) in places (m, 7)."""
     inner = Placements(points, np.array([(0.0, 0.0, 0.0, 1.0)]))
     return Placements(places[:, :3], places[:, 3:]).then(inner).positions
-
-
-def _sent_frames(recording: Recording) -> Set[str]:
-    """Return the frames whose places were recorded, from a sample of each sender's messages."""
-    index, found = recording.index, set()
-    for number, connection in enumerate(index.connections):
-        if connection.type not in TF_TYPES:
-            continue
-        positions = index.positions(number)
-        for position in positions[np.unique(np.linspace(
-                0, len(positions) - 1, 200).astype(int))].tolist() if len(positions) else []:
-            try:
-                found |= {it.child for it in transforms_in(recording.message(position))}
-            except BagDamaged:
-                continue  # the recording reports the damage
-    return found
 
 
 def _name(text: str) -> str:

@@ -160,14 +160,10 @@ def variable_colors(variable: Variable) -> VariableColors:
                           np.inf if limits.high is None else limits.high, opaque(limits.color))
 
 
-def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color:
-    """Return the color of the arrow DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
-    quantity = name[len(device.name) + 1:]
-    if quantity in ('velocity', 'force'):
-        red, green, blue, _ = configured_arrow(device, quantity).color
-        return red, green, blue
+def color_of(device: Device, label: str, sources: Sequence[CurveSource]) -> Color:
+    """Return the color of a variable's arrow."""
     return next((it.color for it in sources
-                 if it.device == device.name and it.label == quantity), (0.5, 0.5, 0.5))
+                 if it.device == device.name and it.label == label), (0.5, 0.5, 0.5))
 
 
 def arrow_entries(
@@ -186,12 +182,15 @@ def arrow_entries(
         if entry is None or device is None:
             continue
         quantity = arrow.name[len(device.name) + 1:]
-        diameter_m = configured_arrow(device, quantity).diameter_m \
-            if quantity in ('velocity', 'force') else VARIABLE_DIAMETER_M
-        found.append({**entry, **({'between': True} if quantity == 'velocity' else {}),
-                      'device': device.name, 'quantity': quantity,
-                      'color': list(color_of(device, arrow.name, sources)),
-                      'diameter': diameter_m, 'beside': 0.0})
+        if arrow.is_variable:
+            drawn = {'color': list(color_of(device, quantity, sources)),
+                     'diameter': VARIABLE_DIAMETER_M}
+        else:
+            style = configured_arrow(device, quantity)
+            drawn = {'color': list(style.color[:3]), 'diameter': style.diameter_m,
+                     **({'between': True} if quantity == 'velocity' else {})}
+        found.append({**entry, **drawn, 'device': device.name, 'quantity': quantity,
+                      'variable': arrow.is_variable, 'beside': 0.0})
     return found
 
 
@@ -209,6 +208,7 @@ def ghost_arrow_entries(
         if entry is not None and device is not None:
             found.append({**entry, 'between': True, 'device': device.name,
                           'quantity': arrow.name[len(device.name) + 1:],
+                          'variable': arrow.is_variable,
                           'color': list(GHOST_ARROW_COLOR[:3]),
                           'diameter': GHOST_ARROW_DIAMETER_M, 'beside': BESIDE_M})
     return found

@@ -2,23 +2,24 @@
 """Frames whose poses are recorded: fixed frames, and those moved by /tf."""
 from __future__ import annotations
 
-from typing import Collection, Dict, Iterator, List, NamedTuple, Set, Tuple
+from typing import Collection, Dict, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
 from process_visualizer.bagio.bag_errors import BagDamaged
-from process_visualizer.bagio.number_places import TransformLocator, transforms_in
+from process_visualizer.bagio.number_places import (
+    TransformFrames,
+    TransformLocator,
+    transforms_in,
+)
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
-from process_visualizer.curves.samples import Series, read_samples
+from process_visualizer.curves.samples import Series, part_numbers, read_samples
 from process_visualizer.curves.source_locators import SourceLocators
 from process_visualizer.page.robots import FramePlaces, Moving, carried, moved_along
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.placements import Placements
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TYPES
-
-_LOOKED_AT = 200
-"""Number of messages of each sender that are searched for frames."""
 
 
 class _Sent(NamedTuple):
@@ -77,27 +78,27 @@ def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
 
 
 def _moving(recording: Recording) -> Dict[str, _Sent]:
-    """Return the frames on /tf, found in a sample of each sender's messages."""
-    index = recording.index
+    """Return the frames on /tf, whenever they were sent."""
     found: Dict[str, _Sent] = {}
-    for number, connection in enumerate(index.connections):
-        if connection.type not in TF_TYPES or connection.topic == STATIC_TF_TOPIC:
-            continue
-        for parent, child in _pairs(recording, index.positions(number)):
+    static = recording.index.connections_of(STATIC_TF_TOPIC)
+    for number, pairs in sent_pairs(recording).items():
+        for parent, child in pairs if number not in static else ():
             known = found.get(child, _Sent(parent, ()))
-            if known.parent == parent and number not in known.connections:
+            if known.parent == parent:
                 found[child] = _Sent(parent, (*known.connections, number))
     return found
 
 
-def _pairs(recording: Recording, positions: np.ndarray) -> Iterator[Tuple[str, str]]:
-    count = min(len(positions), _LOOKED_AT)
-    for row in np.unique(np.linspace(0, len(positions) - 1, count).astype(int)):
-        try:
-            data = recording.message(int(positions[row]))
-        except BagDamaged:
-            continue  # the recording reports the damage
-        yield from ((it.parent, it.child) for it in transforms_in(data))
+def sent_pairs(recording: Recording) -> Dict[int, List[Tuple[str, str]]]:
+    """Return parent and child of all recorded transforms, by connection.
+
+    Each message is looked at, but only one of each layout is parsed.
+    """
+    found = {number: TransformFrames() for number, it in enumerate(recording.index.connections)
+             if it.type in TF_TYPES}
+    if found:
+        part_numbers(recording, found)
+    return {number: list(it.pairs) for number, it in found.items()}
 
 
 def _read(recording: Recording, sent: Dict[str, _Sent]) -> Dict[str, Moving]:

@@ -146,6 +146,52 @@ def test_frames_without_a_mesh_are_in_the_tree(tmp_path: Path) -> None:
                        'upper': ('/tf', 'base'), 'flange': ('/tf', 'world')}
 
 
+def write_rare(folder: Path, rare: str) -> 'tuple[Path, Path]':
+    """Write CELL without the robot's base, and a bag; one of 1000 messages places a frame."""
+    config, bag = folder / 'cell.xml', folder / 'a.bag'
+    config.write_text(CELL.replace('<base frame="base" xyz="1 0 0"/>', ''), encoding='utf-8')
+    (folder / 'arm.urdf').write_text(ARM, encoding='utf-8')
+    still = Transform(Vector3(), Quaternion(0.0, 0.0, 0.0, 1.0))
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(1000):
+            time = genpy.Time.from_sec(100.0 + 0.002 * number)
+            child = rare if number == 701 else 'crane'
+            file.write('/joints', JointState(name=['turn'], position=[0.0]), time)
+            file.write('/tf', TFMessage([TransformStamped(
+                Header(frame_id='world'), child, still)]), time)
+    return config, bag
+
+
+def test_a_frame_that_is_sent_once_among_many_is_not_added_again(tmp_path: Path) -> None:
+    """Else it has two places."""
+    config, bag = write_rare(tmp_path, 'pallet')
+    path = tmp_path / 'a.mcap'
+    assert main(['export', str(bag), '--config', str(config), '-o', str(path)]) == 0
+    found = read(path)
+    assert 'pallet' not in {it.child_frame_id for _, message in found['/tf_static']
+                            for it in message.transforms}
+
+
+def test_a_frame_that_is_sent_once_among_many_places_its_robot(tmp_path: Path) -> None:
+    config, bag = write_rare(tmp_path, 'base')
+    path = tmp_path / 'a.html'
+    assert main(['share', str(bag), '--config', str(config), '-o', str(path)]) == 0
+    assert 'does not say where its frame base is' not in path.read_text(encoding='utf-8')
+
+
+@pytest.mark.parametrize('words', [['share'], ['export']])
+def test_a_recording_of_one_moment_is_refused(tmp_path: Path, words: List[str],
+                                              capsys: pytest.CaptureFixture[str]) -> None:
+    config, bag, path = (tmp_path / name for name in ('cell.xml', 'a.bag', 'a.html'))
+    config.write_text(CELL, encoding='utf-8')
+    (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
+    path = path.with_suffix('.html' if words == ['share'] else '.mcap')
+    with rosbag.Bag(str(bag), 'w') as file:
+        file.write('/joints', JointState(name=['turn'], position=[0.0]), genpy.Time(100))
+    assert main([*words, str(bag), '--config', str(config), '-o', str(path)]) == 1
+    assert capsys.readouterr().err == 'cell: a.bag has only one moment; nothing in it can move\n'
+
+
 def test_only_one_run_fits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'a.mcap'
     assert main(['export', write_bag(tmp_path, cycles=2), '-o', str(path)]) == 1

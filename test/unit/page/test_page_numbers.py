@@ -46,8 +46,8 @@ def test_between_two_stretches_there_is_no_velocity() -> None:
 
 def test_an_arrow_has_the_color_of_its_source(machine: Device) -> None:
     sources = curve_sources([machine])
-    assert color_of(machine, 'machine/feed', sources) == (1.0, 0.0, 0.0)
-    assert color_of(machine, 'machine/of another run', sources) == (0.5, 0.5, 0.5)
+    assert color_of(machine, 'feed', sources) == (1.0, 0.0, 0.0)
+    assert color_of(machine, 'of another run', sources) == (0.5, 0.5, 0.5)
 
 
 def test_a_lane_without_any_number_has_a_scale() -> None:

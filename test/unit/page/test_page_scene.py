@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.commands.command_line import main
 from process_visualizer.page.link_meshes import LinkMeshes, thinned
 from process_visualizer.page.robots import RowsOfJoints, link_places
+from process_visualizer.robot.arrows import VARIABLE_DIAMETER_M
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.mesh_files import MeshError
 from process_visualizer.robot.visuals import (
@@ -111,6 +112,20 @@ def test_an_arrow_in_a_frame_of_the_recording_is_there(tmp_path: Path) -> None:
     assert reader.data['runs'][0]['notes'] == [
         'the configuration has no model of a robot or machine; the picture has none']
     assert reader.column(arrow['vectors'], 3)[5] == pytest.approx([0.0, 0.0, 0.2])
+
+
+def test_a_variable_called_force_is_no_force(tmp_path: Path) -> None:
+    """It has the color, the width and the number of a variable."""
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(CELL.replace('label="feed"', 'label="force" color="cyan"').replace(
+        'frame="needle"', 'frame="machine/base"'), encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(100):
+            file.write('/feed', Float32(0.1), genpy.Time.from_sec(100.0 + 0.02 * number))
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    arrow, = PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['arrows']
+    assert arrow['variable'] and arrow['color'] == [0.0, 0.85, 0.95]
+    assert arrow['diameter'] == VARIABLE_DIAMETER_M
 
 
 CART = '<robot name="cart"><link name="cart"/>' + '''<link name="arm"><visual><geometry>

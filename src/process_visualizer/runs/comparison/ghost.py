@@ -226,7 +226,8 @@ class ReferenceArrow(NamedTuple):
 
     ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn, NaN without an
     arrow. The arrow begins at ``foot`` (3,) [m] in ``foot_frame``. Both frames are links of one
-    robot's model, which the ghost moves, or they are the same other frame.
+    robot's model, which the ghost moves, or they are the same other frame. ``is_variable`` tells a
+    variable with the label "force" from the force at the tool.
     """
 
     name: str
@@ -235,6 +236,7 @@ class ReferenceArrow(NamedTuple):
     foot: Triple
     times_s: np.ndarray
     vectors: np.ndarray
+    is_variable: bool = False
 
 
 def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
@@ -331,7 +333,7 @@ def _variable_arrows(device: Device, known: Sequence[GhostArm],
         axis = matrix_from_quaternion(place.quaternion) @ _unit(variable)
         foot = place.then(Placement((x, y, z))).position
         yield ReferenceArrow(f'{device.name}/{label}', link, link, foot, channel.times_s,
-                             length_m[:, np.newaxis] * axis)
+                             length_m[:, np.newaxis] * axis, is_variable=True)
 
 
 def _unit(variable: Variable) -> np.ndarray:
