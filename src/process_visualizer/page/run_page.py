@@ -57,6 +57,7 @@ from process_visualizer.runs.comparison.ghost import (
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import (
     amount,
+    began,
     moment,
     nearest_text,
     unjudged_texts,
@@ -91,7 +92,7 @@ def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
 def _departure(comparison: Comparison, row: int) -> Dict[str, Any]:
     it, begin_s = comparison.departures[row], comparison.run.begin_s
     return {'what': it.signal.name, 'device': it.signal.device, 'label': it.signal.label,
-            'began': f'{moment(comparison, it.onset_s)} ± {it.uncertainty_s:.2f} s',
+            'began': began(comparison, it),
             'began_s': begin_s + comparison.run_s(it.onset_s),
             'worst': moment(comparison, it.worst_s),
             'worst_s': begin_s + comparison.run_s(it.worst_s), 'amount': amount(it)}

@@ -207,8 +207,11 @@ def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
 _MAX_CHANGES, _FEW_CHANGES = 0.2, 3
 """Maximum changes of a sequence, as a share of its messages, and in number if they are few.
 
-Whole numbers that change more often are measurements.
+Whole numbers that change more often are measurements, unless they are sent on change.
 """
+_MIN_ON_CHANGE_S, _UNEVEN, _REPEATED = 0.1, 3.0, 0.1
+"""Minimum mean period of numbers sent on change [s], ratio of long and short steps, and maximum
+share of messages that repeat the value before."""
 _CYCLIC_S, _MISSED_PERIODS = 0.5, 10.0
 """Maximum period [s] of a cyclic channel, and number of periods without data that end it."""
 
@@ -227,8 +230,8 @@ class States(NamedTuple):
 def is_sequence(channel: Channel) -> bool:
     """Return whether a channel has states or bits: whole numbers that hold for a while.
 
-    Numbers with names are states, however quickly they change: sent only when they change, they
-    may follow each other as quickly as measurements.
+    Numbers that are sent only when they change come unevenly, measurements evenly. Numbers with
+    names are states in any case.
     """
     values = channel.values[np.isfinite(channel.values)]
     if channel.kind is not ChannelKind.VARIABLE or channel.unit or not len(values):
@@ -239,7 +242,16 @@ def is_sequence(channel: Channel) -> bool:
         return True
     changes = int(np.count_nonzero(np.diff(values)))
     return changes <= max(_MAX_CHANGES * len(values), _FEW_CHANGES) or \
-        period_s(channel.times_s) > _CYCLIC_S
+        period_s(channel.times_s) > _CYCLIC_S or _is_sent_on_change(channel.times_s, changes)
+
+
+def _is_sent_on_change(times_s: np.ndarray, changes: int) -> bool:
+    """Return whether messages (n,) with so many changes of the value come only with these."""
+    steps_s = np.diff(times_s)
+    if not len(steps_s) or len(steps_s) - changes > max(_REPEATED * len(steps_s), 1.0):
+        return False
+    short_s, long_s = np.percentile(steps_s, (10, 90))
+    return float(steps_s.mean()) >= _MIN_ON_CHANGE_S and bool(long_s > _UNEVEN * short_s)
 
 
 def states(channel: Channel) -> States:
@@ -250,7 +262,8 @@ def states(channel: Channel) -> States:
         return States((), ())
     first = np.concatenate(([True], np.diff(values) != 0.0))
     usual_s = period_s(times_s)
-    is_cyclic = len(values) > _MISSED_PERIODS and 0.0 < usual_s <= _CYCLIC_S
+    is_cyclic = len(values) > _MISSED_PERIODS and 0.0 < usual_s <= _CYCLIC_S and \
+        not _is_sent_on_change(times_s, int(np.count_nonzero(first[1:])))
     until_s = float(times_s[-1]) + _MISSED_PERIODS * usual_s if is_cyclic else np.inf
     return States(tuple(values[first].tolist()), tuple(times_s[first].tolist()), until_s)
 

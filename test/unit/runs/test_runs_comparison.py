@@ -313,7 +313,7 @@ def stepped(seed: int, *states: float, late_s: float = 0.0) -> Run:
     ((10, 20, 30, 99, 50, 60), 0.0, '99 instead of 40', 8.0),
     ((10, 20, 30, 40, 20, 50, 60), 0.0, '20 comes once more', 10.0),
     ((10, 20, 30, 40, 50), 0.0, '60 is missing', 12.0),
-    ((10, 20, 30, 40, 50, 60), 0.8, '30 0.80 s later', 6.0)])
+    ((10, 20, 30, 40, 50, 60), 0.8, '30 comes 0.80 s later', 6.0)])
 def test_a_wrong_state_is_told_in_words(count: int, states: Sequence[float], late_s: float,
                                         said: str, onset_s: float) -> None:
     usual = (10, 20, 30, 40, 50, 60)

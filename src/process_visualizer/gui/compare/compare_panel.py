@@ -41,8 +41,8 @@ from process_visualizer.runs.comparison.live_comparison import (
 from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,
+    began,
     clock,
-    moment,
     unjudged_texts,
     verdict,
 )
@@ -295,7 +295,7 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     item = QTreeWidgetItem([departure.signal.name, clock(begin_s), amount(departure)])
     item.setData(0, Qt.UserRole, begin_s)
     hint = (f'{departure.signal.name}, {amount(departure)}\n'
-            f'{moment(comparison, departure.onset_s)}\nClick to go there')
+            f'{began(comparison, departure)}\nClick to go there')
     for column in range(3):
         item.setToolTip(column, plain_tip(hint))
     return item

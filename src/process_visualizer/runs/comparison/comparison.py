@@ -28,6 +28,7 @@ from process_visualizer.runs.alignment.alignment import (
 from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
+    EDGE_ROWS,
     MIN_RUNS,
     RELATIVE_TOLERANCE,
     USUAL_RATE,
@@ -35,6 +36,7 @@ from process_visualizer.runs.deviation.band import (
     BandLearner,
     SignalBand,
     TooFewRuns,
+    beyond,
     common,
     fewest_runs,
     most_of,
@@ -45,6 +47,7 @@ from process_visualizer.runs.deviation.channel_faults import (
     StuckSensors,
     UsualCourse,
     rough_since_s,
+    seldom_since_s,
     vibration_hz,
 )
 from process_visualizer.runs.deviation.departures import (
@@ -59,7 +62,6 @@ from process_visualizer.runs.deviation.departures import (
 )
 from process_visualizer.runs.deviation.signals import (
     FORCE_DIRECTION,
-    NOISE_SUFFIX,
     RATE_HZ,
     TIMING_LABEL,
     TORQUE_DIRECTION,
@@ -68,6 +70,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     grid_s,
     signals,
+    steepness,
     tool_speed,
     unknown_moments,
 )
@@ -96,9 +99,12 @@ Rows that are within the third number of rows from another place do not count.
 """
 _ELSEWHERE_M = 0.01
 """Median distance of the tools from the reference's [m] above which a path is at another place."""
+_EDGED = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.NOISE)
+_EDGE_S, _SHORTEST_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
 _AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
 _TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
-_ROUGH_KNOWN_S = 0.1
+_ROUGH_KNOWN_S, _ROUGH_PERIODS = 0.1, 4.0
+"""Uncertainty of when a channel became rough: at least this time [s], and so many periods."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """The severity of a wrong state, and the uncertainty of its time [s]."""
 _BY_STATES_S = 0.08
@@ -332,8 +338,11 @@ class GoodRuns:
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         if alignment.means is AlignmentMethod.STATES:
             band = _wider_in_time(band, self.reference, self.times_s)
+        band = _less_sure_in_waits(band, alignment, self.reference, self.times_s)
         band = _less_sure_beside(band, columns, self.reference, self.times_s)
-        found = ranked([*(_rough_since(_smooth_since(it, alignment), run, alignment, band)
+        steep = _steep_rows(self.reference, self.times_s)
+        found = ranked([*(self._dated(it, run, alignment, band)._replace(
+                              is_on_path=_is_on_path(it, steep))
                           for it in departures(self.times_s, columns, band)),
                         *self._state_departures(run, alignment, own),
                         *(() if own is not None else self._stuck.departures(
@@ -343,13 +352,22 @@ class GoodRuns:
         return Comparison(run, alignment, columns, band, found, tuple(notes),
                           _unjudged(self.reference, run, alignment, columns, band))
 
+    def _dated(self, it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
+        """Return a departure with an onset that is as exact as the channel's own values allow."""
+        if it.signal.period_s:
+            return _seldom_since(it, run, alignment, band, self.times_s)
+        channel = run.by_key.get(it.channel)
+        if channel is not None:  # a value is known no better than when the next one comes
+            it = it._replace(uncertainty_s=max(it.uncertainty_s, period_s(channel.times_s)))
+        return _rough_since(_smooth_since(it, alignment), run, alignment, band)
+
     def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
         """Return a departure; if it is noise, with the frequency of a vibration, if any."""
-        key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
-        if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0 or key not in run.by_key:
+        channel = run.by_key.get(it.channel)
+        if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0 or channel is None:
             return it
         ends_s = np.array([it.left_s, self.times_s[-1] if it.back_s is None else it.back_s])
-        frequency_hz = vibration_hz(run.by_key[key], *alignment.time_map.to_run(ends_s).tolist())
+        frequency_hz = vibration_hz(channel, *alignment.time_map.to_run(ends_s).tolist())
         return it._replace(frequency_hz=frequency_hz)
 
     def _state_departures(self, run: Run, alignment: Alignment,
@@ -528,11 +546,39 @@ def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
     return it._replace(onset_s=min(it.onset_s, since_s))
 
 
+def _seldom_since(it: Departure, run: Run, alignment: Alignment, band: Band,
+                  times_s: np.ndarray) -> Departure:
+    """Return a departure of a signal that is sent seldom: it began between two of its values."""
+    if it.channel not in run.by_key:
+        return it
+    at_s = alignment.time_map.to_run(times_s)
+    left_s, worst_s = alignment.time_map.to_run(np.array([it.left_s, it.worst_s])).tolist()
+    found = seldom_since_s(run.by_key[it.channel], left_s, worst_s, at_s, band.signals[it.signal])
+    if found is None:
+        return it
+    ends_s = np.maximum(alignment.time_map.to_reference(np.array(found)), 0.0)
+    middle_s, half_s = float(ends_s.mean()), 0.5 * float(np.ptp(ends_s))
+    return it._replace(onset_s=middle_s, uncertainty_s=half_s)
+
+
+def _steep_rows(reference: Run, times_s: np.ndarray) -> Dict[str, np.ndarray]:
+    """Return where (t,) (bool) each tool's path is steep."""
+    return {it.device: np.less(*map(np.abs, steepness(it, times_s)))
+            for it in reference.motions if len(it.times_s)}
+
+
+def _is_on_path(it: Departure, steep: Mapping[str, np.ndarray]) -> bool:
+    """Return whether a tool that is too high or too low is so on a steep path: early or late."""
+    row = int(round(it.worst_s * RATE_HZ))
+    return it.signal.label == 'tool up' and it.signal.device in steep and bool(
+        steep[it.signal.device][row])
+
+
 def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
     """Return a departure; if it is too rough, its onset is that of the fine part."""
     if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0:
         return it
-    key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
+    key = it.channel
     usual = {signal.kind is SignalKind.NOISE: limits.usual for signal, limits in
              band.signals.items() if not signal.over_s and signal.device == key[0]
              and signal.label in (key[1], it.signal.label)}
@@ -546,7 +592,8 @@ def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> D
     if since_s is None:
         return it
     onset_s = float(alignment.time_map.to_reference(np.array([since_s]))[0])
-    return it._replace(onset_s=max(onset_s, 0.0), uncertainty_s=_ROUGH_KNOWN_S)
+    known_s = max(_ROUGH_KNOWN_S, _ROUGH_PERIODS * period_s(run.by_key[key].times_s))
+    return it._replace(onset_s=max(onset_s, 0.0), uncertainty_s=known_s)
 
 
 def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
@@ -577,6 +624,32 @@ def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
     return band._replace(signals=found)
 
 
+def _less_sure_in_waits(band: Band, alignment: Alignment, reference: Run,
+                        times_s: np.ndarray) -> Band:
+    """Return the band for a run that waited less: its edges there are slower on the other clock."""
+    found = dict(band.signals)
+    for begin_s, end_s in reference.waits_s:
+        run_s = alignment.time_map.to_run(np.array([begin_s, end_s]))
+        stretch = (end_s - begin_s) / max(float(np.ptp(run_s)), _SHORTEST_WAIT_S)
+        if stretch <= 1.0:
+            continue
+        rows = slice(*np.searchsorted(times_s, (begin_s - stretch * _EDGE_S, end_s + _EDGE_S)))
+        for signal, limits in found.items():
+            if signal.kind in _EDGED:
+                edge_s = _EDGE_S + (ROUGH_S if signal.kind is SignalKind.NOISE else 0.0)
+                wider = widened(limits, int(stretch * edge_s * RATE_HZ) + 1)
+                found[signal] = limits._replace(**{
+                    name: _with_rows(getattr(limits, name), rows, getattr(wider, name))
+                    for name in ('middle', 'half_width')})
+    return band._replace(signals=found)
+
+
+def _with_rows(values: np.ndarray, rows: slice, others: np.ndarray) -> np.ndarray:
+    result = values.copy()
+    result[rows] = others[rows]
+    return result
+
+
 def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.ndarray) -> Band:
     """Return the band for a run whose tools are farther beside their paths than in good runs.
 
@@ -585,12 +658,18 @@ def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.
     """
     away, passed = np.zeros((2, len(times_s)))
     for motion in reference.motions:
-        for signal, limits in band.signals.items():
-            if signal.device == motion.device and signal.label in BESIDE and signal in columns:
-                beyond_m = np.abs(columns[signal] - limits.middle) - limits.half_width
-                away += np.square(np.maximum(np.nan_to_num(beyond_m), 0.0))
-        if len(motion.times_s):
-            passed += np.square(tool_speed(motion, times_s))
+        if not len(motion.times_s):
+            continue
+        outside_m = {signal.label: np.nan_to_num(beyond(
+            columns[signal], limits.middle - limits.half_width,
+            limits.middle + limits.half_width)) for signal, limits in band.signals.items()
+            if signal.device == motion.device and signal.kind is SignalKind.PLACE
+            and signal in columns}
+        level, climb = steepness(motion, times_s)
+        along, aside, up = (outside_m.get(label, np.zeros(len(times_s)))
+                            for label in ('tool along', *BESIDE))
+        away += np.square(aside) + np.square(level * up - climb * along)
+        passed += np.square(tool_speed(motion, times_s))
     speed_m_s = np.sqrt(moving_maximum(passed, _AROUND_ROWS))
     unsure_s = np.where(speed_m_s > 0.0, np.sqrt(away) / np.maximum(speed_m_s, _MIN_SPEED_M_S), 0.0)
     unsure_s = moving_maximum(unsure_s, 2 * _AROUND_ROWS)

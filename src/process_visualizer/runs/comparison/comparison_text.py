@@ -11,7 +11,7 @@ from process_visualizer.runs.comparison.features import Drift, drifts, phase_at
 from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,
-    moment,
+    began,
     nearest_text,
     quantity,
     unjudged_texts,
@@ -48,11 +48,14 @@ def _table(comparison: Comparison) -> List[str]:
         nearest = nearest_text(comparison)
         return [f'nearest to leaving: {nearest}'] if nearest else []
     width = max(len(it.signal.name) for it in found[:_MAX_LINES])
-    lines = [f'{number:3}  {it.signal.name:{width}}  from {moment(comparison, it.onset_s)} '
-             f'± {it.uncertainty_s:.2f} s, {amount(it)}'
+    lines = [f'{number:3}  {it.signal.name:{width}}  {_since(began(comparison, it))}, {amount(it)}'
              for number, it in enumerate(found[:_MAX_LINES], start=1)]
     rest = len(found) - _MAX_LINES
     return lines + ([f'     and {rest} more'] if rest > 0 else [])
+
+
+def _since(words: str) -> str:
+    return words if words.startswith('between') else f'from {words}'
 
 
 def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:

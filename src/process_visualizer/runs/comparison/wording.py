@@ -9,9 +9,17 @@ from process_visualizer.runs.comparison.comparison import Comparison, Missing
 from process_visualizer.runs.comparison.features import phase_at
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.deviation.departures import Departure
-from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
+from process_visualizer.runs.deviation.signals import (
+    FORCE_DIRECTION,
+    SLOWER_LABEL,
+    TORQUE_DIRECTION,
+    Signal,
+    SignalKind,
+)
 
-_NEAR_EVENT_S = 60.0
+_NEAR_EVENT_S, _MAX_UNCERTAINTY_S = 60.0, 0.5
+"""How long before a moment an event counts, and the uncertainty above which it is between two [s].
+"""
 _SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
           'tool sideways': ('to the left of its path', 'to the right of its path'),
           'tool up': ('above its path', 'below its path')}
@@ -37,6 +45,32 @@ def moment(comparison: Comparison, reference_s: float) -> str:
         return text
     event = max(before, key=lambda it: it.time_s)
     return f'{text} ({event.name} + {max(run_s - event.time_s, 0.0):.1f} s)'
+
+
+def began(comparison: Comparison, departure: Departure) -> str:
+    """Return when a departure began: a moment and its uncertainty, or the time between two moments.
+
+    Between two values of a signal that is sent seldom, nobody knows when it began.
+    """
+    at = moment(comparison, departure.onset_s)
+    if not _is_between(departure):
+        return f'{at} ± {departure.uncertainty_s:.2f} s'
+    return _between(comparison, departure)
+
+
+def _is_between(departure: Departure) -> bool:
+    return departure.signal.period_s > 0.0 or departure.uncertainty_s > _MAX_UNCERTAINTY_S
+
+
+def _between(comparison: Comparison, departure: Departure) -> str:
+    earliest_s = max(departure.onset_s - departure.uncertainty_s, 0.0)
+    latest_s = departure.onset_s + departure.uncertainty_s
+    if not departure.signal.period_s:  # it began at the latest when it left
+        latest_s = min(latest_s, max(departure.left_s, departure.onset_s))
+    end = clock(comparison.run.begin_s + comparison.run_s(latest_s))
+    every = f', with a value every {departure.signal.period_s:g} s' if departure.signal.period_s \
+        else ''
+    return f'between {moment(comparison, earliest_s)} and {end}{every}'
 
 
 def unjudged_texts(comparison: Comparison) -> List[str]:
@@ -96,6 +130,8 @@ def amount(departure: Departure) -> str:
     if departure.in_all_s is not None:
         in_all = _with_minus(f'{departure.in_all_s:+.3g}')
         return f'{in_all} {signal.unit} (band ±{quantity(signal, half)})'
+    if signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
+        return f'turned by {value:.2g}° (band up to {half:.2g}°)'
     over = f' in the mean of {signal.over_s:g} s' if signal.over_s else ''
     sides = _SIDES.get(signal.label)
     if sides is not None and signal.kind is SignalKind.PLACE:
@@ -111,7 +147,7 @@ def said(departure: Departure) -> str:
         return f'{signal.device} tool {amount(departure)}'.strip()
     if signal.label == SLOWER_LABEL:
         return amount(departure)
-    return f'{signal.name}, {amount(departure)}'
+    return f'{signal.name}{":" if departure.words else ","} {amount(departure)}'
 
 
 def quantity(signal: Signal, value: float, sign: bool = False, digits: Optional[int] = None) -> str:
@@ -136,18 +172,24 @@ _MAX_FOLLOWERS = 2
 
 
 def verdict(comparison: Comparison) -> str:
-    """Return whether a run left the band, when and with which signal first, and what followed."""
+    """Return whether a run left the band, when and with which signal first, and what followed.
+
+    The noise of a value that left does not count as something else.
+    """
     found = comparison.departures
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
     if not found:
         return 'in range, no data in places' if comparison.has_gaps else 'in range'
     first = found[0]
-    text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
-    for other in found[1:1 + _MAX_FOLLOWERS]:
+    since = _between(comparison, first) if _is_between(first) \
+        else f'at {moment(comparison, first.onset_s)}'
+    text = f'out of range first {since}: {said(first)}'
+    others = [it for it in found[1:] if it.channel != first.channel]
+    for other in others[:_MAX_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
         text += f'; {_later(later_s)} {_named(other.signal)}'
-    rest = len(found) - 1 - _MAX_FOLLOWERS
+    rest = len(others) - _MAX_FOLLOWERS
     return text + (f'; and {rest} more' if rest > 0 else '')
 
 

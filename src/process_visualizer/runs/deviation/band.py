@@ -17,7 +17,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     usual_signals,
 )
-from process_visualizer.runs.series import moving_maximum, moving_mean
+from process_visualizer.runs.series import ROUGH_S, moving_maximum, moving_mean
 
 # The spread of one signal of good runs around their common part, by moment and by run.
 
@@ -174,7 +174,12 @@ _MIN_MARGIN_SHARE = 0.04
 _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
 """Minimum margin, as a share of the tolerance of one good run, for any number of good runs."""
-_NOISE_SPREADS = 6.0
+_NOISE_SPREADS, _CHANCES = 6.0, 3.5
+_SOONER_ROWS = int(ROUGH_S * RATE_HZ)
+"""Rows by which the roughness of an edge, which lasts half a second, may be over sooner.
+
+Less roughness there is no fault: a run that lost time has less of it on the reference's clock.
+"""
 _TIMES_FARTHEST = 3.0
 """Maximum margin, as a multiple of the distance of the farthest good run from the others."""
 
@@ -422,7 +427,7 @@ class LearnedSignal:
         edge_rows = self._edge_rows
         if len(values) == 1:
             edge_rows = _EDGE_ROWS_OF_ONE * edge_rows // EDGE_ROWS
-        low, high = envelope(common(values), edge_rows)
+        low, high = self._range(common(values), edge_rows)
         margin = self._margin(values)
         if len(values) > 1:
             usual, deviation = self._deviation(values, False)
@@ -447,9 +452,24 @@ class LearnedSignal:
         """Return the usual value (t,), and each run's distance from that of the others (n, t)."""
         if robust:
             usual = _median(values)
-            return usual, beyond(values, *envelope(usual, self._edge_rows // _COARSE_ROWS + 1))
-        return common(values), beyond(values, *envelope(common_of_others(values),
-                                                        self._edge_rows))
+            return usual, beyond(values, *self._range(usual, self._edge_rows // _COARSE_ROWS + 1,
+                                                      _COARSE_ROWS))
+        return common(values), beyond(values, *self._range(common_of_others(values),
+                                                           self._edge_rows))
+
+    def _range(self, usual: np.ndarray, rows: int,
+               step: int = 1) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the minimum and the maximum (…, t) of usual values at edges that may shift.
+
+        ``usual`` has every ``step``-th row, and ``rows`` are such ones.
+        """
+        low, high = envelope(usual, rows)
+        if self.signal.kind is SignalKind.NOISE:
+            reach = _SOONER_ROWS // (2 * step)
+            soon, _ = envelope(usual, reach)  # shifted, the minimum of the rows that follow
+            ahead = np.concatenate((soon[..., reach:], soon[..., :reach] + np.nan), axis=-1)
+            low = np.where(np.isfinite(low), np.fmin(low, ahead), np.nan)
+        return low, high
 
     def _margin(self, values: np.ndarray) -> float:
         """Return the minimum margin around good runs, in the signal's unit.
@@ -460,7 +480,8 @@ class LearnedSignal:
         if given is not None:
             return given
         runs = len(values)
-        whole = signal_tolerance(self.signal, self._values, self._relative)
+        whole = math.hypot(signal_tolerance(self.signal, self._values, self._relative),
+                           _CHANCES * self.signal.chance)
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
@@ -522,10 +543,10 @@ def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE
     return BandLearner(good, relative).band()
 
 
-def widened(band: SignalBand) -> SignalBand:
-    """Return the band from 0.1 s before to 0.1 s later, for signals with inexact times."""
-    low, _ = envelope(band.middle - band.half_width)
-    _, high = envelope(band.middle + band.half_width)
+def widened(band: SignalBand, rows: int = EDGE_ROWS) -> SignalBand:
+    """Return the band from some rows before to some rows later, for signals with inexact times."""
+    low, _ = envelope(band.middle - band.half_width, rows)
+    _, high = envelope(band.middle + band.half_width, rows)
     return SignalBand(0.5 * (low + high), 0.5 * (high - low))
 
 

@@ -7,6 +7,7 @@ from typing import Dict, Iterable, Iterator, NamedTuple, Optional, Sequence, Tup
 import numpy as np
 
 from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.deviation.band import SignalBand, beyond
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import RATE_HZ, Signal, SignalKind
 from process_visualizer.runs.run import Channel, ChannelKind, Key, Run
@@ -152,6 +153,54 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
          | (count < _FEWEST_OF_PART) | (count[::-1] < _FEWEST_OF_PART)] = np.inf
     best = int(cost.argmin())
     return float(times_s[best + 1]) if np.isfinite(cost[best]) else None
+
+
+_AS_USUAL, _AS_OTHER = 0.3, 0.5
+"""Maximum deviation of a usual value, and minimum of another one, as a share of the greatest.
+
+All are counted in widths of the band, which differ with the level.
+"""
+
+
+def seldom_since_s(channel: Channel, left_s: float, worst_s: float, at_s: np.ndarray,
+                   limits: SignalBand) -> Optional[Tuple[float, float]]:
+    """Return the last usual value and the first other one [s of the run] of a seldom channel.
+
+    Something began between the two; if no value before was usual, from the start of the run on.
+    None without any value. A value beside an edge that was sent before or after it may be
+    both usual and not: it says nothing.
+
+    Args:
+        channel: of the run.
+        left_s, worst_s: the times at which the line between two values left the band, and at which
+            it was farthest outside [s of the run].
+        at_s: (t,), times of the run, of the band's rows.
+        limits: the band.
+    """
+    known = np.isfinite(limits.middle) & np.isfinite(limits.half_width) & np.isfinite(at_s)
+    finite = np.isfinite(channel.values)
+    times_s, values = channel.times_s[finite], channel.values[finite]
+    if not known.any() or not len(times_s):
+        return None
+    if left_s > times_s[-1]:  # the last value holds
+        times_s, values = np.append(times_s, left_s), np.append(values, values[-1])
+    first = int(np.searchsorted(times_s, left_s))
+    reach = int(1.5 * period_s(times_s) * RATE_HZ)
+    margin = -moving_maximum(np.where(known, -limits.half_width, -np.inf), reach)
+    edge = limits.half_width - margin
+    low, high, width = (np.interp(times_s, at_s[known], it[known])
+                        for it in (limits.middle - edge, limits.middle + edge, margin))
+    outside = beyond(values, low, high) / width
+    if outside[first] < 0.0:
+        values, low, outside = -values, -high, -outside
+    away = float(outside[first:int(np.searchsorted(times_s, worst_s)) + 1].max(
+        initial=outside[first]))
+    is_other = outside > _AS_OTHER * away
+    while first > 0 and is_other[first - 1]:
+        first -= 1
+    is_usual = values - _AS_USUAL * away * width < low
+    last_usual = int(np.max(np.flatnonzero(is_usual[:first]), initial=-1))
+    return (float(times_s[last_usual]) if last_usual >= 0 else 0.0), float(times_s[first])
 
 
 _BEFORE_S, _FEWEST = 0.5, 32

@@ -29,6 +29,8 @@ _MIN_LEVEL, _LEVEL_CHANGES = 0.2, 1.2
 """Minimum level, as a share of its maximum, for shares of it, and change that makes them useful."""
 _AS_EVEN = 1.5
 """Maximum ratio of errors by the same noise, with a dozen independent values (F test)."""
+_LONGEST = 1.25
+"""Maximum time between onset and leaving the band, in windows of a mean."""
 _WORSE = 1.5
 """Maximum error above the best fit's, per degree of freedom, of a moment that is possible."""
 
@@ -127,6 +129,9 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
         return Onset(float(times_s[left_row]), over_s)
     half = int(0.5 * over_s / (times_s[1] - times_s[0]))
     size = sign * float(np.nanmean(deviation[max(left_row - half // 2, 0):left_row + half + 1]))
+    rows = rows[rows >= left_row - int(_LONGEST * 2 * half)]
+    if len(rows) < _MIN_ROWS:
+        return Onset(float(times_s[left_row]), over_s)
     excess = np.cumsum(np.concatenate(([0.0], sign * deviation[rows] - 0.5 * size)))
     first = min(int(excess.argmin()), len(rows) - 1)  # it falls before, and rises from there on
     return Onset(float(times_s[rows[first]]), min(0.25 * over_s, 0.5))
@@ -175,21 +180,24 @@ def _share(deviation: np.ndarray, level: np.ndarray, left_row: int,
            rate_hz: float) -> Optional[np.ndarray]:
     """Return the deviation as a share of the level (t,); None if this says nothing more.
 
-    It does where the level has changed since it was near zero. At the change itself the share is
-    unknown, as the change may come a little earlier or later.
+    It does where the level has changed. Where the level is near zero, the share is unknown; also at
+    the change itself, which may come a little earlier or later.
     """
     first = max(left_row - int(2.0 * _BEFORE_S * rate_hz), 0)
     end = left_row + int(_BEHIND_S * rate_hz) + 1
     size = np.where(np.isfinite(deviation), np.abs(level), 0.0)
     is_near_zero = ~(size[first:end] > _MIN_LEVEL * np.max(size[first:end], initial=0.0))
-    begin = first + int(np.max(np.flatnonzero(is_near_zero[:left_row - first + 1]) + 1, initial=0))
+    size[first:end][is_near_zero] = 0.0
     low, high = envelope(np.where(size > 0.0, size, np.nan), 2 * EDGE_ROWS)
     with np.errstate(invalid='ignore', divide='ignore'):
         share: np.ndarray = np.where(high < _LEVEL_CHANGES * low, deviation / size, np.nan)
-    share[:begin] = np.nan
+    share[:first] = np.nan
     known = np.isfinite(share)
-    sizes = size[begin:end][known[begin:end]]
-    is_of_use = known[left_row:end].any() and sizes.max() > _LEVEL_CHANGES * sizes.min()
+    if not known[left_row:end].any():
+        return None
+    sizes, before = size[first:end][known[first:end]], known[first:left_row]
+    was_near_zero = before.any() and is_near_zero[int(before.argmax()):left_row - first].any()
+    is_of_use = was_near_zero or sizes.max() > _LEVEL_CHANGES * sizes.min()
     return share if is_of_use else None
 
 
@@ -231,6 +239,8 @@ def _bend_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
     return result
 
 
+_LOST_ROWS = 30
+"""Rows at the beginning in which no time lost is known, and somewhat more."""
 _HAS_LEVEL = (SignalKind.VARIABLE, SignalKind.FORCE)
 MIN_LASTING_ROWS = 3
 """Minimum rows outside the band for a departure."""
@@ -256,7 +266,8 @@ class Departure(NamedTuple):
     ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away from the
     middle of a band of ``half_width``, in the signal's unit. For a state, ``words`` say what is
     wrong; a state that only ``is_late`` follows from something that took longer. For time lost,
-    ``in_all_s`` is the total until the signal was back. A vibration has a frequency.
+    ``in_all_s`` is the total until the signal was back. A vibration has a frequency. A place that
+    ``is_on_path`` is that of a tool on a steep path, so it follows from time that was lost.
     """
 
     signal: Signal
@@ -271,6 +282,12 @@ class Departure(NamedTuple):
     is_late: bool = False
     in_all_s: Optional[float] = None
     frequency_hz: Optional[float] = None
+    is_on_path: bool = False
+
+    @property
+    def channel(self) -> Tuple[str, str]:
+        """Return device and label of the channel, which has a value and noise."""
+        return self.signal.device, self.signal.label.replace(NOISE_SUFFIX, '')
 
     @property
     def severity(self) -> float:
@@ -367,6 +384,10 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     if signal.label == TIMING_LABEL:
         # where a clock stands still, the moment before it counts; and the loss within half a
         # second may exceed that in all
+        # nothing is lost before the known stretch: a wait takes any time
+        known = int(np.max(np.flatnonzero(np.isnan(deviation[:begin])) + 1, initial=0))
+        if known > _LOST_ROWS:
+            onset_s = max(onset_s, float(times_s[known]))
         onset_s = min(onset_s, float(times_s[max(begin - 1, 0)]))
         in_all_s = max(float(deviation[worst]), lost_s(deviation[begin:end]), key=abs)
     left_s = max(float(times_s[begin]), onset_s) if signal.period_s else float(times_s[begin])
@@ -408,17 +429,18 @@ def _agreed(found: Sequence[Departure]) -> List[Departure]:
     """Return departures; if value and noise of a channel depart together, the first dates both."""
     agreed = []
     for it in found:
-        twins = [other for other in found if _channel(other) == _channel(it)
+        twins = [other for other in found if other.channel == it.channel
                  and abs(other.onset_s - it.onset_s) < _ONE_EVENT_S]
-        best = min(twins, key=lambda other: other.left_s + _LESS_EXACT_S * (
+        tell = [other for other in twins if not _is_smoother(other)] or twins
+        best = min(tell, key=lambda other: other.left_s + _LESS_EXACT_S * (
             other.signal.kind is SignalKind.NOISE))
         agreed.append(it._replace(onset_s=best.onset_s, uncertainty_s=best.uncertainty_s))
     return agreed
 
 
-def _channel(departure: Departure) -> Tuple[str, str]:
-    signal = departure.signal
-    return signal.device, signal.label.replace(NOISE_SUFFIX, '')
+def _is_smoother(departure: Departure) -> bool:
+    """Return whether noise is less than usual: this shows only after the last rough value."""
+    return departure.signal.kind is SignalKind.NOISE and departure.deviation < 0.0
 
 
 def _of_channels(found: Sequence[Departure]) -> List[Departure]:
@@ -508,7 +530,7 @@ def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     A signal that is sent seldom may have begun to deviate only just before its next value.
     """
     if it.signal.period_s:
-        return it.onset_s + 0.5 * it.signal.period_s
+        return it.onset_s + max(it.uncertainty_s, 0.5 * it.signal.period_s)
     if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
         return min(it.left_s, it.onset_s + ROUGH_S)
     if it.signal.kind is SignalKind.PLACE:
@@ -531,7 +553,8 @@ def _in_order(found: Sequence[Departure],
         together = [it for it in waiting
                     if began_s[id(it)] <= began_s[first] + _SAME_TIME_S
                     or began_in_run_s[id(it)] <= began_in_run_s[first] + _SAME_TIME_S]
-        beside = max((it.severity for it in together if it.signal.label in BESIDE), default=0.0)
+        beside = max((it.severity for it in together if it.signal.label in BESIDE
+                      and not it.is_on_path), default=0.0)
         ranks = {id(it): _rank(it, beside, together) for it in together}
         together.sort(key=lambda it: (ranks[id(it)], -_size(it)))
         ranked.append(together[0])

@@ -2,6 +2,7 @@
 """Compared signals of a run on the reference's clock, all with the same times."""
 from __future__ import annotations
 
+import math
 from enum import Enum
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -43,13 +44,15 @@ def path_axes(positions: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Return unit vectors (n, k) of the motion along positions (n, k)."""
+    without = np.tile(np.eye(positions.shape[1])[0], (len(positions), 1))
     if len(positions) < 2:
-        return np.tile((1.0, 0.0), (len(positions), 1))
+        return without
     velocity = np.gradient(positions, axis=0) * rate_hz
     speed = np.linalg.norm(velocity, axis=1)
     moving = np.flatnonzero(speed > _MIN_SPEED_M_S)  # not where it is NaN
     if not len(moving):
-        return np.tile((1.0, 0.0), (len(positions), 1))
+        return without
     behind = np.searchsorted(moving, np.arange(len(positions)))
     later = moving[np.minimum(behind, len(moving) - 1)]
     earlier = moving[np.maximum(behind - 1, 0)]
@@ -57,6 +60,12 @@ def _directions(positions: np.ndarray, rate_hz: float) -> np.ndarray:
     nearest = np.where(np.abs(later - here) <= np.abs(here - earlier), later, earlier)
     result: np.ndarray = velocity[nearest] / speed[nearest, np.newaxis]
     return result
+
+
+def steepness(motion: ToolMotion, times_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the horizontal and the vertical part (t,) of a tool's direction at even times (t,)."""
+    way = _directions(known_at(times_s, motion.times_s, motion.positions), RATE_HZ)
+    return np.hypot(way[:, 0], way[:, 1]), way[:, 2]
 
 
 def tool_speed(motion: ToolMotion, times_s: np.ndarray) -> np.ndarray:
@@ -111,7 +120,8 @@ class Signal(NamedTuple):
 
     ``tolerance`` and ``max_tolerance`` are the configured ones, if any. With ``over_s``, the signal
     is the mean over that many past seconds. A signal that is sent seldom has a ``period_s``: what
-    happened between two values is known only when the second one comes.
+    happened between two values is known only when the second one comes. ``chance`` is the spread
+    that noise has by chance, as it is computed from few values.
     """
 
     device: str
@@ -122,6 +132,7 @@ class Signal(NamedTuple):
     over_s: float = 0.0
     max_tolerance: Optional[float] = None
     period_s: float = 0.0
+    chance: float = 0.0
 
     @property
     def name(self) -> str:
@@ -168,16 +179,22 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
             if force.device in by_device:
                 angle = _direction(force, by_device[force.device], times_s, run_s)
                 found[Signal(force.device, label, '°', SignalKind.FORCE)] = angle
-    theirs = run.by_key
+    theirs, waits = run.by_key, _waits(reference, times_s, _NEAR_WAIT_S)
     for channel in reference.channels:
         if channel.key in theirs:
             own = {} if run is reference else _channel(channel, channel, times_s)
             values = _channel(channel, theirs[channel.key], run_s)
+            for it in (own, values):
+                _without_noise(it, waits)
             found.update(values if _is_slow(channel) else _with_means(own, values))
-    for signal, values in found.items():
-        if signal.kind is SignalKind.NOISE:  # a wait has no common clock
-            values[_waits(reference, times_s, _NEAR_WAIT_S)] = np.nan
     return {signal: values.astype(np.float32) for signal, values in found.items()}
+
+
+def _without_noise(columns: Columns, waits: np.ndarray) -> None:
+    """Take away the noise in waits, which have no common clock, before there are means of it."""
+    for signal, values in columns.items():
+        if signal.kind is SignalKind.NOISE:
+            values[waits] = np.nan
 
 
 def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
@@ -313,7 +330,8 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
         return {signal: value}
     theirs = reference.values[np.isfinite(reference.values)]
     rough = roughness(times_s, values, float(np.ptp(theirs)) if len(theirs) else 0.0)
-    noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE)
+    noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE,
+                   chance=round(math.sqrt(0.5 * period_s(reference.times_s) / ROUGH_S), 3))
     rough_s = np.where(inside(run_s, data_gaps(times_s), ROUGH_S), np.nan, run_s)
     return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis])[:, 0]}
 

@@ -158,7 +158,10 @@ class StateOrder:
             f'{self._named(came)} {"comes" if len(came) == 1 else "come"} in addition'
 
     def _named(self, values: Order) -> str:
-        return ', '.join(self._name(it) for it in values[:3]) + (' …' if len(values) > 3 else '')
+        *names, last = (self._name(it) for it in values[:3])
+        if len(values) > 3:
+            return f'{", ".join(names)}, {last} …'
+        return f'{", ".join(names)} and {last}' if names else last
 
     def _name(self, value: float) -> str:
         name = self._names.get(value)
@@ -188,8 +191,9 @@ class StateOrder:
         row = int(rows[0])
         late = float(late_s[row])
         since_s = min(float(times_s[row + 1]), float(times_s[row + 1]) - late)
-        return StateFault(f'{self._name(order[row + 1])} {abs(late):.2f} s '
-                          f'{"later" if late > 0 else "earlier"} (usual ±{limit_s[row]:.2f} s)',
+        return StateFault(f'{self._name(order[row + 1])} comes {abs(late):.2f} s '
+                          f'{"later" if late > 0 else "earlier"} than usual '
+                          f'(±{limit_s[row]:.2f} s)',
                           since_s, late, float(limit_s[row]))
 
 
