@@ -313,7 +313,7 @@ def test_the_worst_value_of_all_times_is_shown(stand: Stand) -> None:
     assert 'up to 355: over' in stand.model.events[-1].text
     stand.model.acknowledge(stand.model.alarms[0].condition)
     assert stand.model.events[-1].text == (
-        'arm: edge is above 335, up to 398: acknowledged by anna')
+        'arm: edge is above 335, up to 398 (2×): acknowledged by anna')
 
 
 def hover(stand: Stand, is_over: bool) -> None:
