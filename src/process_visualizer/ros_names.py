@@ -79,6 +79,6 @@ STALE_POINTS_KEY = 'stale_points'
 """Key of a status on /diagnostics about a sensor that sends no clouds: its device."""
 CONFLICT_KEY = 'several_sources'
 """Key of a status on /diagnostics about nodes that contradict each other: topic and problem."""
-LIMIT_KEY, EXCESS_KEY = 'beyond_limit', 'beyond_limit_by'
+LIMIT_KEY, EXCESS_KEY, TIMES_KEY = 'beyond_limit', 'beyond_limit_by', 'times'
 """Keys of a status on /diagnostics about a variable beyond its limits: how far it has been, in
 words, and how far beyond the limit that is [in its unit]."""

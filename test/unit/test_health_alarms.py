@@ -131,6 +131,26 @@ def test_how_often_it_came_and_since_when_is_known_until_it_is_acknowledged() ->
     assert (alarm.times, alarm.first_s) == (1, None)
 
 
+def test_an_alarm_that_ended_and_came_again_between_two_looks_is_counted() -> None:
+    board = AlarmBoard().seen([LATCHED._replace(times=1, since_s=1.0)], 1.0)
+    board = board.seen([LATCHED._replace(times=2, since_s=4.0)], 4.3)
+    board = board.seen([LATCHED._replace(times=5, since_s=8.0)], 8.5)
+    (alarm,) = board.alarms
+    assert (alarm.times, alarm.first_s, alarm.since_s) == (5, 1.0, 8.0)
+    assert [tuple(event) for event in board.events] == [
+        (1.0, 'oven is above 200'),
+        (4.0, 'oven is above 200: over'), (4.0, 'oven is above 200'),
+        (8.0, 'oven is above 200: over, and 2 more of it since'), (8.0, 'oven is above 200')]
+    board = board.acknowledged(LATCHED, 'anna', 12.0)
+    assert texts(board)[-1] == 'oven is above 200 (5×): acknowledged by anna'
+    assert board.seen([LATCHED._replace(times=5, since_s=8.0)], 13.0).events == board.events
+
+
+def test_an_event_is_as_old_as_what_began_again() -> None:
+    board = AlarmBoard().seen([LATCHED], 1.0).seen([], 2.0)
+    assert board.seen([LATCHED._replace(since_s=5.0)], 7.0).events[-1].time_s == 5.0
+
+
 def test_what_is_wrong_now_comes_before_what_was_wrong_in_the_recording() -> None:
     board = AlarmBoard().seen([SILENT], 1.0).seen([SILENT, BEYOND._replace(position_s=7.0)], 2.0)
     assert [it.condition.source for it in board.alarms] == ['arm', 'oven']

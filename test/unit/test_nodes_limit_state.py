@@ -6,7 +6,7 @@ from typing import Any, Dict, List
 
 from process_visualizer.nodes.common.complaints import LimitState
 from process_visualizer.robot.limit_alarms import Limits
-from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.ros_names import LIMIT_KEY, TIMES_KEY
 
 
 class Told:
@@ -15,6 +15,7 @@ class Told:
     def __init__(self) -> None:
         self.present: Dict[str, Any] = {}
         self.began: List[str] = []
+        self.times = ''
 
     def state(self, key: str, text: str, values: Any, log_period_s: float,
               is_error: bool) -> None:
@@ -22,6 +23,7 @@ class Told:
         if key not in self.present:
             self.began.append(key)
         self.present[key] = (text, values[LIMIT_KEY])
+        self.times = values[TIMES_KEY]
 
     def end(self, key: str) -> None:
         self.present.pop(key, None)
@@ -45,6 +47,16 @@ def test_from_the_first_value_beyond_until_it_is_back() -> None:
     assert told.present
     fed(state, now_s, 90.0, 90.0)
     assert (told.present, len(told.began)) == ({}, 1)
+
+
+def test_how_often_it_came_is_told() -> None:
+    told, now_s = Told(), 0.0
+    state = LimitState(told, '/oven data', 'oven', Limits(high=100.0), '°C')  # type: ignore
+    for times in ('1', '2', '3'):
+        now_s = fed(state, now_s, *[130.0] * 5)
+        assert (told.times, len(told.present)) == (times, 1)
+        now_s = fed(state, now_s, *[90.0] * 8)
+        assert told.present == {}
 
 
 def test_another_time_ends_it() -> None:

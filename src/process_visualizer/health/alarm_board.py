@@ -34,6 +34,7 @@ class Condition(NamedTuple):
     condition in the event. A latched condition remains an alarm after its end, until it is
     acknowledged. ``told_by`` names the values that show whether the condition persists; it is empty
     if the condition is not about values. ``excess`` tells which of several occurrences was worse.
+    ``times`` is how often it has begun, so that an end that nobody saw is noticed (0: unknown).
     """
 
     source: str
@@ -51,6 +52,7 @@ class Condition(NamedTuple):
     told_by: Tuple[str, ...] = ()
     name: str = ''
     excess: float = 0.0
+    times: int = 0
 
     @property
     def said(self) -> str:
@@ -111,14 +113,19 @@ class AlarmBoard(NamedTuple):
         events: List[Event] = []
         for key, condition in _worst(conditions).items():
             known = before.get(key)
-            is_again = known is not None and known.ended_s is not None
+            unseen = 0 if known is None or known.ended_s is not None else \
+                max(condition.times - known.condition.times, 0)
+            is_again = known is not None and (known.ended_s is not None or unseen > 0)
             since_s = known.since_s if known is not None and not is_again else \
                 now_s if condition.since_s is None else condition.since_s
+            if known is not None and unseen:
+                events.append(Event(since_s, _begun_again(known, end(known.condition), unseen)))
             if known is None or is_again or condition.level > known.condition.level:
-                events.append(Event(since_s if known is None else now_s, _begun(condition)))
+                events.append(Event(since_s if known is None or is_again else now_s,
+                                    _begun(condition)))
             alarm = Alarm(condition, since_s) if known is None else known
             if is_again:
-                alarm = alarm._replace(times=alarm.times + 1, is_acknowledged=False,
+                alarm = alarm._replace(times=alarm.times + max(unseen, 1), is_acknowledged=False,
                                        first_s=alarm.since_s if alarm.first_s is None
                                        else alarm.first_s, worst_before=alarm.worst)
             present[key] = alarm._replace(condition=condition._replace(since_s=since_s),
@@ -141,7 +148,7 @@ class AlarmBoard(NamedTuple):
         alarms = (it._replace(is_acknowledged=True) if it in found else it for it in self.alarms)
         return self._of(it for it in alarms if it not in found and not (
             it.is_acknowledged and it.ended_s is not None))._with(
-            [Event(now_s, f'{found[0].worst.said}: acknowledged by {who}')])
+            [Event(now_s, f'{_counted(found[0])}: acknowledged by {who}')])
 
     def _of(self, alarms: Iterable[Alarm]) -> AlarmBoard:
         return self._replace(alarms=tuple(sorted(alarms, key=lambda it: (
@@ -175,6 +182,17 @@ def _worst(conditions: Iterable[Condition]) -> Dict[Tuple[object, ...], Conditio
 
 def _begun(condition: Condition) -> str:
     return '' if condition.position_s is not None else condition.said
+
+
+def _begun_again(alarm: Alarm, end: str, unseen: int) -> str:
+    """Return the event of one or more ends that nobody saw: how long it lasted is unknown."""
+    again = '' if unseen == 1 else f', and {unseen - 1} more of it since'
+    begun = _begun(alarm.condition)
+    return begun and f'{begun}: {end}{again}'
+
+
+def _counted(alarm: Alarm) -> str:
+    return alarm.worst.said + (f' ({alarm.times}×)' if alarm.times > 1 else '')
 
 
 def _ended(alarm: Alarm, end: str, now_s: float) -> str:

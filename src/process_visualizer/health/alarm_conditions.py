@@ -24,6 +24,7 @@ from process_visualizer.ros_names import (
     RVIZ,
     SILENT_NODE_KEY,
     STALE_POINTS_KEY,
+    TIMES_KEY,
 )
 
 
@@ -118,7 +119,8 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
                       is_latched=True, told_by=(it.node, it.text),
-                      excess=_number(it.values.get(EXCESS_KEY, '')))
+                      excess=_number(it.values.get(EXCESS_KEY, '')),
+                      times=int(_number(it.values.get(TIMES_KEY, ''))))
             for it in warnings if LIMIT_KEY in it.values]
 
 

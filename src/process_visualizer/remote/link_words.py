@@ -97,14 +97,14 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
     """Return a message if ROS_IP or ROS_HOSTNAME names another computer, else None."""
     for name in ('ROS_HOSTNAME', 'ROS_IP'):
         value = environment.get(name, '').strip()
-        if value and not _is_here(value):
+        if value and not is_here(value):
             return (f'{name} is {value}, which is no address of this computer: nodes cannot reach '
                     'each other there, and the start does not end. Set it to one that '
                     '"hostname -I" prints, or unset it')
     return None
 
 
-def _is_here(host: str) -> bool:
+def is_here(host: str) -> bool:
     """Return whether a program here can listen at a name or address."""
     try:
         found = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)
@@ -157,6 +157,14 @@ def closed_to_others(host: str, port: int) -> str:
             '--remote" or the launcher with --remote, or set ROS_IP there to the address that '
             f'you reach; or use a tunnel: "ssh -N -L {port}:localhost:{port} {host}", and then '
             f'"cell view --master localhost:{port}"')
+
+
+def relay_ended(master_uri: str, listens: str) -> str:
+    """Return the message that a master of this computer names a relay that is not there."""
+    port = listens.rpartition(':')[2]
+    return (f'the ROS master at {master_uri} still names a cell at {listens}, but nothing listens '
+            'there: the cell has been killed; start it again. If the master is another '
+            f"computer's, reached by a tunnel, use the tunnel for port {port} too")
 
 
 def relay_silent(host: str, listens: str, error: OSError) -> str:

@@ -21,9 +21,12 @@ from process_visualizer.remote.link_words import (
     NOT_THE_CELL,
     SAYS_NOTHING,
     Address,
+    is_here,
+    is_loopback,
     no_cell,
     nothing_there,
     only_small_packets,
+    relay_ended,
     relay_silent,
     unknown_name,
     unreachable,
@@ -82,10 +85,16 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
     if said.listens is None:
         raise CellNotFound((no_cell(uri),))
     port = int(said.listens.rpartition(':')[2])
-    problem = _problem_at(wanted.host, port)
+    is_own = is_loopback(said.listens.rpartition(':')[0]) and (
+        is_loopback(wanted.host) or is_here(wanted.host))
+    host = '127.0.0.1' if is_own else wanted.host
+    problem = _problem_at(host, port)
+    if is_own and isinstance(problem, ConnectionRefusedError):
+        raise CellNotFound((relay_ended(uri, said.listens),))
     if problem is not None:
-        raise CellNotFound((relay_silent(wanted.host, said.listens, problem),))
-    return wanted.host, port
+        raise CellNotFound((unreachable(Address(host, port), problem, 'the cell for viewers')
+                            if is_own else relay_silent(host, said.listens, problem),))
+    return host, port
 
 
 def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:

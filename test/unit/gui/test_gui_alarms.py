@@ -146,6 +146,23 @@ def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
         assert stand.says_no_alarms()
 
 
+def test_a_window_that_was_closed_while_it_was_asked_does_not_hang(stand: Stand) -> None:
+    """RViz hangs for seconds while it ends; whoever asked it last says so afterwards."""
+    def report(state: NodeState, code: 'int | None' = None) -> None:
+        stand.launch.reports = {**stand.launch.reports, RVIZ_PART: PartReport(
+            RVIZ_PART, PartState.RUNNING, (NodeReport('/rviz', state, code),))}
+        stand.launch.changed.emit()
+
+    report(NodeState.RUNNING)
+    report(NodeState.EXITED, 0)
+    stand.states.take_look(CellLook(silent=frozenset({'/rviz'})))
+    stand.said.take_state('/scene_watch', '/rviz', Severity.WARNING, 'rviz is not responding',
+                          stand.now_s, {SILENT_NODE_KEY: '/rviz', CONCERNED_KEY: ''})
+    stand.warnings.look()
+    assert [it.text for it in stand.model.events] == ['RViz was closed']
+    assert [it.condition.text for it in stand.model.alarms] == ['was closed']
+
+
 def test_nodes_that_contradict_each_other_are_an_alarm(stand: Stand) -> None:
     said = '/arm/joints: 2 nodes send positions of a that are up to 1.2 apart'
     stand.said.take_state('/arm/driver', '/arm/driver', Severity.WARNING,
@@ -313,7 +330,7 @@ def test_the_worst_value_of_all_times_is_shown(stand: Stand) -> None:
     assert 'up to 355: over' in stand.model.events[-1].text
     stand.model.acknowledge(stand.model.alarms[0].condition)
     assert stand.model.events[-1].text == (
-        'arm: edge is above 335, up to 398: acknowledged by anna')
+        'arm: edge is above 335, up to 398 (2×): acknowledged by anna')
 
 
 def hover(stand: Stand, is_over: bool) -> None:

@@ -2,13 +2,14 @@
 """What is clicked stays where it is, though it cannot be clicked again."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
-from PyQt5.QtCore import Qt
+import pytest
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QApplication, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from process_visualizer.gui.toolkit.scrolling import StillScroll
+from process_visualizer.gui.toolkit.scrolling import Column, ColumnScroll, NoticePlace, StillScroll
 
 
 def test_a_button_that_is_disabled_by_its_click_does_not_move(qtbot: Any) -> None:
@@ -32,3 +33,27 @@ def test_a_button_that_is_disabled_by_its_click_does_not_move(qtbot: Any) -> Non
     first.setFocus()
     QTest.keyClick(first, Qt.Key_Tab)
     assert area.verticalScrollBar().value() > 0
+
+
+@pytest.mark.parametrize('place', [NoticePlace, lambda body: ColumnScroll(_column(body))])
+def test_a_scroll_bar_moves_no_button(qtbot: Any, place: Callable[[QWidget], QWidget]) -> None:
+    body = QWidget()
+    layout = QHBoxLayout(body)
+    layout.addStretch(1)
+    button = QPushButton('Ack')
+    layout.addWidget(button)
+    area = place(body)
+    qtbot.addWidget(area)
+    area.resize(300, 200)
+    area.show()
+    QApplication.processEvents()
+    before = button.mapTo(area, QPoint(0, 0)).x()
+    body.setMinimumHeight(400)
+    qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 0)
+    assert button.mapTo(area, QPoint(0, 0)).x() == before
+
+
+def _column(body: QWidget) -> Column:
+    column = Column()
+    QVBoxLayout(column).addWidget(body)
+    return column

@@ -92,6 +92,21 @@ def test_what_answers_instead_is_told(serve: Serve, sentence: str) -> None:
         find_relay(Address('127.0.0.1', port))
 
 
+@pytest.mark.parametrize('is_there', [True, False])
+def test_a_killed_cell_of_this_computer_is_not_one_that_refuses_others(
+        monkeypatch: pytest.MonkeyPatch, is_there: bool) -> None:
+    """Its master keeps the address of its relay."""
+    with served(sending(GREETING + json_frame(Kind.OFFER, view=''))) as port:
+        listens = f'127.0.0.1:{port if is_there else 1}'
+        monkeypatch.setattr(finding, '_asked', lambda _uri: finding._Said(listens))
+        if is_there:
+            assert find_relay(Address('localhost', 2)) == ('127.0.0.1', port)
+            return
+        with pytest.raises(CellNotFound, match='names a cell at 127.0.0.1:1, but nothing listens '
+                                               'there: the cell has been killed'):
+            find_relay(Address('localhost', 2))
+
+
 def test_the_port_that_has_to_be_open_is_the_one_that_is_named(
         monkeypatch: pytest.MonkeyPatch) -> None:
     """The master listens to its own computer only, and a firewall drops what is for the relay."""

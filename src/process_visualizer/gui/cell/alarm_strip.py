@@ -6,7 +6,7 @@ import time
 from typing import Callable, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QPaintEvent, QShowEvent
+from PyQt5.QtGui import QShowEvent
 from PyQt5.QtWidgets import (
     QApplication,
     QFrame,
@@ -14,7 +14,6 @@ from PyQt5.QtWidgets import (
     QPlainTextEdit,
     QPushButton,
     QScrollArea,
-    QScrollBar,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -25,7 +24,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
-from process_visualizer.gui.toolkit.scrolling import StillScroll
+from process_visualizer.gui.toolkit.scrolling import StillScroll, keep_room_for_bar
 from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
 from process_visualizer.health.alarm_board import Action, Alarm, Condition, events_text
@@ -118,7 +117,7 @@ class AlarmStrip(QWidget):
         self._column.setSpacing(_GAP_PX)
         self._column.setAlignment(Qt.AlignTop)
         self._area = StillScroll()
-        self._area.setVerticalScrollBar(_QuietBar(Qt.Vertical))
+        keep_room_for_bar(self._area)
         self.more = _more_button(self._area)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._show)
@@ -136,7 +135,6 @@ class AlarmStrip(QWidget):
         self._area.setFrameShape(QFrame.NoFrame)
         self._area.setWidgetResizable(True)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
-        self._area.setVerticalScrollBarPolicy(Qt.ScrollBarAlwaysOn)  # else it would move buttons
         self._area.setWidget(self._chips)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -233,15 +231,6 @@ def _have_same_chip(before: Alarm, now: Alarm) -> bool:
     """Return whether a chip can be updated from one alarm to the other."""
     return (_key(before), before.condition.level, before.condition.actions) == (
         _key(now), now.condition.level, now.condition.actions)
-
-
-class _QuietBar(QScrollBar):
-    """A scroll bar that keeps its room, so that nothing moves, but is invisible without use."""
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the bar if there is anything to scroll."""
-        if self.maximum() > self.minimum():
-            super().paintEvent(event)
 
 
 def _more_button(area: QScrollArea) -> QToolButton:

@@ -35,7 +35,7 @@ from process_visualizer.health.alarm_conditions import (
     topic_conditions,
     watch_conditions,
 )
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeState, PartReport, PartState
 
 Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
@@ -234,8 +234,11 @@ class AlarmsModel(QObject):
         silent = silence_conditions(self._states.watch_warnings())
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}
-        conditions += [*silent, *watch_conditions(running.mode, self._states.cell_look, parts,
-                                             silent)]
+        # Who was asked may have ended meanwhile, which is an alarm of its own.
+        ended = {node.name for report in self._launch.reports.values() for node in report.nodes
+                 if node.state in (NodeState.EXITED, NodeState.FAILED)}
+        conditions += [it for it in (*silent, *watch_conditions(
+            running.mode, self._states.cell_look, parts, silent)) if it.node not in ended]
         if running.mode is Mode.PLAYBACK:
             return [*conditions, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt
+from PyQt5.QtGui import QPaintEvent
 from PyQt5.QtWidgets import (
     QApplication,
     QFrame,
     QScrollArea,
+    QScrollBar,
     QSizePolicy,
     QStyle,
     QVBoxLayout,
@@ -27,6 +29,21 @@ class StillScroll(QScrollArea):
         if focused is not None and not focused.isEnabled():
             return QWidget.focusNextPrevChild(self, is_next)
         return super().focusNextPrevChild(is_next)
+
+
+class _QuietBar(QScrollBar):
+    """A scroll bar that is invisible without use, but keeps its room."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the bar if there is anything to scroll."""
+        if self.maximum() > self.minimum():
+            super().paintEvent(event)
+
+
+def keep_room_for_bar(area: QScrollArea) -> None:
+    """Reserve the width of the vertical scroll bar, so that the bar moves no button."""
+    area.setVerticalScrollBar(_QuietBar(Qt.Vertical))
+    area.setVerticalScrollBarPolicy(Qt.ScrollBarAlwaysOn)
 
 
 # A column that scrolls on screens that are too low for it.
@@ -58,13 +75,17 @@ class ColumnOf(Column):
 
 
 class ColumnScroll(StillScroll):
-    """Scrolls only vertically, and is never narrower than its content."""
+    """Scrolls only vertically, and is never narrower than its content.
+
+    Its scroll bar has a place of its own, so that the content keeps its width.
+    """
 
     def __init__(self, content: QWidget) -> None:
         super().__init__()
         self.setFrameShape(QFrame.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        keep_room_for_bar(self)
         self.setFocusPolicy(Qt.NoFocus)  # keys go to the window
         self.setWidget(content)
 
@@ -73,8 +94,11 @@ class ColumnScroll(StillScroll):
         return self._size(_MIN_HEIGHT_PX)
 
     def _size(self, height: int) -> QSize:
-        bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
-        return QSize(self.widget().minimumSizeHint().width() + bar, height)
+        return QSize(self.widget().minimumSizeHint().width() + self._bar_px, height)
+
+    @property
+    def _bar_px(self) -> int:
+        return self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
 
 
 # Scrolling places for widgets that come and go, so that nothing around them moves.
@@ -135,7 +159,7 @@ class NoticePlace(_Place):
 
     def sizeHint(self) -> QSize:
         """Return the height that the notices need at this width."""
-        height = self.widget().layout().heightForWidth(self.width())
+        height = self.widget().layout().heightForWidth(self.width() - self._bar_px)
         return self._size(max(height, self.widget().sizeHint().height()))
 
     def minimumSizeHint(self) -> QSize:

@@ -13,7 +13,13 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from process_visualizer.health.node_warnings import OVER
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.robot.limit_alarms import Limits, LimitWatch
-from process_visualizer.ros_names import CONCERNED_KEY, EXCESS_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import (
+    CONCERNED_KEY,
+    EXCESS_KEY,
+    LIMIT_KEY,
+    SILENT_NODE_KEY,
+    TIMES_KEY,
+)
 
 # The present problems of a node.
 
@@ -217,6 +223,7 @@ class LimitState:
         self._complaints, self._limits = complaints, limits
         self._key, self._label, self._unit = f'limits of {key}', label, unit
         self._watch = LimitWatch(limits)
+        self._times, self._is_present = 0, False
 
     def take(self, time_s: float, value: float) -> None:
         """Judge the present value; ``time_s`` is of a monotonic clock."""
@@ -224,12 +231,15 @@ class LimitState:
             return
         self._watch.add(time_s, value)
         present = self._watch.present
+        self._times += present is not None and not self._is_present
+        self._is_present = present is not None
         if present is None:
             self._complaints.end(self._key)
             return
         text = self._limits.sentence(self._label, present.extreme, self._unit)
         values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit),
-                  EXCESS_KEY: repr(self._limits.excess_of(present.extreme))}
+                  EXCESS_KEY: repr(self._limits.excess_of(present.extreme)),
+                  TIMES_KEY: str(self._times)}
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
 
     def lose(self) -> None:
