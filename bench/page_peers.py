@@ -19,7 +19,7 @@ import sys
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
 from urllib.parse import quote
 from urllib.request import urlopen
 
@@ -177,11 +177,10 @@ def measure(page: Path, folder: Path, rerun: str) -> None:
     files = {'page': page, 'meshcat': folder / PAGE, 'Rerun': folder / RERUN}
     times_s: Dict[str, List[Tuple[float, float]]] = {name: [] for name in files}
     print(f'load {os.getloadavg()[0]:.1f} at the beginning')
-    for turn in range(TURNS):
+    for _ in range(TURNS):
         for name, path in files.items():
-            picture = folder / f'{name}.png' if turn == TURNS - 1 else None
             with _address(path, rerun) as address:
-                times_s[name].append(first_picture(address, half, picture))
+                times_s[name].append(first_picture(address, half))
             print('{}: {:.2f} s, {:.2f} s of processor time'.format(name, *times_s[name][-1]),
                   flush=True)
     for name, found in times_s.items():
@@ -222,7 +221,7 @@ def _await(address: str) -> None:
             time.sleep(0.1)
 
 
-def first_picture(address: str, half: int, picture: Optional[Path]) -> Tuple[float, float]:
+def first_picture(address: str, half: int) -> Tuple[float, float]:
     """Return when the first picture is there in a new browser [s], and its processor time [s]."""
     from live_page import chromium
     driver = chromium(SIZE)
@@ -235,8 +234,6 @@ def first_picture(address: str, half: int, picture: Optional[Path]) -> Tuple[flo
         first_s = float(driver.execute_async_script(
             f'const back = arguments[0]; {FIRST}.then(back)'))
         spent_s = _processor_s(driver.service.process.pid) - before_s
-        if picture is not None:
-            driver.save_screenshot(str(picture))
         return first_s, spent_s
     finally:
         driver.quit()
