@@ -331,7 +331,7 @@ def test_a_bit_that_is_sent_only_when_it_changes_has_the_value_that_holds() -> N
                             np.array([0.0, 1.0])[:len(times_s)])
     good = GoodRuns(done(1, 0.0, 9.0), [done(seed, 0.0, 9.0 + 0.02 * seed) for seed in range(2, 8)])
     assert good.compare(done(77, 0.0, 9.06)).departures == ()
-    assert 'oven done, 1 is missing' in verdict(good.compare(done(77, 0.0)))
+    assert 'oven done: 1 is missing' in verdict(good.compare(done(77, 0.0)))
 
 
 def test_a_counter_that_came_first_behind_the_reference_is_no_measurement() -> None:

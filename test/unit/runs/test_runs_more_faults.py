@@ -39,7 +39,7 @@ def test_a_stuck_sensor_is_told_when_it_sticks() -> None:
 
     found = GOOD.compare(made_run(9, value=stuck))
     assert found.run_s(found.departures[0].onset_s) == pytest.approx(7.2, abs=0.1)
-    assert 'robot tool force, stays exactly the same for ' in as_text(GOOD, [found])
+    assert 'robot tool force: stays exactly the same for ' in as_text(GOOD, [found])
 
 
 def test_a_good_run_that_was_cut_says_nothing_of_the_standstill_before_it() -> None:
