@@ -342,6 +342,18 @@ def test_a_stop_that_nobody_answers_does_not_make_a_recording_of_a_recorder_that
     assert state.refused(RecordingPhase.RECORDING, 20.0).phase is RecordingPhase.GONE
 
 
+def test_a_mark_is_told_at_its_place_in_the_bag_however_late_reports_are() -> None:
+    """The report of 2 s after the beginning came 8 s late."""
+    state = recording()
+    report = state.snapshot._replace(phase='recording', files=(state.path,), duration_s=2.0,
+                                     stamp_s=5002.0)
+    state = events.updated(state, report, 110.0).state
+    [mark] = state.marked(111.0, 5011.0).marks
+    assert mark.time_s == 11.0
+    [mark] = state.marked(111.0).marks  # the recorder's clock is not known
+    assert mark.time_s == 3.0
+
+
 def test_marks_of_one_recording_are_not_shown_with_what_somebody_else_starts_then() -> None:
     state = recording().marked(11.0)
     state = events.ended(state, [BAG], 12.0).state

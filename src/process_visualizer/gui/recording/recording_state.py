@@ -196,8 +196,19 @@ class RecordingState(NamedTuple):
 
     def marked(self, now_s: float, stamp_s: float = 0.0) -> 'RecordingState':
         """Return the state with another mark, with the set label or a number."""
-        mark = RecordedMark(self.clock.moment_s(now_s), self.label or self.next_label, stamp_s)
+        mark = RecordedMark(self._moment_s(now_s, stamp_s), self.label or self.next_label, stamp_s)
         return self._replace(marks=(*self.marks, mark), label='')
+
+    def _moment_s(self, now_s: float, stamp_s: float) -> float:
+        """Return the time since the recording began [s], as the bag will have it if possible.
+
+        Reports may be seconds late, so those of the recorder's clock count, not their arrival.
+        """
+        report = self.snapshot
+        if not stamp_s or report.phase != RecordingPhase.RECORDING.value \
+                or self.path not in report.files:
+            return self.clock.moment_s(now_s)
+        return max(report.duration_s + stamp_s - report.stamp_s, 0.0)
 
     def mark_written(self, mark: RecordedMark) -> 'RecordingState':
         """Return the state after the recorder took this mark."""
