@@ -164,9 +164,9 @@ _NEEDED = {'vibration': 'force', 'contact_lost': 'force', 'force_noise': 'force'
 _PLACE = ('tool along', 'tool sideways', 'tool up', 'place')
 _WANTED: Dict[str, Tuple[str, ...]] = {
     'temperature': ('temperature',), 'ok_missing': ('ok',), 'late_ok': ('ok',),
-    'dwell': ('time lost', 'slower by'), 'override': ('slower by', 'time lost', 'tool speed'),
-    'missing_step': ('state', 'time lost', 'slower by', *_PLACE),
-    'extra_step': ('state', 'time lost', 'slower by', *_PLACE), 'tool_offset': _PLACE,
+    'dwell': ('time lost', 'pace'), 'override': ('pace', 'time lost', 'tool speed'),
+    'missing_step': ('state', 'time lost', 'pace', *_PLACE),
+    'extra_step': ('state', 'time lost', 'pace', *_PLACE), 'tool_offset': _PLACE,
     'wrong_state': ('state',), 'force_gain': ('force',), 'vibration': ('force',),
     'contact_lost': ('force',), 'force_noise': ('force',), 'force_turned': ('force', 'direction'),
     'force_stuck': ('force',), 'wrong_number': (*_PLACE, 'pattern_index', 'variant'),

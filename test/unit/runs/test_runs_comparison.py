@@ -80,7 +80,7 @@ def test_a_dwell_is_told_as_time_lost(learned: GoodRuns) -> None:
 
 def test_a_slow_run_is_told_as_slower(learned: GoodRuns) -> None:
     found = learned.compare(made_run(77, speed=1.1))
-    assert 'slower by' in [it.signal.label for it in found.departures]
+    assert 'pace' in [it.signal.label for it in found.departures]
     assert '% slower (band' in as_text(learned, [found])
     faster = learned.compare(made_run(77, speed=0.9))
     assert '% faster (band' in as_text(learned, [faster])

@@ -122,7 +122,7 @@ def test_the_way_to_another_place_is_aligned_by_states() -> None:
     assert found.alignment.means is AlignmentMethod.STATES
     assert not found.departures
     slow = good.compare(to_place(5.0, 0.4, 1.3)).departures
-    assert slow[0].signal.label == 'slower by'
+    assert slow[0].signal.label == 'pace'
 
 
 def test_a_step_that_is_missing_on_the_way_to_another_place_is_dated_to_where_it_is() -> None:

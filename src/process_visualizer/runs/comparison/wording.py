@@ -80,7 +80,7 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
     """
     stretches: Dict[Tuple[str, Missing], List[Tuple[float, float]]] = {}
     for it in sorted(comparison.unjudged, key=lambda it: it.begin_s):
-        name = 'anything' if it.why is Missing.MOTION else _named(it.signal)
+        name = 'anything' if it.why is Missing.MOTION else it.signal.name
         known = stretches.setdefault((name, it.why), [])
         begin_s, end_s = it.begin_s, it.end_s
         if known and begin_s <= known[-1][1]:
@@ -105,13 +105,8 @@ def nearest_text(comparison: Comparison) -> str:
     if nearest is None or comparison.why_not:
         return ''
     time_s = comparison.run_s(nearest.time_s)
-    return (f'{_named(nearest.signal)}, {100 * nearest.share:.0f} % of its band at '
+    return (f'{nearest.signal.name}, {100 * nearest.share:.0f} % of its band at '
             f'{clock(comparison.run.begin_s + time_s)} ({phase_at(comparison.run, time_s)})')
-
-
-def _named(signal: Signal) -> str:
-    """Return the name of a signal without its value: '2 % slower' has no name beside it."""
-    return 'pace' if signal.label == SLOWER_LABEL else signal.name
 
 
 def amount(departure: Departure) -> str:
@@ -188,7 +183,7 @@ def verdict(comparison: Comparison) -> str:
     others = [it for it in found[1:] if it.channel != first.channel]
     for other in others[:_MAX_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
-        text += f'; {_later(later_s)} {_named(other.signal)}'
+        text += f'; {_later(later_s)} {other.signal.name}'
     rest = len(others) - _MAX_FOLLOWERS
     return text + (f'; and {rest} more' if rest > 0 else '')
 

@@ -92,7 +92,7 @@ _NEAR_GAP_S = 0.4
 """Time around a gap in the motion in which the moment of the reference is uncertain [s].
 
 At most the length of the gap if nothing came late: the path across a short gap is known well."""
-TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
+TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'pace', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
 
