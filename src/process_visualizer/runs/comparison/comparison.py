@@ -569,9 +569,9 @@ def _steep_rows(reference: Run, times_s: np.ndarray) -> Dict[str, np.ndarray]:
 
 def _is_on_path(it: Departure, steep: Mapping[str, np.ndarray]) -> bool:
     """Return whether a tool that is too high or too low is so on a steep path: early or late."""
-    row = int(round(it.worst_s * RATE_HZ))
-    return it.signal.label == 'tool up' and it.signal.device in steep and bool(
-        steep[it.signal.device][row])
+    if it.signal.label != 'tool up' or it.signal.device not in steep:
+        return False
+    return bool(steep[it.signal.device][int(round(it.worst_s * RATE_HZ))])
 
 
 def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
