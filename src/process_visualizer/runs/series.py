@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from difflib import SequenceMatcher
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def period_s(times_s: np.ndarray) -> float:
     return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
 
 
-def data_gaps(times_s: np.ndarray) -> np.ndarray:
+def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarray:
     """Return the gaps of a series, (k, 2) [s]: start and end of each.
 
     A driver, network or disk that was held up for a moment delivers everything afterwards, all at
@@ -40,8 +40,10 @@ def data_gaps(times_s: np.ndarray) -> np.ndarray:
 
     Args:
         times_s: (n,), ascending.
+        usual_s: the usual time between two values [s]; default: the median.
     """
-    usual_s = period_s(times_s)
+    if usual_s is None:
+        usual_s = period_s(times_s)
     if usual_s <= 0.0:
         return _NONE
     steps = np.diff(times_s)
@@ -169,9 +171,17 @@ def _running(values: np.ndarray) -> np.ndarray:
     return np.concatenate((zero, np.cumsum(values, axis=-1, dtype=float)), axis=-1)
 
 
-def fine_part(values: np.ndarray, rows: int) -> np.ndarray:
-    """Return the distance of values (n,) from their mean over some rows around them."""
-    result: np.ndarray = values - moving_mean(values, rows)
+def fine_part(values: np.ndarray, rows: float) -> np.ndarray:
+    """Return the distance of values (n,) from their mean over some rows around them.
+
+    The rows need not be a whole number: a part of one more row counts on each side. With whole
+    numbers, two runs at 49.9 and 50.1 Hz would differ, as an even number has no middle.
+    """
+    inner, part = divmod(0.5 * (rows - 1.0), 1.0)
+    narrow = 2 * int(inner) + 1
+    share = part * (narrow + 2) / (narrow + 2.0 * part)
+    result: np.ndarray = values - (1.0 - share) * moving_mean(values, narrow) \
+        - share * moving_mean(values, narrow + 2)
     return result
 
 
@@ -186,7 +196,7 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
     if len(values) < 2 or times_s[-1] <= times_s[0]:
         return np.zeros(len(values))
     rate_hz = (len(values) - 1) / (times_s[-1] - times_s[0])
-    fine = fine_part(values, max(int(FINE_S * rate_hz), 3))
+    fine = fine_part(values, max(FINE_S * rate_hz, 3.0))
     square = _mean_of_last(fine * fine, max(int(ROUGH_S * rate_hz), 3))
     least = max(_MIN_SHARE * value_range, 1e-12)
     result: np.ndarray = 0.5 * np.log(square + least * least)

@@ -414,6 +414,19 @@ def test_a_state_that_began_in_a_hole_of_all_data_is_not_missing() -> None:
     assert any('oven state from 0:05.49 to 0:06.51' in it for it in unjudged_texts(found))
 
 
+def test_slow_topics_that_pause_together_are_no_hole() -> None:
+    """Each is sent as always; a state that comes late between two messages is late."""
+    def of(seed: int, since_s: float = 4.05) -> Run:
+        run = made_run(seed, has_motion=False)
+        for number in range(3):
+            times_s = np.arange(0.01 * number, run.duration_s, 0.125)
+            run = with_channel(run, f'flow {number}', times_s, np.sin(times_s) + number)
+        run = run._replace(channels=run.channels[1:])
+        return with_channel(run, 'state', np.array([0.0, since_s, 8.0]), np.array([0.0, 1.0, 0.0]))
+    found = GoodRuns(of(1), [of(2), of(3), of(4)]).compare(of(77, 5.25)).departures
+    assert [it.words.split(' (')[0] for it in found] == ['1 comes 1.20 s later than usual']
+
+
 def test_the_number_of_the_run_before_is_no_wrong_state() -> None:
     """The variant or place is sent when it changes, shortly before its run begins."""
     def of(seed: int, before: float, number: float) -> Run:

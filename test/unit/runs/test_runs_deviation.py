@@ -250,6 +250,14 @@ def test_roughness_is_a_logarithm() -> None:
                                                                               abs=0.05)
 
 
+@pytest.mark.parametrize('hz', [49.7, 50.3, 19.9, 20.1, 104.9])
+def test_roughness_does_not_depend_on_how_even_the_rate_is(hz: float) -> None:
+    """A ramp has no fine part, whether its window holds an odd or an even number of values."""
+    times_s = np.arange(int(4 * hz)) / hz
+    found = roughness(times_s, 100.0 * times_s, 1e-3)
+    assert found[len(found) // 2:-int(hz / 4)].max() < math.log(1e-3)
+
+
 def test_roughness_knows_nothing_of_later_values() -> None:
     values = np.concatenate((np.zeros(500), np.tile((1.0, -1.0), 250)))
     found = roughness(np.arange(1000) / 100.0, values, 2.0)

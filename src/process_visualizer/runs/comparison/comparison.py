@@ -115,8 +115,8 @@ _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
 """Rows beside an unknown moment at which means of it are unknown, too."""
-_OFTEN_S = 0.1
-"""Maximum time between two messages of any kind [s] for a hole to tell that some are missing."""
+_OFTEN_S = 0.25
+"""Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """Minimum difference in duration [s], and as a share of the reference, that is reported."""
 
@@ -807,13 +807,17 @@ def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
 
 
 def _holes_s(run: Run) -> np.ndarray:
-    """Return where a run has no message at all, (k, 2) [s], though it usually has many a second.
+    """Return where a run has no message at all, (k, 2) [s], though one topic has many a second.
 
-    A state that is sent only when it changes may have changed there, too.
+    A state that is sent only when it changes may have changed there, too. Several slow topics
+    pause together now and then; that is no hole.
     """
     series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
-    times_s = np.unique(np.concatenate([np.empty(0), *series]))
-    gaps = data_gaps(times_s) if period_s(times_s) < _OFTEN_S else np.empty((0, 2))
+    usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),
+                  default=np.inf)
+    if usual_s >= _OFTEN_S:
+        return np.empty((0, 2))
+    gaps = data_gaps(np.unique(np.concatenate(series)), usual_s)
     result: np.ndarray = gaps[gaps[:, 1] - gaps[:, 0] >= _MIN_UNJUDGED_S]
     return result
 

@@ -136,7 +136,7 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
     inside = np.isfinite(channel.values) & (channel.times_s >= about_s - _LOOK_BEFORE_S) & (
         channel.times_s <= left_s + _LOOK_BEHIND_S)
     times_s = channel.times_s[inside]
-    rows = max(int(FINE_S / max(period_s(times_s), 1e-9)), 3)
+    rows = max(FINE_S / max(period_s(times_s), 1e-9), 3.0)
     known = np.isfinite(np.stack(usual)).all(axis=0)
     if len(times_s) < 4 * _FEWEST_OF_PART or not known.any():
         return None
