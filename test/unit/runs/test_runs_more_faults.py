@@ -42,6 +42,18 @@ def test_a_stuck_sensor_is_told_when_it_sticks() -> None:
     assert 'robot tool force: stays exactly the same for ' in as_text(GOOD, [found])
 
 
+def test_a_stuck_sensor_explains_why_its_value_is_wrong_later() -> None:
+    def stuck(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        held = (process_s > 5.2) & (process_s < 8.8)  # the value falls from 6 s on
+        return np.where(held, values[np.flatnonzero(held)[0]], values)
+
+    found = GOOD.compare(made_run(9, value=stuck)).departures
+    assert [it.words.split(' for ')[0] for it in found if it.signal.label == 'tool force'] == [
+        'stays exactly the same']
+    assert found[0].signal.label == 'tool force'
+    assert found[0].severity > 1.0
+
+
 def test_a_good_run_that_was_cut_says_nothing_of_the_standstill_before_it() -> None:
     def still(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         return np.where(process_s < 2.0, 0.0, values)

@@ -96,6 +96,72 @@ def test_a_mean_began_no_longer_ago_than_its_window() -> None:
     assert found.time_s >= 7.0
 
 
+def test_an_onset_is_as_uncertain_as_is_said() -> None:
+    """Smoothed noise has few independent values: nearly always, it began within what is said."""
+    known = []
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        noise = np.convolve(random.standard_normal(len(TIMES_S) + 9), np.ones(10) / 10.0, 'valid')
+        deviation = 0.5 * noise + 0.5 * np.clip(TIMES_S - 7.0, 0.0, 9.0)
+        found = onset(TIMES_S, deviation, int(9.0 / 0.02))
+        known.append(abs(found.time_s - 7.0) <= found.uncertainty_s + 0.02)
+    assert np.mean(known) >= 0.75
+
+
+def test_what_differs_after_values_that_are_missing_began_among_them() -> None:
+    random = np.random.default_rng(2)
+    deviation = 0.3 * random.standard_normal(len(TIMES_S)) - 8.0 * (TIMES_S > 8.0)
+    deviation[(TIMES_S > 7.5) & (TIMES_S < 8.2)] = np.nan
+    left_row = int(np.flatnonzero(deviation < -4.0)[0])
+    found = onset(TIMES_S, deviation, left_row, np.full(len(TIMES_S), 10.0))
+    assert found.time_s == pytest.approx(7.85, abs=0.05)
+    assert found.uncertainty_s == pytest.approx(0.35, abs=0.05)
+
+
+def test_a_value_that_drops_just_after_an_edge_was_usual_at_the_edge() -> None:
+    level = 20.0 * np.clip((TIMES_S - 6.0) / 0.4, 0.0, 1.0) + 20.0 * (TIMES_S < 5.0)
+    deviation = np.where((TIMES_S > 4.9) & (TIMES_S < 5.0), -3.0, 0.0)
+    deviation += 0.2 * np.random.default_rng(3).standard_normal(len(TIMES_S))
+    deviation -= np.where((TIMES_S > 6.3) & (TIMES_S < 6.6), level, 0.0)
+    found = onset(TIMES_S, deviation, int(6.32 / 0.02), level)
+    assert found.time_s == pytest.approx(6.3, abs=0.06)
+    assert found.uncertainty_s <= 0.1
+
+
+def test_noise_of_a_value_that_drops_begins_with_the_drop() -> None:
+    def value(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        fine = 0.3 * np.random.default_rng(len(values)).standard_normal(len(values))
+        return values + np.where(process_s > 2.0, 60.0 + fine, 0.0)
+
+    def dropped(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        return np.where((process_s > 2.6) & (process_s < 2.85), 0.0, value(process_s, values))
+    good = GoodRuns(made_run(0, value=value), [made_run(it, value=value) for it in range(1, 6)])
+    found = good.compare(made_run(9, value=dropped))
+    assert {it.signal.name for it in found.departures} >= {'robot tool force',
+                                                           'robot tool force noise'}
+    for it in found.departures:
+        assert found.run_s(it.onset_s) == pytest.approx(4.6, abs=0.15), it.signal.name
+
+
+def test_a_state_that_follows_from_a_value_comes_after_it() -> None:
+    value = Departure(Signal('process', 'current', 'A', SignalKind.VARIABLE), 4.0, 5.0, 4.0, 0.1,
+                      4.2, -50.0, 5.0)
+    bit = Departure(Signal('plc', 'arc on', '', SignalKind.STATE), 4.1, None, 4.1, 0.05, 4.1,
+                    10.0, 1.0, '0 comes once more')
+    assert [it.signal.label for it in ranked([bit, value])] == ['current', 'arc on']
+    commanded = value._replace(onset_s=4.15, left_s=4.15)
+    assert [it.signal.label for it in ranked([bit, commanded])] == ['arc on', 'current']
+
+
+def test_time_lost_on_a_steep_path_shows_at_the_place_first() -> None:
+    late = Departure(Signal('', TIMING_LABEL, 's', SignalKind.TIMING), 6.8, None, 6.6, 0.03, 7.1,
+                     0.13, 0.04)
+    high = Departure(Signal('robot', 'tool up', 'm', SignalKind.PLACE), 6.24, 6.5, 6.24, 0.1, 6.4,
+                     0.0013, 0.0005, is_on_path=True)
+    assert ranked([high, late])[0] is late
+    assert ranked([high, late._replace(onset_s=7.6)])[0] is high
+
+
 def test_a_gain_that_drifts_across_a_pause_began_before_it() -> None:
     level = np.where((TIMES_S > 2.0) & (TIMES_S < 5.0) | (TIMES_S > 6.0), 100.0, 0.0)
     deviation = level * 0.06 * np.clip(TIMES_S - 3.0, 0.0, 4.0)

@@ -46,6 +46,7 @@ from process_visualizer.runs.deviation.band import (
 from process_visualizer.runs.deviation.channel_faults import (
     StuckSensors,
     UsualCourse,
+    explains,
     rough_since_s,
     seldom_since_s,
     vibration_hz,
@@ -341,24 +342,31 @@ class GoodRuns:
         band = _less_sure_in_waits(band, alignment, self.reference, self.times_s)
         band = _less_sure_beside(band, columns, self.reference, self.times_s)
         steep = _steep_rows(self.reference, self.times_s)
-        found = ranked([*(self._dated(it, run, alignment, band)._replace(
-                              is_on_path=_is_on_path(it, steep))
-                          for it in departures(self.times_s, columns, band)),
-                        *self._state_departures(run, alignment, own),
-                        *(() if own is not None else self._stuck.departures(
-                            run, alignment.time_map))], alignment.time_map.to_run)
+        stuck = () if own is not None else tuple(self._stuck.departures(run, alignment.time_map))
+        left = [it for it in departures(self.times_s, columns, band)
+                if not any(explains(other, it) for other in stuck)]
+        found = ranked([*(self._dated(it, left, run, alignment, band)._replace(
+                              is_on_path=_is_on_path(it, steep)) for it in left),
+                        *self._state_departures(run, alignment, own), *stuck],
+                       alignment.time_map.to_run)
         found = tuple(self._with_frequency(it, run, alignment) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),
                           _unjudged(self.reference, run, alignment, columns, band))
 
-    def _dated(self, it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
-        """Return a departure with an onset that is as exact as the channel's own values allow."""
+    def _dated(self, it: Departure, found: Sequence[Departure], run: Run, alignment: Alignment,
+               band: Band) -> Departure:
+        """Return a departure with an onset that is as exact as the channel's own values allow.
+
+        Noise that comes with a clearer departure of the value is the jump of the value.
+        """
         if it.signal.period_s:
             return _seldom_since(it, run, alignment, band, self.times_s)
         channel = run.by_key.get(it.channel)
         if channel is not None:  # a value is known no better than when the next one comes
             it = it._replace(uncertainty_s=max(it.uncertainty_s, period_s(channel.times_s)))
+        if any(_is_jump_of(it, other) for other in found):
+            return it
         return _rough_since(_smooth_since(it, alignment), run, alignment, band)
 
     def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
@@ -528,6 +536,12 @@ class GoodRuns:
         return notes
 
 
+def _is_jump_of(noise: Departure, value: Departure) -> bool:
+    return noise.signal.kind is SignalKind.NOISE and value.signal.kind is not SignalKind.NOISE \
+        and value.channel == noise.channel and value.severity > noise.severity \
+        and abs(value.left_s - noise.left_s) < ROUGH_S
+
+
 def _is_elsewhere(good: _Good) -> bool:
     places = [it for signal, it in good.columns.items() if signal.kind is SignalKind.PLACE]
     if good.aligned_by is not AlignmentMethod.MOTION or not places:
@@ -587,12 +601,12 @@ def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> D
         return it
     at_s = alignment.time_map.to_run(np.arange(len(rough)) / RATE_HZ)
     about_s, left_s = alignment.time_map.to_run(np.array([it.onset_s, it.left_s])).tolist()
-    since_s = rough_since_s(run.by_key[key], about_s, left_s,
-                            UsualCourse(at_s, value, rough))
-    if since_s is None:
+    since = rough_since_s(run.by_key[key], about_s, left_s, UsualCourse(at_s, value, rough))
+    if since is None:
         return it
+    since_s, known_s = since
     onset_s = float(alignment.time_map.to_reference(np.array([since_s]))[0])
-    known_s = max(_ROUGH_KNOWN_S, _ROUGH_PERIODS * period_s(run.by_key[key].times_s))
+    known_s = max(known_s, _ROUGH_KNOWN_S, _ROUGH_PERIODS * period_s(run.by_key[key].times_s))
     return it._replace(onset_s=max(onset_s, 0.0), uncertainty_s=known_s)
 
 

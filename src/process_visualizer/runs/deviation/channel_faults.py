@@ -26,7 +26,7 @@ _SLOWEST_S = 0.1
 """Signals slower than this may repeat a value a few times by chance [s]."""
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
 _NEAR_ROWS = int(0.5 * RATE_HZ)
-_KNOWN_S = 0.02
+_KNOWN_S, _BESIDE_S = 0.02, 0.2
 
 
 class StuckSensors:
@@ -61,6 +61,16 @@ class StuckSensors:
                     yield found
 
 
+def explains(stuck: Departure, other: Departure) -> bool:
+    """Return whether a stuck sensor explains why its channel left the band while it was stuck.
+
+    If the value left the band when it stopped changing, it is what differed: it fell to zero.
+    """
+    return other.channel == stuck.channel \
+        and stuck.onset_s + _BESIDE_S < other.left_s \
+        and (stuck.back_s is None or other.left_s <= stuck.back_s + _BESIDE_S)
+
+
 def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_s: np.ndarray,
                time_map: TimeMap, run_s: np.ndarray) -> Optional[Departure]:
     limit_s = np.maximum(_TIMES_AS_LONG * usual_s, _MIN_S)
@@ -70,7 +80,7 @@ def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_
     first = int(rows[0])
     ends = np.flatnonzero(held_s[first:] < held_s[first])
     end = first + int(ends[0]) if len(ends) else len(held_s)
-    worst = first + int(held_s[first:end].argmax())
+    worst = first + int((held_s[first:end] / limit_s[first:end]).argmax())
     since_s = float(time_map.to_reference(np.array([run_s[first] - held_s[first]]))[0])
     signal = Signal(channel.device, channel.label, channel.unit, _KINDS[channel.kind],
                     channel.tolerance, max_tolerance=channel.max_tolerance)
@@ -107,6 +117,8 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.nd
 
 _ABOUT_S, _LOOK_BEFORE_S, _LOOK_BEHIND_S = 0.8, 1.5, 0.3
 _FEWEST_OF_PART = 5
+_WORSE = 8.0
+"""Maximum cost above the least one of a moment that is possible: values of noise are alike."""
 _BEHIND_EDGE = (0.5, 0.8, 1.1, 1.4, 1.7)
 
 
@@ -119,8 +131,10 @@ class UsualCourse(NamedTuple):
 
 
 def rough_since_s(channel: Channel, about_s: float, left_s: float,
-                  usual: UsualCourse) -> Optional[float]:
-    """Return the time [s of the run] since which a channel is rougher than usual; None if unclear.
+                  usual: UsualCourse) -> Optional[Tuple[float, float]]:
+    """Return since when a channel is rougher than usual, give or take how much [s of the run].
+
+    None if that is unclear.
 
     Roughness covers the last half second, so it shows late when it began. The moment is chosen so
     that the squares of the fine part, relative to the usual, are most likely those of two normal
@@ -152,7 +166,11 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
     cost[(behind <= before) | (times_s[1:] > left_s) | (np.abs(times_s[1:] - about_s) > _ABOUT_S)
          | (count < _FEWEST_OF_PART) | (count[::-1] < _FEWEST_OF_PART)] = np.inf
     best = int(cost.argmin())
-    return float(times_s[best + 1]) if np.isfinite(cost[best]) else None
+    if not np.isfinite(cost[best]):
+        return None
+    possible_s = times_s[1:][cost <= cost[best] + _WORSE]
+    since_s = float(times_s[best + 1])
+    return since_s, float(max(since_s - possible_s[0], possible_s[-1] - since_s))
 
 
 _AS_USUAL, _AS_OTHER = 0.3, 0.5

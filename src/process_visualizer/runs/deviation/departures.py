@@ -23,7 +23,7 @@ from process_visualizer.runs.series import ROUGH_S, moving_maximum, spans
 _BEFORE_S, _MIN_BEFORE_S, _BEHIND_S = 4.0, 0.5, 0.4
 _SMALL = 0.3
 """A deviation is small up to this share of its size when it leaves the band."""
-_MIN_ROWS = 8
+_MIN_ROWS, _FEWEST_UNKNOWN = 8, 5
 _JUMP_S, _JUMP_SHARE = 0.1, 0.6
 _MIN_LEVEL, _LEVEL_CHANGES = 0.2, 1.2
 """Minimum level, as a share of its maximum, for shares of it, and change that makes them useful."""
@@ -31,8 +31,10 @@ _AS_EVEN = 1.5
 """Maximum ratio of errors by the same noise, with a dozen independent values (F test)."""
 _LONGEST = 1.25
 """Maximum time between onset and leaving the band, in windows of a mean."""
-_WORSE = 1.5
-"""Maximum error above the best fit's, per degree of freedom, of a moment that is possible."""
+_WORSE = 3.84
+"""Maximum error above the best fit's of a moment that is possible, in variances (chi-squared)."""
+_USUALLY_ALIKE, _MOST_ALIKE = 5.0, 0.95
+"""Usual number of rows that say no more than one, and the maximum correlation of two rows."""
 
 
 class Onset(NamedTuple):
@@ -46,8 +48,9 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
           level: Optional[np.ndarray] = None) -> Onset:
     """Return when a deviation began that leaves the band at a row.
 
-    If most of the deviation came in one jump, the onset is the jump. Otherwise two courses are
-    fitted by least squares, and the better fit gives the onset: constant and then a step, or
+    If it was small before a stretch of unknown values that ends where the band is left, it began
+    there. If most of the deviation came in one jump, the onset is the jump. Otherwise two courses
+    are fitted by least squares, and the better fit gives the onset: constant and then a step, or
     constant and then even growth. The fit starts as long before the last small deviation as the
     deviation has grown since. If the deviation was as even before that, even growth shows better in
     a fit that starts as long before the onset as it has grown since. A relative error steps where
@@ -61,22 +64,27 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
         level: (t,) the usual level, in the deviation's unit.
     """
     rate_hz = 1.0 / (times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
+    unknown = _unknown_before(deviation, left_row)
+    if unknown is not None:
+        begin_s, end_s = times_s[[unknown, left_row]].tolist()
+        return Onset(0.5 * (begin_s + end_s), 0.5 * (end_s - begin_s))
     reach = int(_BEHIND_S * rate_hz)
     end = min(_peak(deviation, left_row, reach) + 1, len(times_s))
     share = None if level is None else _share(deviation, level, left_row, rate_hz)
     known = np.isfinite(deviation if share is None else share)
     last_small = _last_small(deviation, left_row, rate_hz)
     jump = _jump(deviation, last_small, left_row, rate_hz)
+    row = left_row + int(known[left_row:].argmax())
     if share is not None:
-        row = left_row + int(known[left_row:].argmax())
         last_small = min(last_small, _last_small(share, row, rate_hz))
         end = max(end, min(_peak(share, row, reach) + 1, len(times_s)))
     least = int(_MIN_BEFORE_S * rate_hz)
     grew = int((left_row - last_small) / (1.0 - _SMALL))  # a part of even growth was small
     shorter = max(last_small - max(left_row - last_small, least), 0)
     longer = max(min(left_row - 2 * grew, last_small - least), 0)
-    if jump is not None and (share is None or _jump(share, max(jump - 1, 0), left_row, rate_hz)
-                             is not None):
+    if jump is not None and (share is None or _jump(
+            share, max(jump - 1, 0), left_row, rate_hz) is not None or _was_as_usual(
+            deviation, share[row] * level, jump, rate_hz)):
         return Onset(float(times_s[jump]), _JUMP_S)
     fits = [_fit(times_s, deviation, share, level, begin + np.flatnonzero(known[begin:end]),
                  left_row) for begin in (shorter, longer)]
@@ -105,10 +113,26 @@ def _fit(times_s: np.ndarray, deviation: np.ndarray, share: Optional[np.ndarray]
         errors = np.minimum(errors, _fit_errors(moments_s, known_s, share[rows],
                                                 np.square(level[rows])))
     best = int(errors.argmin())
-    allowed = errors[best] + _WORSE * errors[best] / len(rows) + 1e-12
+    allowed = errors[best] * (1.0 + _WORSE / _independent(deviation[rows[:best + 1]], len(rows))
+                              ) + 1e-12
     possible = moments_s[errors <= allowed]
     half = max(possible[-1] - moments_s[best], moments_s[best] - possible[0])
     return _Fit(float(moments_s[best]), float(half), float(errors[best]) / len(rows))
+
+
+def _independent(before: np.ndarray, count: int) -> float:
+    """Return the number of independent values among some, given those before an onset (n,).
+
+    Values of smoothed signals, and of colored noise, say less than as many independent ones: as
+    for noise of first order (Bartlett 1935).
+    """
+    if len(before) < _MIN_ROWS:
+        return max(count / _USUALLY_ALIKE, 1.0)
+    away = before - before.mean()
+    square = float(away @ away)
+    alike = float(away[1:] @ away[:-1]) / square if square > 0.0 else 0.0
+    alike = min(max(alike, 0.0), _MOST_ALIKE)
+    return max(count * (1.0 - alike) / (1.0 + alike), 1.0)
 
 
 def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sign: float,
@@ -135,6 +159,16 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
     excess = np.cumsum(np.concatenate(([0.0], sign * deviation[rows] - 0.5 * size)))
     first = min(int(excess.argmin()), len(rows) - 1)  # it falls before, and rises from there on
     return Onset(float(times_s[rows[first]]), min(0.25 * over_s, 0.5))
+
+
+def _unknown_before(deviation: np.ndarray, left_row: int) -> Optional[int]:
+    """Return the last known row before an unknown stretch in which a deviation began, or None."""
+    known = np.flatnonzero(np.isfinite(deviation[:left_row]))
+    if not len(known) or left_row - known[-1] <= _FEWEST_UNKNOWN:
+        return None
+    before = float(np.median(deviation[known[-_MIN_ROWS:]]))
+    is_small = before * np.sign(deviation[left_row]) < _SMALL * abs(deviation[left_row])
+    return int(known[-1]) if is_small else None
 
 
 def _last_small(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
@@ -168,6 +202,17 @@ def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float)
     is_one = jumps[best] > _JUMP_SHARE * abs(deviation[left_row]) and \
         before[best] < _SMALL * jumps[best]  # otherwise it had begun to grow before
     return int(rows[best]) if is_one else None
+
+
+def _was_as_usual(deviation: np.ndarray, later: np.ndarray, jump: int, rate_hz: float) -> bool:
+    """Return whether a value was usual just before a jump, though its level would have shown more.
+
+    ``later`` (t,) is the deviation by the share of the level that was found after the jump.
+    """
+    half = max(int(0.5 * _JUMP_S * rate_hz), 1)
+    rows = slice(max(jump - 3 * half, 0), max(jump - half, 1))
+    before, expected = (float(np.mean(it[rows])) for it in (deviation, later))
+    return abs(before) < _SMALL * abs(expected) and abs(expected) > 1.0
 
 
 def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
@@ -454,7 +499,10 @@ def _of_channels(found: Sequence[Departure]) -> List[Departure]:
             continue
         strong, weak = (it, other) if _clearness(it) > _clearness(other) else (other, it)
         if _determines_onset(weak, strong):
-            strong = strong._replace(onset_s=weak.onset_s, uncertainty_s=weak.uncertainty_s,
+            known_s = weak.uncertainty_s
+            if weak.severity < _FAINT:  # what shows clearly only in a mean left by chance here
+                known_s = max(known_s, strong.uncertainty_s)
+            strong = strong._replace(onset_s=weak.onset_s, uncertainty_s=known_s,
                                      left_s=min(weak.left_s, strong.left_s))
         best[key] = strong
     return list(best.values())
@@ -495,6 +543,9 @@ def _size(departure: Departure) -> float:
 
 
 _TORQUES = {'tool torque': 'tool force', TORQUE_DIRECTION: FORCE_DIRECTION}
+_CLEAR_JUMP, _WELL_KNOWN_S, _FOLLOWS_S = 3.0, 0.15, 0.03
+"""Minimum severity of a value that a state follows, maximum uncertainty of its onset, and minimum
+time between them [s]."""
 _AS_CLEAR = 0.5
 """Minimum severity of a force, as a share of the torque's, to explain the torque."""
 
@@ -504,9 +555,14 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
 
     A tool beside its path seems early or late, too: time is not the cause if it is less clear. A
     force at the end of a tool is a torque at its sensor. A value that is sent seldom says too
-    little about when it began.
+    little about when it began. A state that changes just after a value has jumped follows from it.
     """
     kind, signal = departure.signal.kind, departure.signal
+    if kind is SignalKind.STATE and any(
+            it.signal.kind in _HAS_LEVEL and it.severity >= _CLEAR_JUMP
+            and it.uncertainty_s <= _WELL_KNOWN_S and not it.signal.period_s
+            and it.onset_s < departure.onset_s - _FOLLOWS_S for it in together):
+        return _RANK[SignalKind.FORCE] + 0.75
     force = _TORQUES.get(signal.label)
     if any(it.signal.device == signal.device and it.signal.label == force
            and it.severity >= _AS_CLEAR * departure.severity for it in together):
@@ -518,6 +574,8 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
     return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
 
 
+_SEEN_LATER_S = 0.5
+"""Maximum time by which lost time shows later than at the place of a tool on a steep path [s]."""
 _JOINT_BEFORE_S = 1.0
 """Maximum time by which a joint leaves its band before the tool that it moves [s]."""
 
@@ -526,13 +584,18 @@ def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     """Return when a departure began; in a mean over a longer time, a clearer one may show it.
 
     Noise covers the last half second, and its start is known no better relative to other signals.
-    A tool leaves its path with the joints that move it, whose bands may be narrower.
+    A tool leaves its path with the joints that move it, whose bands may be narrower. One that is
+    only late on a steep path left it with the time that was lost, which shows later.
     A signal that is sent seldom may have begun to deviate only just before its next value.
     """
     if it.signal.period_s:
         return it.onset_s + max(it.uncertainty_s, 0.5 * it.signal.period_s)
     if it.signal.kind is SignalKind.NOISE and not it.signal.over_s:
         return min(it.left_s, it.onset_s + ROUGH_S)
+    if it.is_on_path:
+        return min((other.onset_s for other in found if other.signal.label == TIMING_LABEL
+                    and it.onset_s <= other.onset_s <= it.onset_s + _SEEN_LATER_S),
+                   default=it.onset_s)
     if it.signal.kind is SignalKind.PLACE:
         return min(other.onset_s for other in found if other is it or (
             other.signal.kind is SignalKind.JOINT and other.signal.device == it.signal.device
