@@ -128,6 +128,16 @@ def test_a_value_that_drops_just_after_an_edge_was_usual_at_the_edge() -> None:
     assert found.uncertainty_s <= 0.1
 
 
+def test_a_jump_that_the_level_does_not_explain_began_there() -> None:
+    """The level crosses zero, where shares of it are unknown; the value had wandered before."""
+    level = 8.0 * np.sin(0.9 * TIMES_S)
+    deviation = np.where((TIMES_S > 3.0) & (TIMES_S < 3.7), 0.9, 0.0)
+    deviation += np.where(TIMES_S > 8.0, 0.75 + 0.3 * (TIMES_S - 8.0), 0.0)
+    deviation += 0.1 * np.sin(3.0 * TIMES_S)
+    left_row = int(np.flatnonzero((deviation > 1.0) & (TIMES_S > 5.0))[0])
+    assert onset(TIMES_S, deviation, left_row, level).time_s == pytest.approx(8.0, abs=0.1)
+
+
 def test_noise_of_a_value_that_drops_begins_with_the_drop() -> None:
     def value(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         fine = 0.3 * np.random.default_rng(len(values)).standard_normal(len(values))

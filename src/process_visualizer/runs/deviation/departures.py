@@ -74,17 +74,17 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
     known = np.isfinite(deviation if share is None else share)
     last_small = _last_small(deviation, left_row, rate_hz)
     jump = _jump(deviation, last_small, left_row, rate_hz)
-    row = left_row + int(known[left_row:].argmax())
     if share is not None:
+        row = left_row + int(known[left_row:].argmax())
         last_small = min(last_small, _last_small(share, row, rate_hz))
         end = max(end, min(_peak(share, row, reach) + 1, len(times_s)))
     least = int(_MIN_BEFORE_S * rate_hz)
     grew = int((left_row - last_small) / (1.0 - _SMALL))  # a part of even growth was small
     shorter = max(last_small - max(left_row - last_small, least), 0)
     longer = max(min(left_row - 2 * grew, last_small - least), 0)
-    if jump is not None and (share is None or _jump(
-            share, max(jump - 1, 0), left_row, rate_hz) is not None or _was_as_usual(
-            deviation, share[row] * level, jump, rate_hz)):
+    if jump is not None and (level is None or share is None or _jump(
+            share, max(jump - 1, 0), left_row, rate_hz) is not None or not _is_step_of_level(
+            deviation, level, jump, rate_hz)):
         return Onset(float(times_s[jump]), _JUMP_S)
     fits = [_fit(times_s, deviation, share, level, begin + np.flatnonzero(known[begin:end]),
                  left_row) for begin in (shorter, longer)]
@@ -204,15 +204,15 @@ def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float)
     return int(rows[best]) if is_one else None
 
 
-def _was_as_usual(deviation: np.ndarray, later: np.ndarray, jump: int, rate_hz: float) -> bool:
-    """Return whether a value was usual just before a jump, though its level would have shown more.
-
-    ``later`` (t,) is the deviation by the share of the level that was found after the jump.
-    """
+def _is_step_of_level(deviation: np.ndarray, level: np.ndarray, jump: int,
+                      rate_hz: float) -> bool:
+    """Return whether a relative error that was there before explains a jump: the level steps."""
     half = max(int(0.5 * _JUMP_S * rate_hz), 1)
-    rows = slice(max(jump - 3 * half, 0), max(jump - half, 1))
-    before, expected = (float(np.mean(it[rows])) for it in (deviation, later))
-    return abs(before) < _SMALL * abs(expected) and abs(expected) > 1.0
+    (before, usual_before), (behind, usual) = (
+        (float(np.nanmean(deviation[rows])), float(np.nanmean(level[rows])))
+        for rows in (slice(jump - 3 * half, jump - half), slice(jump + half, jump + 3 * half)))
+    return abs(behind) <= abs(usual) and \
+        abs(behind * (usual - usual_before)) >= 0.5 * abs((behind - before) * usual)
 
 
 def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
