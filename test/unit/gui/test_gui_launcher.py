@@ -21,7 +21,7 @@ from process_visualizer.gui.app.main import words_to_go_on
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
-from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
@@ -338,6 +338,18 @@ def test_the_window_closes_when_the_end_of_a_recording_is_noted(
     with qtbot.waitSignal(command.close_wanted):
         command.leave()
     assert noted == [str(bag), 'closed']
+
+
+def test_a_dead_player_is_not_said_to_hang(loaded: Launcher, monkeypatch: pytest.MonkeyPatch
+                                           ) -> None:
+    loaded.session.set_mode(Mode.PLAYBACK)
+    run(loaded)
+    loaded.session.take_player(PlayerSnapshot(0.0, 0.0, 10.0, 1.0, 1.0, 1.0, False))
+    for state, activity in ((PartState.RUNNING, ' The player is not responding'),
+                            (PartState.FAILED, '')):
+        loaded.session.set_run(loaded.choice(), True, {BAG_PART: PartReport(BAG_PART, state)})
+        loaded.playback.state = loaded.playback.state._replace(is_silent=True)
+        assert loaded.status() == f'In playback mode.{activity}'
 
 
 def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,
