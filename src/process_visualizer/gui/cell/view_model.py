@@ -37,7 +37,7 @@ class ViewModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     ended = pyqtSignal()
-    """RViz has been closed or has died, or it runs again: see ``end_text``."""
+    """RViz has been closed or has died, or it is started: see ``end_text`` and ``is_starting``."""
 
     def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel) -> None:
         super().__init__(launch)
@@ -45,7 +45,7 @@ class ViewModel(QObject):
         self._rviz = RvizView()
         self._views = _Views((), None, None)
         self._key: Tuple[str, Tuple[str, ...]] = ('', ())
-        self._end_text = ''
+        self._end_text, self._is_starting = '', False
         self.window: Optional[Rectangle] = None
         session.cell_changed.connect(self._follow_cell)
         launch.changed.connect(self._follow_launch)
@@ -76,6 +76,11 @@ class ViewModel(QObject):
         """Return how RViz has ended while the nodes run; '' while RViz runs, or nothing does."""
         return self._end_text
 
+    @property
+    def is_starting(self) -> bool:
+        """Return whether RViz is started, alone or with the nodes: its window will come."""
+        return self._is_starting
+
     def save(self, name: str) -> None:
         """Save the present view of RViz under a name, for these devices."""
         views = self._saved_views()
@@ -102,8 +107,9 @@ class ViewModel(QObject):
         ends = [] if report is None or not self._launch.is_running else \
             own_part_conditions(Mode.REALTIME, {RVIZ_PART: report})
         text = f'{ends[0].said}.' if ends else ''
-        if text != self._end_text:
-            self._end_text = text
+        is_starting = report is not None and report.state is PartState.STARTING
+        if (text, is_starting) != (self._end_text, self._is_starting):
+            self._end_text, self._is_starting = text, is_starting
             self.ended.emit()
 
     def _follow_cell(self) -> None:
