@@ -107,7 +107,7 @@ class ReplayBar(QWidget):
         return button
 
 
-_IDLE = 'Launch the devices: their process variables are drawn here while they run.'
+_IDLE = 'The process variables of the devices are drawn here while they run.'
 _CLOCK_MS = 500
 _WAITING = 'Waiting for the first values…'
 
