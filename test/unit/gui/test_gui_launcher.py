@@ -320,7 +320,7 @@ def test_a_recording_that_is_gone_changes_nothing(
 
 
 def test_the_window_closes_when_the_end_of_a_recording_is_noted(
-        loaded: Launcher, qtbot: Any, tmp_path: Path) -> None:
+        loaded: Launcher, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The recorder finished its bag, but its last words did not come before its end."""
     bag = tmp_path / 'seam.bag'
     loaded.session.set_run(loaded.choice(), True, {})
@@ -330,6 +330,7 @@ def test_the_window_closes_when_the_end_of_a_recording_is_noted(
     qtbot.addWidget(window)
     command = AfterQuit(window, loaded)
     noted: List[str] = []  # at the first one, the launcher saves the events of the recording
+    monkeypatch.setattr(loaded.bag, 'keep_open', lambda: noted.append('kept'))
     loaded.recording.finished.connect(noted.append)
     command.close_wanted.connect(lambda: noted.append('closed'))
     loaded.launch.quit = loaded.launch.stopped.emit  # type: ignore[method-assign]
@@ -337,7 +338,7 @@ def test_the_window_closes_when_the_end_of_a_recording_is_noted(
     bag.touch()
     with qtbot.waitSignal(command.close_wanted):
         command.leave()
-    assert noted == [str(bag), 'closed']
+    assert noted == ['kept', str(bag), 'closed']
 
 
 def test_a_dead_player_is_not_said_to_hang(loaded: Launcher, monkeypatch: pytest.MonkeyPatch

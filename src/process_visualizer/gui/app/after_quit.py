@@ -85,6 +85,7 @@ class AfterQuit(QObject):
         self._is_leaving = True
         self.grace.take_back()
         self._launcher.guard.cancel()
+        self._launcher.bag.keep_open()
         if self._launcher.launch.is_idle:
             self.close_wanted.emit()
         else:
