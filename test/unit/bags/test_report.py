@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Iterator, List, Optional, Tuple
 
@@ -341,6 +345,19 @@ def test_a_bag_without_messages_is_not_complete(tmp_path: Path, account: Optiona
 def test_the_exit_code_tells_scripts_whether_something_is_missing(
         tmp_path: Path, words: List[str], numbers: List[int], code: int) -> None:
     assert main([*words, write_numbered(tmp_path / 'a.bag', numbers, ALL_WRITTEN)]) == code
+
+
+def test_a_reader_that_has_read_enough_is_no_problem(tmp_path: Path) -> None:
+    """Such as head; also if the report is short, and is written at the end only."""
+    bag = write(tmp_path / 'a.bag', list(range(100)))
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys; from process_visualizer.commands.command_line '
+         'import main; sys.exit(main(sys.argv[1:]))', 'report', bag],
+        stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b'')
 
 
 @pytest.mark.parametrize('kind', ['numbered', 'pausing'])
