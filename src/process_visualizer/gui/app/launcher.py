@@ -407,7 +407,8 @@ class Launcher(QObject):
         for change in (self.master.lost, self.master.returned):
             change.connect(
                 lambda: alarms.set_master(self.master.is_lost, self.master.is_other))
-        self.link.displays.connect(lambda _displays: self.watch.take_drawing())
+        for drawn in (self.watch.take_drawing, self.view.take_drawing):
+            self.link.displays.connect(lambda _displays, take=drawn: take())
         self.playback.moved.connect(lambda: alarms.take_position(self.playback.position_s))
         curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))
 
