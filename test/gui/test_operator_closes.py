@@ -43,6 +43,7 @@ def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
     [bag] = tmp_path.glob('*.bag')
     assert read_catalog([str(bag)]).duration_s > 0.5
     assert not list(tmp_path.glob('*.active'))
+    assert f'recorded {bag.name}' in Path(f'{bag}.events.txt').read_text()
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
 
 

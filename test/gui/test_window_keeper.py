@@ -87,6 +87,12 @@ def test_where_rviz_was_stands_a_button_that_restarts_it(desk: Desk, qtbot: Any)
     place.findChild(QPushButton, 'rviz_place_restart').click()
     assert len(wanted) == 1
     run_rviz(desk, PartState.STARTING, NodeReport('/rviz'))
+    assert place.isVisible() and not place.findChild(QPushButton, 'rviz_place_restart').isVisible()
+    assert place.findChild(QLabel, 'rviz_place_text').text() == 'RViz is starting…'
+    desk.launcher.link.displays.emit(())  # by the one before, as it ended
+    run_rviz(desk, PartState.RUNNING, NodeReport('/rviz', NodeState.RUNNING))
+    assert place.isVisible()
+    desk.launcher.link.displays.emit(())
     assert not place.isVisible()
     desk.launcher.launch.phase, desk.launcher.launch.reports = LaunchPhase.IDLE, {}
 

@@ -19,7 +19,7 @@ from process_visualizer.bagio.message_definition import (
     parse_definitions,
     short_name,
 )
-from process_visualizer.bagio.recorder_topics import ACCOUNT, last_json, texts
+from process_visualizer.bagio.recorder_topics import ACCOUNT, MARKS, last_json, texts
 from process_visualizer.bagio.recording import (
     U32_BYTES,
     RecordBatch,
@@ -368,8 +368,9 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
         noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
         return tuple(jump for jump in noticed if jump is not None)
     index = recording.index
-    moved = {it.topic for it in index.strays}  # times replaced by the first
-    timed = np.array([it.topic not in moved for it in index.connections], bool)[index.connection]
+    # Times replaced by the first, and marks: one that waited for a recorder that hung is earlier.
+    others = {*(it.topic for it in index.strays), MARKS}
+    timed = np.array([it.topic not in others for it in index.connections], bool)[index.connection]
     as_written = np.lexsort((index.offset[timed], index.chunk[timed]))
     return tuple(ClockJump(*jump)
                  for jump in backward_jumps(index.time_ns[timed][as_written], _MIN_JUMP_S))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import signal
 import sys
 from typing import Callable, Dict, List, Optional, Sequence
 
@@ -72,7 +73,7 @@ from process_visualizer.shown_text import say
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
                 'or makes such a file; reports on recordings.')
-_INTERRUPTED = 130
+_INTERRUPTED, _UNREAD = 128 + signal.SIGINT, 128 + signal.SIGPIPE
 """Exit code of an interrupted command, as in shells."""
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
@@ -118,15 +119,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = _parsed([word for word in words if word not in named])  # it takes them in one place
     try:
         if hasattr(options, 'bag_command'):
-            return execute_bag_command(options)
-        options.args = [*options.args, *named]
-        return _execute(options)
+            code = execute_bag_command(options)
+        else:
+            options.args = [*options.args, *named]
+            code = _execute(options)
+        sys.stdout.flush()
+        return code
     except ConfigurationError as error:
         for problem in error.problems:
             say(problem, file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return _INTERRUPTED
+    except BrokenPipeError:  # such as "cell report BAG | head", which has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at the exit
+        return _UNREAD
     except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
             OSError) as error:
         say(f'cell: {error}', file=sys.stderr)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Iterator, List, Optional, Tuple
 
@@ -19,6 +23,7 @@ from test_bags_damaged import places_of
 
 from process_visualizer.bagio.bag_file import INDEX_ENTRY_BYTES, OP_INDEX, record_at
 from process_visualizer.bagio.message_definition import Connection
+from process_visualizer.bagio.recorder_topics import MARKS
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import (
     Completeness,
@@ -128,6 +133,18 @@ def test_a_node_that_starts_anew_is_the_same_publisher(tmp_path: Path) -> None:
 def test_times_that_go_back_are_jumps() -> None:
     times_ns = np.array([0, 10, 5, 20], np.int64) * 1_000_000_000
     assert backward_jumps(times_ns, 0.1) == [(5_000_000_000, -5.0)]
+
+
+@pytest.mark.parametrize('late_topic, jumps', [('/n', [-7.0]), (MARKS, [])])
+def test_a_mark_that_is_written_late_is_no_jump_of_the_clock(
+        tmp_path: Path, late_topic: str, jumps: List[float]) -> None:
+    """It waited for a recorder that hung, and has the time at which it was made."""
+    path = tmp_path / 'a.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        for second in range(20):
+            bag.write('/n', UInt32(second), Time(BEGIN_S + second))
+        bag.write(late_topic, String('seam tears'), Time(BEGIN_S + 12))
+    assert [it.seconds for it in report_of(str(path)).clock_jumps] == jumps
 
 
 def counted_array() -> Any:
@@ -328,6 +345,19 @@ def test_a_bag_without_messages_is_not_complete(tmp_path: Path, account: Optiona
 def test_the_exit_code_tells_scripts_whether_something_is_missing(
         tmp_path: Path, words: List[str], numbers: List[int], code: int) -> None:
     assert main([*words, write_numbered(tmp_path / 'a.bag', numbers, ALL_WRITTEN)]) == code
+
+
+def test_a_reader_that_has_read_enough_is_no_problem(tmp_path: Path) -> None:
+    """Such as head; also if the report is short, and is written at the end only."""
+    bag = write(tmp_path / 'a.bag', list(range(100)))
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys; from process_visualizer.commands.command_line '
+         'import main; sys.exit(main(sys.argv[1:]))', 'report', bag],
+        stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b'')
 
 
 @pytest.mark.parametrize('kind', ['numbered', 'pausing'])

@@ -122,8 +122,10 @@ class TestOpening:
         choose(bench.session, [machine('/strange')])  # its configuration is used
         assert bench.session.paths == (other,) and bench.model.foreign_note == ''
 
+    @pytest.mark.parametrize('closes', [False, True])
     def test_what_had_to_wait_is_open_when_nothing_is_played(
-            self, bench: Bench, tmp_path: Path, path: str) -> None:
+            self, bench: Bench, tmp_path: Path, path: str, closes: bool) -> None:
+        """Unless the window closes: the next session begins with what was played."""
         choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         run(bench.session, Mode.PLAYBACK)
@@ -131,9 +133,13 @@ class TestOpening:
         with rosbag.Bag(other, 'w') as bag:
             bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
         bench.open(other)
+        if closes:
+            bench.model.keep_open()
         run(bench.session, None)
-        assert bench.session.paths == (other,)
-        assert bench.model.foreign_note.endswith('It is from another cell.')
+        open_one = path if closes else other
+        assert bench.session.paths == (open_one,)
+        assert bench.model.settings() == {'recent': [[other], [path]], 'open': [open_one]}
+        assert bench.model.foreign_note.endswith('It is from another cell.') is not closes
 
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(

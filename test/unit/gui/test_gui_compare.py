@@ -342,7 +342,7 @@ def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand:
     stand.tick(0, 1)
     stand.compare()
     assert stand.panel.state.text().endswith(
-        'Launch the devices: they are compared with these runs while they run.')
+        'The devices are compared with these runs while they run.')
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
     assert stand.sought == [], 'there is no player to go there'
     stand.panel.set_live(False)

@@ -113,7 +113,7 @@ def test_the_button_needs_an_object(stand: Stand) -> None:
     assert stand.state() == 'top reports nothing now.'
     stand.model.choose('kinect')
     run(stand.session, None)
-    assert stand.state() == 'Launch the nodes to see objects.'
+    assert stand.state() == 'Objects are seen while the nodes run.'
     assert not stand.button('add').isEnabled()
 
 

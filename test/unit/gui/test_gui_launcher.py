@@ -21,6 +21,7 @@ from process_visualizer.gui.app.main import words_to_go_on
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
@@ -316,6 +317,40 @@ def test_a_recording_that_is_gone_changes_nothing(
     assert loaded.session.mode is Mode.REALTIME and applied == []
     assert told == [f'{path} no longer exists: it was moved or deleted. Nothing was changed.']
     assert loaded.recording.state.finished is None, 'it is not offered again'
+
+
+def test_the_window_closes_when_the_end_of_a_recording_is_noted(
+        loaded: Launcher, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The recorder finished its bag, but its last words did not come before its end."""
+    bag = tmp_path / 'seam.bag'
+    loaded.session.set_run(loaded.choice(), True, {})
+    loaded.recording.take_state(RecorderSnapshot('recording', files=(str(bag),)))
+    run(loaded)
+    window = QWidget()
+    qtbot.addWidget(window)
+    command = AfterQuit(window, loaded)
+    noted: List[str] = []  # at the first one, the launcher saves the events of the recording
+    monkeypatch.setattr(loaded.bag, 'keep_open', lambda: noted.append('kept'))
+    loaded.recording.finished.connect(noted.append)
+    command.close_wanted.connect(lambda: noted.append('closed'))
+    loaded.launch.quit = loaded.launch.stopped.emit  # type: ignore[method-assign]
+    loaded.session.set_run(None, False, {})
+    bag.touch()
+    with qtbot.waitSignal(command.close_wanted):
+        command.leave()
+    assert noted == ['kept', str(bag), 'closed']
+
+
+def test_a_dead_player_is_not_said_to_hang(loaded: Launcher, monkeypatch: pytest.MonkeyPatch
+                                           ) -> None:
+    loaded.session.set_mode(Mode.PLAYBACK)
+    run(loaded)
+    loaded.session.take_player(PlayerSnapshot(0.0, 0.0, 10.0, 1.0, 1.0, 1.0, False))
+    for state, activity in ((PartState.RUNNING, ' The player is not responding'),
+                            (PartState.FAILED, '')):
+        loaded.session.set_run(loaded.choice(), True, {BAG_PART: PartReport(BAG_PART, state)})
+        loaded.playback.state = loaded.playback.state._replace(is_silent=True)
+        assert loaded.status() == f'In playback mode.{activity}'
 
 
 def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,

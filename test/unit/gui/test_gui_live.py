@@ -140,7 +140,7 @@ def test_ticks_that_are_not_applied_leave_the_curves_alone(stand: Stand) -> None
 
 
 def test_curves_are_drawn_as_they_come(stand: Stand) -> None:
-    assert 'Launch' in stand.panel.state.text()
+    assert 'while they run' in stand.panel.state.text()
     stand.come(stand.parts[0])
     assert stand.memory.asked[-1] == ('/feed', '/ft', MARKS, '/tcf', '/tf_static')
     assert [lane.label for lane in stand.timeline.stack.lanes] == [

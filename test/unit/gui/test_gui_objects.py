@@ -80,6 +80,22 @@ def test_a_sensor_of_which_no_cloud_is_evaluated_is_told(stand: Stand) -> None:
     assert stand.texts() == []
 
 
+def test_a_sensor_that_starts_is_not_told_to_be_blind(stand: Stand) -> None:
+    stand.model.set_starting(['kinect'])
+    stand.now_s += START_S + 5.0
+    stand.model.set_starting([])
+    stand.let_the_timer_end(START_S - 1.0)
+    assert stand.texts() == []
+    stand.let_the_timer_end(1.0)
+    assert stand.model.conditions[0].since_s == stand.now_s - START_S
+    stand.see()
+    stand.model.set_starting(['kinect'])  # it is restarted
+    stand.now_s += SILENT_S
+    stand.model.set_starting([])
+    stand.let_the_timer_end(START_S - 1.0)
+    assert stand.texts() == []
+
+
 def test_a_clear_cell_is_told_once(stand: Stand, qtbot: Any) -> None:
     stand.see()
     told: List[float] = []

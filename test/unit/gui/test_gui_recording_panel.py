@@ -83,7 +83,8 @@ def click(find: Find, name: str, kind: Type[QWidget] = QPushButton) -> None:
 
 def test_nothing_runs(find):
     assert not find(QPushButton, 'record').isEnabled()
-    assert text(find, 'record_notice').startswith('Launch the devices')
+    assert text(find, 'record_notice') == (
+        'The devices can be recorded while they run in real-time mode.')  # also while they start
     assert find(QLineEdit, 'record_folder').isEnabled()
 
 

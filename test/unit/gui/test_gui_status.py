@@ -52,6 +52,7 @@ def test_what_recorder_and_player_do() -> None:
     assert player_activity(player(-2.0), False) == 'Playing backwards at 2×'
     assert player_activity(player(1.0, paused=True), False) == 'Paused'
     assert player_activity(player(0.5), True) == 'The player is not responding'
+    assert player_activity(player(0.5), True, has_ended=True) == ''
 
 
 def test_a_second_click_that_is_meant_for_launch_does_not_quit(qtbot: Any) -> None:

@@ -132,7 +132,10 @@ class TestFollowing:
         assert bench.view.zoom.shown.contains(9.0)
 
     def test_of_another_recording_all_is_shown(self, bench: Bench) -> None:
+        """Its curves and marks are shown at once, before its player takes the last one's place."""
         bench.view.zoom.show_part(2.0, 4.0)
+        bench.view.set_recording(30.0)
+        assert shown(bench) == (0.0, 30.0)
         bench.stand.state(duration_s=30.0)
         assert shown(bench) == (0.0, 30.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Callable, List, Sequence, Tuple
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QMessageBox, QWidget
 
 from process_visualizer.gui.app.launcher import Launcher
@@ -15,6 +15,10 @@ from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0
 """Time during which the command to quit can be taken back [s]."""
+
+
+_END_MS = 5000
+"""Longest time for which the window waits for a folder, to note the end of a recording [ms]."""
 
 
 class AfterQuit(QObject):
@@ -35,6 +39,8 @@ class AfterQuit(QObject):
         self._is_leaving = False
         self._bags_to_play: Tuple[str, ...] = ()
         self.grace = DelayedAct(GRACE_S, self._quit_unless_lost, clock_s, self)
+        self._patience = QTimer(self, interval=_END_MS, singleShot=True)
+        self._patience.timeout.connect(self.close_wanted)
         launcher.launch.stopped.connect(self._go_on)
 
     def play(self, paths: Tuple[str, ...]) -> None:
@@ -79,6 +85,7 @@ class AfterQuit(QObject):
         self._is_leaving = True
         self.grace.take_back()
         self._launcher.guard.cancel()
+        self._launcher.bag.keep_open()
         if self._launcher.launch.is_idle:
             self.close_wanted.emit()
         else:
@@ -127,7 +134,8 @@ class AfterQuit(QObject):
     def _go_on(self) -> None:
         self.grace.take_back()
         if self._is_leaving:
-            self.close_wanted.emit()
+            self._patience.start()
+            self._launcher.recording.after_end_of_run(self.close_wanted.emit)
         elif self._bags_to_play:
             paths, self._bags_to_play = self._bags_to_play, ()
             self._launcher.play(paths)

@@ -134,6 +134,8 @@ class ObjectAlarms(QObject):
     def _follow_launch(self) -> None:
         is_up = self._launch.phase in (LaunchPhase.LAUNCHING, LaunchPhase.RUNNING)
         self.model.set_running(self._launch.running if is_up else None)
+        self.model.set_starting({device for device, report in self._launch.reports.items()
+                                 if report.state in (PartState.STOPPING, PartState.STARTING)})
 
     def _refuse(self, error: Exception) -> None:
         if not isinstance(error, RosLinkError):

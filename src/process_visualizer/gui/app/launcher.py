@@ -86,9 +86,10 @@ def recorder_activity(phase: RecordingPhase, is_silent: bool) -> str:
     return _RECORDING.get(phase, '')
 
 
-def player_activity(player: Optional[PlayerSnapshot], is_silent: bool) -> str:
-    """Return the activity of the player."""
-    if player is None:
+def player_activity(player: Optional[PlayerSnapshot], is_silent: bool,
+                    has_ended: bool = False) -> str:
+    """Return the activity of the player; none if its process has ended, which is a trouble."""
+    if player is None or has_ended:
         return ''
     if is_silent:
         return 'The player is not responding'
@@ -306,7 +307,8 @@ class Launcher(QObject):
         activity = (
             recorder_activity(self.recording.phase, self.recording.state.is_silent)
             if mode is Mode.REALTIME
-            else player_activity(self.session.player, self.playback.state.is_silent))
+            else player_activity(self.session.player, self.playback.state.is_silent,
+                                 self.session.has_ended(BAG_PART)))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         reason = self.blocked_reason() if self.launch.is_idle else ''
@@ -405,7 +407,8 @@ class Launcher(QObject):
         for change in (self.master.lost, self.master.returned):
             change.connect(
                 lambda: alarms.set_master(self.master.is_lost, self.master.is_other))
-        self.link.displays.connect(lambda _displays: self.watch.take_drawing())
+        for drawn in (self.watch.take_drawing, self.view.take_drawing):
+            self.link.displays.connect(lambda _displays, take=drawn: take())
         self.playback.moved.connect(lambda: alarms.take_position(self.playback.position_s))
         curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))
 

@@ -122,19 +122,20 @@ class RvizPlace(QWidget):
         self._text.setObjectName('rviz_place_text')
         self._text.setAlignment(Qt.AlignCenter)
         self._text.setWordWrap(True)
-        restart = QPushButton('Restart RViz')
-        restart.setObjectName('rviz_place_restart')
-        restart.clicked.connect(self.restart_wanted)
+        self._restart = QPushButton('Restart RViz')
+        self._restart.setObjectName('rviz_place_restart')
+        self._restart.clicked.connect(self.restart_wanted)
         layout = QVBoxLayout(self)
         layout.addStretch(1)
         layout.addWidget(self._text)
-        layout.addWidget(restart, 0, Qt.AlignCenter)
+        layout.addWidget(self._restart, 0, Qt.AlignCenter)
         layout.addStretch(1)
         self.hide()
 
-    def show_text(self, text: str) -> None:
+    def show_text(self, text: str, can_restart: bool) -> None:
         """Show why RViz is not here; an empty text hides this, as RViz is here."""
         self._text.setText(text)
+        self._restart.setVisible(can_restart)
         self.setVisible(bool(text) and self.parentWidget().isVisible())
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -219,8 +220,10 @@ class WindowKeeper(QObject):
         self._show_rviz_place()
 
     def _show_rviz_place(self) -> None:
-        """Fill the place of an RViz that was closed or killed."""
-        self.rviz_place.show_text(self._launcher.view.end_text)
+        """Fill the place of an RViz that was closed or killed, or that is started."""
+        view = self._launcher.view
+        self.rviz_place.show_text('RViz is starting…' if view.is_starting else view.end_text,
+                                  not view.is_starting)
 
     def _set_timeline_height(self, height: int) -> None:
         """Change the height at once; the other windows follow when the operator lets go."""

@@ -63,7 +63,7 @@ class ExpectModel(QObject):
         """Return what the chosen sensor sees."""
         count = self.seen.get(self.device)
         if count is None:
-            return 'Launch the nodes to see objects.' if self._session.running is None else \
+            return 'Objects are seen while the nodes run.' if self._session.running is None else \
                 f'{self.device} reports nothing now.'
         return f'{self.device} sees {count_text(count, "object") if count else "no object"}.'
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Collection, Dict, FrozenSet, List, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -44,7 +44,8 @@ class ObjectsModel(QObject):
         self._sought: Dict[str, SoughtObjects] = {}
         self._watches: Dict[str, ObjectWatch] = {}
         self._heard_s: Dict[str, float] = {}
-        self._begun_s = 0.0
+        self._begun_s: Dict[str, float] = {}
+        self._starting: FrozenSet[str] = frozenset()
         self._player = PlaybackClock()
         self._live, self._played = ObjectSpans(), ObjectSpans()
         self._conditions: Tuple[Condition, ...] = ()
@@ -83,11 +84,21 @@ class ObjectsModel(QObject):
         if choice is None or self._mode is not choice.mode or sought != self._sought:
             self._watches = {name: ObjectWatch(it.warn_m, it.stop_m) for name, it in sought.items()}
         if choice is None or self._mode is not choice.mode or set(sought) != set(self._sought):
-            self._heard_s, self._begun_s = {}, self._wall_s()
+            self._heard_s, self._begun_s = {}, dict.fromkeys(sought, self._wall_s())
         if set(sought) != set(self._sought):
             self.sensors_wanted.emit(tuple(sought))
         self._choice, self._sought = choice, sought
         self._update()
+
+    def set_starting(self, devices: Collection[str]) -> None:
+        """Take the devices that are being stopped or started: what they see is not awaited."""
+        before, self._starting = self._starting, frozenset(devices)
+        for name in self._begun_s:
+            if name in before - self._starting:
+                self._begun_s[name] = self._wall_s()
+                self._heard_s.pop(name, None)
+        if before != self._starting:
+            self._update()
 
     def take_player(self, player: Optional[PlayerSnapshot]) -> None:
         """Take the state of the player, None without one."""
@@ -155,13 +166,13 @@ class ObjectsModel(QObject):
 
     def _blind_s(self, device: str) -> float:
         """Return when the operator must know that a sensor of the running cell is silent."""
-        if self._mode is Mode.PLAYBACK:
+        if self._mode is Mode.PLAYBACK or device in self._starting:
             return math.inf
-        return max(self._begun_s + START_S, self._heard_s.get(device, 0.0) + SILENT_S)
+        return max(self._begun_s[device] + START_S, self._heard_s.get(device, 0.0) + SILENT_S)
 
     def _found(self, now_s: float) -> List[Condition]:
         played = self._played if self._mode is Mode.PLAYBACK else None
-        blind = [blind_condition(name, self._heard_s.get(name, self._begun_s))
+        blind = [blind_condition(name, self._heard_s.get(name, self._begun_s[name]))
                  for name in self._watches if now_s >= self._blind_s(name)]
         return blind + [it for device, watch in self._watches.items()
                 for it in object_conditions(device, watch.present(now_s), played)]

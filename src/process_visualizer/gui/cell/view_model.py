@@ -6,7 +6,7 @@ import os
 import tempfile
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.rviz_view import RvizView, RvizViewError
@@ -20,6 +20,8 @@ from process_visualizer.rviz.views import SavedViewError, SavedViews
 from process_visualizer.rviz.window_geometry import Rectangle
 
 _LINE = 'view'
+_WINDOW_MS = 5000
+"""Longest wait for the first picture of an RViz whose node has started [ms]."""
 
 
 class _Views(NamedTuple):
@@ -37,7 +39,7 @@ class ViewModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     ended = pyqtSignal()
-    """RViz has been closed or has died, or it runs again: see ``end_text``."""
+    """RViz has been closed or has died, or it is started: see ``end_text`` and ``is_starting``."""
 
     def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel) -> None:
         super().__init__(launch)
@@ -45,8 +47,10 @@ class ViewModel(QObject):
         self._rviz = RvizView()
         self._views = _Views((), None, None)
         self._key: Tuple[str, Tuple[str, ...]] = ('', ())
-        self._end_text = ''
+        self._end_text, self._is_starting = '', False
         self.window: Optional[Rectangle] = None
+        self._patience = QTimer(self, interval=_WINDOW_MS, singleShot=True)
+        self._patience.timeout.connect(lambda: self._set_starting(False))
         session.cell_changed.connect(self._follow_cell)
         launch.changed.connect(self._follow_launch)
 
@@ -76,6 +80,16 @@ class ViewModel(QObject):
         """Return how RViz has ended while the nodes run; '' while RViz runs, or nothing does."""
         return self._end_text
 
+    @property
+    def is_starting(self) -> bool:
+        """Return whether RViz is started, alone or with the nodes, and has drawn nothing yet."""
+        return self._is_starting
+
+    def take_drawing(self) -> None:
+        """Take that RViz has drawn a picture; one that is being stopped may do so, too."""
+        if self.is_rviz_alive:
+            self._set_starting(False)
+
     def save(self, name: str) -> None:
         """Save the present view of RViz under a name, for these devices."""
         views = self._saved_views()
@@ -104,6 +118,18 @@ class ViewModel(QObject):
         text = f'{ends[0].said}.' if ends else ''
         if text != self._end_text:
             self._end_text = text
+            self.ended.emit()
+        if report is not None and report.state is PartState.STARTING:
+            self._patience.stop()
+            self._set_starting(True)
+        elif not self.is_rviz_alive:
+            self._set_starting(False)
+        elif self._is_starting and not self._patience.isActive():
+            self._patience.start()
+
+    def _set_starting(self, is_starting: bool) -> None:
+        if is_starting != self._is_starting:
+            self._is_starting = is_starting
             self.ended.emit()
 
     def _follow_cell(self) -> None:

@@ -55,7 +55,7 @@ _KINDS = ('Pages (*.html);;Films (*.mp4 *.gif);;Tables (*.csv *.parquet);;'
 _MAX_NAME = 0.4  # maximum share of a list's width for names, so that the verdict has room
 _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
-_LAUNCH = 'Launch the devices: they are compared with these runs while they run.'
+_LAUNCH = 'The devices are compared with these runs while they run.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
 

@@ -39,6 +39,10 @@ _STEADY = 0.1
 """Share of a value: just after a start, nothing but noise of a steady value may be known."""
 
 
+_SLOW_S = 20
+"""Time to prepare a replay after which it is said why: its processes have a lower priority [s]."""
+
+
 class ReplayBar(QWidget):
     """Controls of the replay; visible only while a replay is shown or prepared."""
 
@@ -92,7 +96,8 @@ class ReplayBar(QWidget):
             self.state.setText(f'REPLAY  {age_text(self._now_s() - replay.time_s)} ago')
         else:
             taken_s = int(self._now_s() - (self._since_s or self._now_s()))
-            self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else ''))
+            self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else '')
+                               + (': the running cell comes first' if taken_s >= _SLOW_S else ''))
 
     def _button(self, name: str, hint: str, action: Callable[[], object]) -> QToolButton:
         button = QToolButton()
@@ -107,7 +112,7 @@ class ReplayBar(QWidget):
         return button
 
 
-_IDLE = 'Launch the devices: their process variables are drawn here while they run.'
+_IDLE = 'The process variables of the devices are drawn here while they run.'
 _CLOCK_MS = 500
 _WAITING = 'Waiting for the first values…'
 

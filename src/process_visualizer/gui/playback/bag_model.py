@@ -428,6 +428,15 @@ class BagModel(QObject):
         if self.session.mode is Mode.PLAYBACK and self._last:
             self._read(self._last, catalog_if_there)
 
+    def keep_open(self) -> None:
+        """Let the open recording stay open at the end of playback, as the window closes.
+
+        A recording of another cell that waits for that end is only one of the recent ones then.
+        """
+        if self._aside is not None:
+            self.recent.add(self._aside.paths)
+            self._aside = None
+
     # A bag without an index.
 
     @property

@@ -168,7 +168,7 @@ class TimelineView(LanesTimeline):
         self._take_length()
 
     def _take_length(self) -> None:
-        self.zoom.set_length(self._playback.state.duration_s or self._length_s)
+        self.zoom.set_length(self._length_s or self._playback.state.duration_s)
         self._show_map()
         self.update()
 

@@ -189,6 +189,10 @@ class RecordingModel(QObject):
             self._tasks.run('files', lambda: os.path.exists(path), lambda is_there: self._take(
                 left_behind(self._state, path, bool(is_there))))
 
+    def after_end_of_run(self, act: Callable[[], None]) -> None:
+        """Act once it is known whether the recorder has finished its bag; ``finished`` is first."""
+        self._tasks.run('files', lambda: None, lambda _: act())
+
     def take_state(self, snapshot: RecorderSnapshot) -> None:
         """Take a report of the recorder; in the GUI thread."""
         if self.phase is RecordingPhase.OFF:

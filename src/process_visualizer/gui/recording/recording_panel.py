@@ -234,7 +234,7 @@ class DiskBar(QWidget):
 _ICON_PX = 18
 _NOTICE_LINES = 3  # always reserved, so that nothing above moves
 _LINES = {
-    RecordingPhase.OFF: 'Launch the devices in real-time mode to record them.',
+    RecordingPhase.OFF: 'The devices can be recorded while they run in real-time mode.',
     RecordingPhase.WAITING: 'The recorder is starting…',
     RecordingPhase.STARTING: 'Waiting until every publisher is connected…',
     RecordingPhase.GONE: 'The recorder has ended. Restart it from its alarm.',
