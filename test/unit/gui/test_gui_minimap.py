@@ -72,7 +72,7 @@ def test_the_position_of_the_player_is_not_moved(bench: Bench) -> None:
 
 
 def test_a_very_short_part_can_be_grabbed(bench: Bench) -> None:
-    bench.stand.state(duration_s=3600.0)
+    bench.view.set_recording(3600.0)
     bench.view.zoom.show_part(3599.0, 3600.0)
     frame = strip(bench).frame
     assert frame.width() == 8.0 and frame.right() == 400.0

@@ -233,6 +233,20 @@ def test_a_short_hole_in_the_motion_leaves_little_unjudged(learned: GoodRuns) ->
     assert all(it.begin_s > 4.7 and it.end_s < 5.5 for it in found.unjudged)
 
 
+def test_a_short_piece_of_motion_before_a_hole_does_not_show_the_moment(learned: GoodRuns) -> None:
+    """In it, the tool is a little below its path: a moment later, it would be on it."""
+    run = made_run(77, start_s=-0.7)
+    motion, = run.motions
+    positions = motion.positions - (motion.times_s < 0.3)[:, np.newaxis] * (0.0, 0.0, 0.02)
+    kept = (motion.times_s < 0.7) | (motion.times_s > 1.2)
+    moved = motion._replace(positions=positions)
+    assert learned.compare(run._replace(motions=(moved,))).departures[0].signal.label == 'tool up'
+    found = learned.compare(run._replace(motions=(moved._replace(
+        times_s=motion.times_s[kept], positions=positions[kept]),)))
+    assert found.departures == ()
+    assert any(it.why is Missing.MOTION and it.begin_s < 0.1 for it in found.unjudged)
+
+
 def test_a_force_that_is_missing_beside_a_hole_in_the_motion_is_told_itself(
         learned: GoodRuns) -> None:
     run = made_run(77)

@@ -18,7 +18,13 @@ from process_visualizer.runs.deviation.band import (
     tolerance_band,
 )
 from process_visualizer.runs.deviation.departures import Departure, departures, onset, ranked
-from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, path_axes
+from process_visualizer.runs.deviation.signals import (
+    FORCE_DIRECTION,
+    Columns,
+    Signal,
+    SignalKind,
+    path_axes,
+)
 from process_visualizer.runs.series import data_gaps, moving_maximum, moving_mean, roughness
 
 TIMES_S = np.arange(500) / 50.0
@@ -61,6 +67,13 @@ def test_a_run_left_out_is_as_if_it_had_not_been_there() -> None:
     np.testing.assert_allclose(without.signals[FORCE].middle, others.signals[FORCE].middle)
     np.testing.assert_allclose(without.signals[FORCE].half_width, others.signals[FORCE].half_width,
                                rtol=0.15)  # the others' scores have known it
+
+
+def test_few_good_runs_say_little_about_the_direction_of_a_force() -> None:
+    turned = Signal('robot', FORCE_DIRECTION, '°', SignalKind.FORCE)
+    widths = [float(tolerance_band([{turned: np.zeros(500)}] * count).signals[turned]
+                    .half_width.max()) for count in (1, 2, 5)]
+    assert widths == pytest.approx([20.0, 10.0, 10.0 / math.sqrt(5.0)], abs=0.1)
 
 
 def test_a_good_run_that_is_none_is_told() -> None:

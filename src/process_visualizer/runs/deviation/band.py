@@ -162,7 +162,8 @@ _TOLERANCES: Dict[SignalKind, float] = {
 _TURNED_DEG, _TURNED_DEG_OF_ONE = 10.0, 20.0
 """Tolerances of a force's direction, with several good runs and with one.
 
-A single run does not show how the direction of a force that sets in varies from run to run.
+A single run does not show how the direction of a force that sets in varies from run to run, and
+two show it hardly better.
 """
 RELATIVE_TOLERANCE = 0.1
 """Default tolerance, as a share of the range of the good runs' values."""
@@ -485,10 +486,10 @@ class LearnedSignal:
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
+        if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
+            return max(margin, _TURNED_DEG_OF_ONE / runs)
         if runs > 1:
             return margin
-        if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
-            return max(margin, _TURNED_DEG_OF_ONE)
         return max(margin, _NOISE_SPREADS * _fine_spread(values))
 
 

@@ -23,6 +23,7 @@ from process_visualizer.runs.series import (
     period_s,
     roughness,
     slow_values,
+    spans,
 )
 
 _MIN_SPEED_M_S = 0.005
@@ -92,6 +93,8 @@ _NEAR_GAP_S = 0.4
 """Time around a gap in the motion in which the moment of the reference is uncertain [s].
 
 At most the length of the gap if nothing came late: the path across a short gap is known well."""
+_FEWEST_KNOWN = int(0.5 * RATE_HZ)
+"""Minimum rows of known motion before the first gap, and after the last."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'pace', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
 
@@ -201,6 +204,8 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
                     run_s: np.ndarray) -> np.ndarray:
     """Return where (t,) (bool) missing data of all tools make the moment of the run uncertain.
 
+    A short piece of motion before the first gap, or after the last, does not show which it is.
+
     Args:
         times_s, run_s: (t,), times of the reference, and those of the run that correspond to them.
     """
@@ -209,6 +214,10 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
         gaps = [_near_gaps(moments_s, it.times_s) for it in motions if len(it.times_s)]
         if gaps:
             found |= np.logical_and.reduce(gaps)
+    pieces = spans(~found & (run_s >= 0.0) & (run_s <= run.duration_s))
+    for begin, end in (pieces[0], pieces[-1]) if len(pieces) > 1 else ():
+        if end - begin < _FEWEST_KNOWN:
+            found[begin:end] = True
     return found
 
 
