@@ -161,6 +161,8 @@ def test_a_state_that_follows_from_a_value_comes_after_it() -> None:
     assert [it.signal.label for it in ranked([bit, value])] == ['current', 'arc on']
     commanded = value._replace(onset_s=4.15, left_s=4.15)
     assert [it.signal.label for it in ranked([bit, commanded])] == ['arc on', 'current']
+    sent_at_10_hz = bit._replace(uncertainty_s=0.15)  # it may have changed before the value
+    assert [it.signal.label for it in ranked([sent_at_10_hz, value])] == ['arc on', 'current']
 
 
 def test_time_lost_on_a_steep_path_shows_at_the_place_first() -> None:

@@ -389,7 +389,8 @@ class GoodRuns:
                 continue
             since_s = alignment.time_map.to_run(np.array([fault.since_s]))
             if not inside(since_s, _holes_s(run), _MIN_UNJUDGED_S).any():
-                yield _state_departure(key, fault, end_s)
+                sent_s = period_s(run.by_key[key].times_s) if np.isfinite(found.until_s) else 0.0
+                yield _state_departure(key, fault, end_s, sent_s)
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
@@ -781,10 +782,12 @@ def _states(reference: Run, run: Run, alignment: Alignment) -> Dict[Key, States]
     return found
 
 
-def _state_departure(key: Key, fault: StateFault, end_s: float) -> Departure:
+def _state_departure(key: Key, fault: StateFault, end_s: float, sent_s: float) -> Departure:
+    """Return the departure of a state; one that is sent all the time is known every ``sent_s``."""
     since_s = min(max(fault.since_s, 0.0), end_s)
     deviation, limit = (fault.late_s, fault.limit_s) if fault.limit_s else (_WRONG_STATE, 1.0)
-    return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s, _STATE_KNOWN_S,
+    return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s,
+                     _STATE_KNOWN_S + sent_s,
                      since_s, deviation, limit, fault.words, bool(fault.limit_s))
 
 

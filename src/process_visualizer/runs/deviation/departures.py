@@ -543,9 +543,9 @@ def _size(departure: Departure) -> float:
 
 
 _TORQUES = {'tool torque': 'tool force', TORQUE_DIRECTION: FORCE_DIRECTION}
-_CLEAR_JUMP, _WELL_KNOWN_S, _FOLLOWS_S = 3.0, 0.15, 0.03
-"""Minimum severity of a value that a state follows, maximum uncertainty of its onset, and minimum
-time between them [s]."""
+_CLEAR_JUMP, _WELL_KNOWN_S, _ABOUT_S = 3.0, 0.15, 0.02
+"""Minimum severity of a value that a state follows, maximum uncertainty of its onset, and the part
+of the state's uncertainty that does not count [s]."""
 _AS_CLEAR = 0.5
 """Minimum severity of a force, as a share of the torque's, to explain the torque."""
 
@@ -561,7 +561,8 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
     if kind is SignalKind.STATE and any(
             it.signal.kind in _HAS_LEVEL and it.severity >= _CLEAR_JUMP
             and it.uncertainty_s <= _WELL_KNOWN_S and not it.signal.period_s
-            and it.onset_s < departure.onset_s - _FOLLOWS_S for it in together):
+            and it.onset_s < departure.onset_s - departure.uncertainty_s + _ABOUT_S
+            for it in together):
         return _RANK[SignalKind.FORCE] + 0.75
     force = _TORQUES.get(signal.label)
     if any(it.signal.device == signal.device and it.signal.label == force
