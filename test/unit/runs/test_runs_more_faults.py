@@ -54,6 +54,16 @@ def test_a_stuck_sensor_explains_why_its_value_is_wrong_later() -> None:
     assert found[0].severity > 1.0
 
 
+def test_a_value_that_is_wrong_when_the_sensor_works_again_is_told() -> None:
+    def stuck(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        held = (process_s > 5.2) & (process_s < 8.8)
+        return np.where(held, values[np.flatnonzero(held)[0]], values + 3.0 * (process_s > 5.2))
+
+    found = GOOD.compare(made_run(9, value=stuck)).departures
+    forces = [it for it in found if it.signal.label == 'tool force']
+    assert sorted(bool(it.words) for it in forces) == [False, True]
+
+
 def test_a_good_run_that_was_cut_says_nothing_of_the_standstill_before_it() -> None:
     def still(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         return np.where(process_s < 2.0, 0.0, values)

@@ -62,13 +62,17 @@ class StuckSensors:
 
 
 def explains(stuck: Departure, other: Departure) -> bool:
-    """Return whether a stuck sensor explains why its channel left the band while it was stuck.
+    """Return whether a stuck sensor explains that its channel was outside the band.
 
-    If the value left the band when it stopped changing, it is what differed: it fell to zero.
+    If the value left the band when it stopped changing, it is what differed: it fell to zero. If it
+    stays outside when it changes again, something else differs, too.
     """
-    return other.channel == stuck.channel \
-        and stuck.onset_s + _BESIDE_S < other.left_s \
-        and (stuck.back_s is None or other.left_s <= stuck.back_s + _BESIDE_S)
+    if other.channel != stuck.channel or other.left_s <= stuck.onset_s + _BESIDE_S:
+        return False
+    if stuck.back_s is None:
+        return True
+    until_s = stuck.back_s + max(other.signal.over_s, ROUGH_S) + _BESIDE_S
+    return other.left_s <= until_s and other.back_s is not None and other.back_s <= until_s
 
 
 def _departure(channel: Channel, held_s: np.ndarray, usual_s: np.ndarray, times_s: np.ndarray,
