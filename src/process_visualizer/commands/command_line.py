@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import select
 import signal
 import sys
 from typing import Callable, Dict, List, Optional, Sequence
@@ -111,6 +112,13 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'view': add_view_options, 'serve': add_serve_options, 'expect': add_expect_options}
 
 
+def _has_lost_reader() -> bool:
+    """Return whether nobody reads the output any more, such as "head", which has read enough."""
+    output = select.poll()
+    output.register(sys.stdout.fileno(), 0)
+    return any(event & select.POLLERR for _, event in output.poll(0))
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
@@ -131,7 +139,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return 1
     except KeyboardInterrupt:
         return _INTERRUPTED
-    except BrokenPipeError:  # such as "cell report BAG | head", which has read enough
+    except BrokenPipeError as error:
+        if not _has_lost_reader():
+            say(f'cell: {error}', file=sys.stderr)
+            return 1
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at the exit
         return _UNREAD
     except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
