@@ -150,6 +150,11 @@ def test_killed_node_with_the_end_of_its_log(observed: Observed, write_config: o
     assert report.reason == 'all nodes have ended: /box/n: killed by SIGKILL'
     observed.cell.restart('box')
     observed.wait_until_up(plan)
+    os.kill(pid_of('/box/n'), signal.SIGKILL)
+    observed.wait_for('box', lambda it: it.state is PartState.FAILED)
+    assert '/box/n' in node_addresses()
+    observed.cell.stop()
+    assert node_addresses() == {}  # the master has forgotten it too
 
 
 def test_part_that_roslaunch_cannot_load(observed: Observed, write_config: object) -> None:

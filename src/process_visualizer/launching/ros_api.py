@@ -6,7 +6,7 @@ import socket
 import struct
 import time
 from http.client import HTTPConnection, HTTPException
-from typing import Any, Dict, List, Mapping, Optional, Protocol, Tuple, Type
+from typing import Any, Collection, Dict, List, Mapping, Optional, Protocol, Sequence, Tuple, Type
 from xml.parsers.expat import ExpatError
 from xmlrpc.client import Error, ServerProxy, Transport
 
@@ -176,6 +176,18 @@ class AskedMaster:
         """Set a parameter, given by its global name."""
         self._asked('setParam', key, value)
 
+    def unregisterPublisher(self, topic: str, node_uri: str) -> None:
+        """Unregister the caller as a publisher of a topic."""
+        self._asked('unregisterPublisher', topic, node_uri)
+
+    def unregisterSubscriber(self, topic: str, node_uri: str) -> None:
+        """Unregister the caller as a subscriber of a topic."""
+        self._asked('unregisterSubscriber', topic, node_uri)
+
+    def unregisterService(self, service: str, service_uri: str) -> None:
+        """Unregister the caller's service."""
+        self._asked('unregisterService', service, service_uri)
+
     def _of(self, kind: type, method: str) -> Any:
         """Return the master's answer, which must have a type."""
         value = self._asked(method)
@@ -324,3 +336,48 @@ def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return False
     return True
+
+
+def forget_ended(names: Collection[str], master_uri: Optional[str] = None) -> List[str]:
+    """Unregister nodes whose processes have ended without doing so; return their names.
+
+    To the master, and to all who ask it, a killed node still publishes and still offers its
+    services. As ``rosnode cleanup``, but for these nodes alone. A node whose address does not
+    refuse the connection is left alone: it may only be slow, or its network.
+    """
+    forgotten = []
+    try:
+        state = AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).getSystemState()
+        known = {node for kind in state for _, nodes in kind for node in nodes}
+        for name in names:
+            if name in known and _is_gone(name, master_uri):
+                _forget(name, state, master_uri)
+                forgotten.append(name)
+    except (OSError, rosgraph.MasterException, TypeError, ValueError):
+        pass  # the master has ended, or is none
+    return forgotten
+
+
+def _is_gone(name: str, master_uri: Optional[str]) -> bool:
+    """Return whether nothing listens at a node's address."""
+    try:
+        process_id_at(AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))
+    except ConnectionRefusedError:
+        return True
+    except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
+        pass
+    return False
+
+
+def _forget(name: str, state: Sequence[Any], master_uri: Optional[str]) -> None:
+    """Unregister whatever the master's state has of a node."""
+    master = AskedMaster(name, master_uri, PATIENT_TIMEOUT_S)
+    uri = master.lookupNode(name)
+    publishers, subscribers, services = (
+        [what for what, nodes in kind if name in nodes] for kind in state)
+    for topic in subscribers:
+        master.unregisterSubscriber(topic, uri)
+    for topic in publishers:
+        master.unregisterPublisher(topic, uri)
+    for service in services:
+        master.unregisterService(service, master.lookupService(service))

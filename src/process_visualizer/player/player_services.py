@@ -34,37 +34,43 @@ from process_visualizer.srv import (
     StepResponse,
 )
 
+_ENDED = 'the player is ending'
+
 
 class PlayerServices:
-    """One service for each command; each answers with success and a message."""
+    """One service for each command; each answers with success and a message.
+
+    The services stay advertised until the node ends, and rospy unregisters them all. Its shutdown,
+    in a thread of its own, leaves at the master what another thread is just unregistering.
+    """
 
     def __init__(self, control: PlayerControl, after: Callable[[], None],
                  node: NodeHandle) -> None:
         """Advertise the services; ``after`` is called after each command."""
         self._after = after
         self._node = node
+        self._has_ended = False
         triggers: Dict[str, Callable[[], str]] = {
             'play': control.play, 'pause': control.pause, 'stop': control.stop,
             'toggle_paused': control.toggle_paused, 'repeat': control.repeat}
-        self._services = [self._offer(name, Trigger, TriggerResponse, _without_request(do))
-                          for name, do in triggers.items()]
-        self._services += [
-            self._offer('seek', Seek, SeekResponse, lambda it: control.seek(it.position)),
-            self._offer('set_rate', SetRate, SetRateResponse, lambda it: control.set_rate(it.rate)),
-            self._offer('step', Step, StepResponse,
-                        lambda it: control.step(it.count, it.topic, it.duration)),
-            self._offer('set_loop', SetLoop, SetLoopResponse,
-                        lambda it: control.set_loop(it.loop, it.begin, it.end)),
-        ]
+        for name, do in triggers.items():
+            self._offer(name, Trigger, TriggerResponse, _without_request(do))
+        self._offer('seek', Seek, SeekResponse, lambda it: control.seek(it.position))
+        self._offer('set_rate', SetRate, SetRateResponse, lambda it: control.set_rate(it.rate))
+        self._offer('step', Step, StepResponse,
+                    lambda it: control.step(it.count, it.topic, it.duration))
+        self._offer('set_loop', SetLoop, SetLoopResponse,
+                    lambda it: control.set_loop(it.loop, it.begin, it.end))
 
     def close(self) -> None:
-        """Shut down the services."""
-        for service in self._services:
-            service.shutdown()
+        """Refuse all later commands."""
+        self._has_ended = True
 
     def _offer(self, name: str, service: Type[Any], response: Type[Any],
-               command: Callable[[Any], str]) -> Any:
+               command: Callable[[Any], str]) -> None:
         def answer(request: Any) -> Any:
+            if self._has_ended:
+                return response(False, _ENDED)
             try:
                 result = response(True, command(request))
             except CommandRefused as refusal:
@@ -72,7 +78,7 @@ class PlayerServices:
             self._after()
             return result
 
-        return self._node.serve(f'~{name}', service, answer)
+        self._node.serve(f'~{name}', service, answer)
 
 
 def _without_request(command: Callable[[], str]) -> Callable[[Any], str]:
@@ -159,13 +165,16 @@ class TopicReadingService:
         self._begin_ns = recording.begin_ns
         self._topics = {node.resolve(topic.name): topic for topic in topics}
         self._periods_s: Dict[str, float] = {}
-        self._service = node.serve('~read', ReadTopic, self._read)
+        self._has_ended = False
+        node.serve('~read', ReadTopic, self._read)
 
     def close(self) -> None:
-        """Shut down the service."""
-        self._service.shutdown()
+        """Refuse all later questions."""
+        self._has_ended = True
 
     def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:
+        if self._has_ended:
+            return ReadTopicResponse(success=False, message=_ENDED)
         topic = self._topics.get(request.topic)
         if topic is None:
             return ReadTopicResponse(success=False, message=f'{request.topic} is not played')

@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 import rosgraph
 
-from process_visualizer.launching.ros_api import AskedMaster, process_id_at
+from process_visualizer.launching.ros_api import AskedMaster, forget_ended, process_id_at
 
 
 @contextmanager
@@ -72,3 +72,25 @@ def test_one_that_answers_nonsense(value: object, monkeypatch: pytest.MonkeyPatc
         if value != 5:
             with pytest.raises((OSError, ValueError)):
                 process_id_at(uri)
+
+
+def test_nodes_that_have_ended_are_forgotten_and_no_others() -> None:
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        gone = f'http://127.0.0.1:{server.getsockname()[1]}/'
+    told = []
+
+    def tell(*values: str) -> 'list[object]':
+        told.append(values)
+        return [1, '', 1]
+
+    with served(getPid=lambda caller: [1, '', 5]) as alive, served(
+            getSystemState=lambda caller: [1, '', [
+                [['/force', ['/dead', '/living']], ['/rosout', ['/other']]],
+                [['/clock', ['/dead']]], [['/dead/stop', ['/dead']]]]],
+            lookupNode=lambda caller, node: [1, '', alive if node == '/living' else gone],
+            lookupService=lambda caller, service: [1, '', 'rosrpc://here:1'],
+            unregisterPublisher=tell, unregisterSubscriber=tell, unregisterService=tell) as uri:
+        assert forget_ended(['/dead', '/living', '/unknown'], uri) == ['/dead']
+    assert told == [('/dead', '/clock', gone), ('/dead', '/force', gone),
+                    ('/dead', '/dead/stop', 'rosrpc://here:1')]
+    assert forget_ended(['/dead'], uri) == []  # no master

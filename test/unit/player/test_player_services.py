@@ -17,7 +17,13 @@ from process_visualizer.msg import PlayerState
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.player.bag_player import HEAD_START_NS, PlayerSettings
 from process_visualizer.ros_names import PLAYBACK_RATE
-from process_visualizer.srv import SeekRequest, SetLoopRequest, SetRateRequest, StepRequest
+from process_visualizer.srv import (
+    ReadTopicRequest,
+    SeekRequest,
+    SetLoopRequest,
+    SetRateRequest,
+    StepRequest,
+)
 
 HEAD_START_S = HEAD_START_NS * 1e-9
 NAN, INF = float('nan'), float('inf')
@@ -175,7 +181,9 @@ def test_no_service_takes_commands_before_it_is_prepared_or_after_its_end(play: 
         'play', 'pause', 'toggle_paused', 'stop', 'repeat', 'seek', 'set_rate', 'step', 'set_loop',
         'read')}
     player.close()
-    assert not player.node.services
+    assert set(player.node.services) == offered  # rospy unregisters them when the node ends
+    assert player.play().message == player.call('read', ReadTopicRequest()).message == (
+        'the player is ending')
 
 
 def test_reading_of_the_recording_is_seen_by_nobody(play: Play, cell_bag: str) -> None:
