@@ -40,7 +40,7 @@ TopicChoice Intake::choice() const {
 std::set<std::string> Intake::sources() const {
   const Lock lock(mutex_);
   std::set<std::string> names = choice_.names();
-  if (!choice_.isEmpty()) names.insert(Calibration::kSource);
+  if (!choice_.isEmpty()) names.insert(FixedFrames::kSource);
   return names;
 }
 
@@ -60,7 +60,7 @@ void Intake::receive(Message message) {
   const Lock lock(mutex_);
   // Simulated time can restart at zero, which is not valid in a bag.
   if (is_open_) message.time = std::max(message.time, ros::TIME_MIN);
-  if (const auto frames = calibration_.copyOf(message)) take(*frames);
+  if (const auto frames = fixed_frames_.copyOf(message)) take(*frames);
   if (choice_.contains(message.topic())) take(message);
 }
 
@@ -125,7 +125,7 @@ Past Intake::chosen(Past past, const TopicChoice& choice, const ros::Time& now) 
   const auto is_chosen = [&](const Message& message) {
     const auto [entry, is_new] = known.try_emplace(message.connection, true);
     if (is_new)
-      entry->second = message.connection == own_.marks || message.topic() == Calibration::kTopic ||
+      entry->second = message.connection == own_.marks || FixedFrames::isCopy(message.topic()) ||
                       choice.wouldTake(message.topic());
     return entry->second;
   };

@@ -84,19 +84,24 @@ Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
   return {connection, time, content};
 }
 
-const std::string Calibration::kSource = "/tf_static";
-const std::string Calibration::kTopic = kOwnPrefix + "calibration";
+const std::string FixedFrames::kSource = "/tf_static";
+const std::string FixedFrames::kCalibration = kOwnPrefix + "calibration";
+const std::string FixedFrames::kOthers = kOwnPrefix + "static_frames";
 
-std::optional<Message> Calibration::copyOf(const Message& message) {
-  if (message.topic() != kSource || message.connection->field("callerid") != kNode)
-    return std::nullopt;
+std::optional<Message> FixedFrames::copyOf(const Message& message) {
+  if (message.topic() != kSource) return std::nullopt;
   ConnectionPtr& connection = connections_[message.connection];
   if (!connection) {
     Connection renamed = *message.connection;
-    renamed.topic = renamed.header["topic"] = kTopic;
+    renamed.topic = renamed.header["topic"] =
+        message.connection->field("callerid") == kNode ? kCalibration : kOthers;
     connection = std::make_shared<Connection>(renamed);
   }
   return Message{connection, message.time, message.content};
+}
+
+bool FixedFrames::isCopy(const std::string& topic) {
+  return topic == kCalibration || topic == kOthers;
 }
 
 }  // namespace process_visualizer::recorder

@@ -34,6 +34,7 @@ constexpr double kMemoryS = 10;
 constexpr std::size_t kBytes = 100;
 constexpr char kMarks[] = "/process_visualizer/marks";
 constexpr char kFrames[] = "/process_visualizer/calibration";
+constexpr char kOtherFrames[] = "/process_visualizer/static_frames";
 constexpr char kAccount[] = "/process_visualizer/recording";
 constexpr char kConfiguration[] = "/process_visualizer/configuration";
 
@@ -114,7 +115,7 @@ class Sequence : public SimulatedIntake {
         [this] { receive(b_, {"/b"}); },
         [this] { receive(other_, {}); },
         [this] { receive(frames_, {kFrames}); },
-        [this] { receive(other_frames_, {}); },
+        [this] { receive(other_frames_, {kOtherFrames}); },
         [this] { mark(); },
         [&] { beginOrSave(random); },
         [this] { finish(); },
@@ -684,17 +685,20 @@ TEST_F(Intakes, FollowPatternsButNotTheRecordersOwnTopics) {
   EXPECT_EQ(intake.sources(), (std::set<std::string>{"/a", "/tf_static"}));
 }
 
-TEST(Frames, OfTheCellHaveOneConnectionForEachOfTheSource) {
-  Calibration calibration;
-  const Message message = messageAt(1, connectionOf("/tf_static", "/cell_frames"));
-  const auto first = calibration.copyOf(message), second = calibration.copyOf(message);
-  ASSERT_TRUE(first && second);
-  EXPECT_EQ(first->connection, second->connection);
-  EXPECT_EQ(first->topic(), kFrames);
-  EXPECT_EQ(first->connection->field("topic"), kFrames);
-  EXPECT_EQ(first->content, message.content);
-  EXPECT_FALSE(calibration.copyOf(messageAt(1, connectionOf("/tf_static", "/other"))));
-  EXPECT_FALSE(calibration.copyOf(messageAt(1, connectionOf("/tf", "/cell_frames"))));
+TEST(Frames, HaveOneConnectionForEachOfTheSource) {
+  FixedFrames frames;
+  for (const auto& [node, topic] :
+       std::map<std::string, std::string>{{"/cell_frames", kFrames}, {"/camera", kOtherFrames}}) {
+    const Message message = messageAt(1, connectionOf("/tf_static", node));
+    const auto first = frames.copyOf(message), second = frames.copyOf(message);
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(first->connection, second->connection);
+    EXPECT_EQ(first->topic(), topic);
+    EXPECT_EQ(first->connection->field("topic"), topic);
+    EXPECT_EQ(first->connection->field("callerid"), node);
+    EXPECT_EQ(first->content, message.content);
+  }
+  EXPECT_FALSE(frames.copyOf(messageAt(1, connectionOf("/tf", "/cell_frames"))));
 }
 
 TEST(ProblemList, KeepsTheNewestAndCountsAll) {

@@ -102,7 +102,7 @@ class Intake {
   std::uint8_t phase_ = RecorderState::IDLE;
   Problems problems_;
   TopicChoice choice_;
-  Calibration calibration_;
+  FixedFrames fixed_frames_;
   TopicBoard board_;
   RecentMessages recent_;
   std::set<std::pair<ros::Time, std::string>> marks_;  ///< since the last recording began

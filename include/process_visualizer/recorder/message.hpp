@@ -68,15 +68,19 @@ struct OwnTopics {
   const ConnectionPtr marks, account, configuration;
 };
 
-/// The cell's own frames, which get a topic of their own in a bag, so that a player can distinguish
-/// them from all others on /tf_static.
-class Calibration {
+/// Fixed frames, which get topics of their own in a bag: played, they must not be mixed with those
+/// of the running cell on /tf_static.
+class FixedFrames {
  public:
-  static const std::string kSource;  ///< the topic on which the frames arrive
-  static const std::string kTopic;   ///< the topic under which they are recorded
+  static const std::string kSource;       ///< the topic on which the frames arrive
+  static const std::string kCalibration;  ///< the topic under which the cell's own are recorded
+  static const std::string kOthers;       ///< the topic for those of all other nodes
 
-  /// Returns the message under the other topic if it has the cell's frames, else nothing.
+  /// Returns the message under one of these topics if it has fixed frames, else nothing.
   std::optional<Message> copyOf(const Message& message);
+
+  /// Returns whether a topic is one under which frames are recorded.
+  static bool isCopy(const std::string& topic);
 
  private:
   std::map<ConnectionPtr, ConnectionPtr> connections_;  ///< by that of the source

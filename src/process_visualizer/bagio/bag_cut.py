@@ -21,7 +21,13 @@ from process_visualizer.bagio.bag_file import (
 from process_visualizer.bagio.bag_writer import BagWriter, ConnectionRecord, IndexEntry
 from process_visualizer.bagio.marks import added_marks, write_added_marks
 from process_visualizer.bagio.message_definition import Connection
-from process_visualizer.bagio.recorder_topics import ACCOUNT, CALIBRATION, CONFIGURATION, MARKS
+from process_visualizer.bagio.recorder_topics import (
+    ACCOUNT,
+    CALIBRATION,
+    CONFIGURATION,
+    MARKS,
+    STATIC_FRAMES,
+)
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, write_saved_poses
 from process_visualizer.ros_names import STATIC_TF_TOPIC
@@ -29,7 +35,7 @@ from process_visualizer.whole_file import whole_file
 
 _CHUNK_BYTES = 768 << 10
 """Chunk size, as in rosbag: a player reads and decompresses a whole chunk for one message."""
-_ALWAYS = frozenset((CONFIGURATION, CALIBRATION, MARKS))
+_ALWAYS = frozenset((CONFIGURATION, CALIBRATION, STATIC_FRAMES, MARKS))
 _COMPRESS: Dict[str, Callable[[bytes], bytes]] = {
     'none': lambda data: data, 'bz2': bz2.compress,
     # the only kind of frame that rosbag's own reader accepts

@@ -7,6 +7,7 @@ from typing import (
     Any,
     Callable,
     Dict,
+    Iterable,
     Iterator,
     List,
     NamedTuple,
@@ -64,15 +65,22 @@ _Named = Iterator[Tuple[str, Any]]
 
 
 def given_parameters(device: Device, group: str) -> Dict[str, Any]:
-    """Return the values that <param> and <rosparam> set below a group of a device, by name.
+    """Return the values that <param> and <rosparam> set below a group of a device, by name."""
+    begin = ns_join(f'/{device.name}', group) + '/'
+    return {name[len(begin):]: value
+            for name, value in set_values(device.parameters, f'/{device.name}').items()
+            if name.startswith(begin)}
+
+
+def set_values(elements: Iterable[RoslaunchElement], namespace: str = '/') -> Dict[str, Any]:
+    """Return the values that <param> and <rosparam> set in a namespace, by full name.
 
     Of values that are stored elsewhere (files, commands), only YAML files are read. Values that
     roslaunch would refuse are skipped: the cell would not run with them, but its recording can be
     viewed.
     """
-    begin = ns_join(f'/{device.name}', group) + '/'
-    return {name[len(begin):]: value for element in device.parameters
-            for name, value in _set_by(element, f'/{device.name}') if name.startswith(begin)}
+    return dict(it for element in elements if element.tag in ('param', 'rosparam')
+                for it in _set_by(element, namespace))
 
 
 def _set_by(element: RoslaunchElement, namespace: str) -> _Named:

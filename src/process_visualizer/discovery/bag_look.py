@@ -18,7 +18,7 @@ from process_visualizer.bagio.message_definition import (
 )
 from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.message_values import Values, message_values
-from process_visualizer.bagio.recorder_topics import CALIBRATION
+from process_visualizer.bagio.recorder_topics import CALIBRATION, STATIC_FRAMES
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.discovery.seen import (
     Seen,
@@ -181,7 +181,7 @@ def _take(values: Values, names: str) -> Any:
 
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
 """Number of messages read from each publisher, evenly spread over the recording."""
-_STATIC = (STATIC_TF_TOPIC, CALIBRATION)
+_STATIC = (STATIC_TF_TOPIC, STATIC_FRAMES, CALIBRATION)
 _MAX_STATIC = 500
 _TURNS = 16
 """Number of first joint states and transforms; together they hold all parts sent regularly."""

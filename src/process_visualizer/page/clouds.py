@@ -2,7 +2,7 @@
 """Clouds of depth sensors for a page: cropped as in RViz, a few per second, and thinned."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import genpy
 import numpy as np
@@ -10,7 +10,8 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
 from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.cell.model import Device, RegionOfInterest, TopicFunction
+from process_visualizer.cell.model import Cell, Device, RegionOfInterest, TopicFunction, Vector3
+from process_visualizer.curves.source_locators import set_values
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan, Place, resampled
 from process_visualizer.robot.kinematics import Placement
@@ -33,17 +34,19 @@ class Points(NamedTuple):
     colors: np.ndarray
 
 
-def cloud_entries(devices: Sequence[Device], recording: Recording, places: FramePlaces,
+def cloud_entries(cell: Cell, recording: Recording, places: FramePlaces,
                   packed: Packed, span: PageSpan) -> Tuple[List[Dict[str, Any]], List[str]]:
-    """Return the clouds as entries of the page, and notes on missing ones."""
+    """Return the clouds as entries of the page, and notes on missing and uncropped ones."""
     entries, notes = [], []
-    for device in devices:
-        if not device.has_images and device.topic_for(TopicFunction.POINTCLOUD) is None:
+    for device in cell.devices:
+        sent = _sent(device, recording)
+        if sent is None:
             continue  # no cloud, or a joined one
+        box = device.roi or (None if sent.are_points else _box_of_a_node(device, cell.frame))
         clouds = []
         problem = 'it was not recorded'
-        for time_s, points in _clouds(device, recording, span):
-            moved = _in_cell(points, device.roi, places, time_s)
+        for time_s, points in _clouds(sent, span):
+            moved = _in_cell(points, box, places, time_s)
             if isinstance(moved, str):
                 problem = moved
                 continue
@@ -52,6 +55,10 @@ def cloud_entries(devices: Sequence[Device], recording: Recording, places: Frame
         if not clouds:
             notes.append(f'the cloud of {device.name} is missing: {problem}')
             continue
+        if box is None and not sent.are_points:
+            notes.append(f'the cloud of {device.name} is all that the camera saw: the '
+                         'configuration has no box for it, or one of a package that is not '
+                         'trusted')
         entries.append({
             'device': device.name, 'times': packed.times(np.array([it for it, _ in clouds])),
             'clouds': [{'positions': packed.scaled(it.positions),
@@ -59,35 +66,89 @@ def cloud_entries(devices: Sequence[Device], recording: Recording, places: Frame
     return entries, notes
 
 
-def _clouds(device: Device, recording: Recording,
-            span: PageSpan) -> Iterator[Tuple[float, Points]]:
-    """Yield a sample of a device's clouds, with the times [s] at which they were recorded."""
-    function = TopicFunction.DEPTH_IMAGE if device.has_images else TopicFunction.POINTCLOUD
+class _Sent(NamedTuple):
+    """What a sensor has sent: clouds, or depth images with what belongs to them."""
 
-    def of(function: TopicFunction, message_class: Any) -> SentMessages:
+    depths: 'SentMessages'
+    infos: 'SentMessages'
+    colors: 'SentMessages'
+    are_points: bool = False
+
+
+def _sent(device: Device, recording: Recording) -> Optional[_Sent]:
+    """Return what there is of a sensor's cloud; None if it has no cloud of its own.
+
+    A cloud that was computed from images is usually not recorded, but the images are. If the
+    configuration does not say which topic is what, the contents do.
+    """
+    def of(topic: Optional[str], message_class: Any) -> SentMessages:
+        return SentMessages(recording, topic, message_class)
+
+    def named(function: TopicFunction) -> Optional[str]:
         topic = device.topic_for(function)
-        return SentMessages(recording, None if topic is None else topic.name, message_class)
+        return None if topic is None else topic.name
 
-    infos = of(TopicFunction.CAMERA_INFO, CameraInfo)
-    colors = of(TopicFunction.COLOR_IMAGE, Image)
-    sent = of(function, Image if device.has_images else PointCloud2)
+    if device.has_images:
+        return _Sent(of(named(TopicFunction.DEPTH_IMAGE), Image),
+                     of(named(TopicFunction.CAMERA_INFO), CameraInfo),
+                     of(named(TopicFunction.COLOR_IMAGE), Image))
+    cloud = named(TopicFunction.POINTCLOUD)
+    if cloud is None:
+        return None
+    points = of(cloud, PointCloud2)
+    if not len(points.times_s):
+        images = [of(it.name, Image) for it in device.topics]
+        depth = next((it for it in images if it.encoding in _DEPTHS), None)
+        infos = [it for it in (of(topic.name, CameraInfo) for topic in device.topics)
+                 if len(it.times_s)]
+        if depth is not None and infos:
+            beside = depth.topic.rpartition('/')[0]
+            return _Sent(depth, min(infos, key=lambda it: it.topic.rpartition('/')[0] != beside),
+                         next((it for it in images if it.encoding in _COLORS), of(None, Image)))
+    return _Sent(points, of(None, CameraInfo), of(None, Image), are_points=True)
+
+
+def _box_of_a_node(device: Device, frame: str) -> Optional[RegionOfInterest]:
+    """Return the box to which a node of the device crops: its parameters center, size and frame."""
+    for node in device.nodes:
+        given = set_values(node.children)
+        center, size = (_vector(given.get(name)) for name in ('/center', '/size'))
+        if center is not None and size is not None:
+            return RegionOfInterest(str(given.get('/frame', frame)).lstrip('/'), center, size,
+                                    node.location)
+    return None
+
+
+def _vector(value: Any) -> Optional[Vector3]:
+    """Return a parameter if it consists of three finite numbers."""
+    if not isinstance(value, list) or len(value) != 3 or any(
+            isinstance(it, bool) or not isinstance(it, (int, float)) for it in value):
+        return None
+    x, y, z = map(float, value)
+    return (x, y, z) if np.isfinite((x, y, z)).all() else None
+
+
+def _clouds(sent: _Sent, span: PageSpan) -> Iterator[Tuple[float, Points]]:
+    """Yield a sample of a device's clouds, with the times [s] at which they were recorded."""
     shown = -1
     for moment_s in np.arange(span.begin_s, span.end_s, 1.0 / CLOUDS_HZ).tolist():
-        row = sent.row(moment_s)
+        row = sent.depths.row(moment_s)
         if row < 0 or row == shown:
             continue
-        shown, message = row, sent.message(row)
-        time_s = float(sent.times_s[row])
+        shown, message = row, sent.depths.message(row)
+        time_s = float(sent.depths.times_s[row])
         if message is None:
             continue
-        if not device.has_images:
+        if sent.are_points:
             found = points_of_cloud(message)
         else:
-            color_row = colors.nearest(time_s)
-            near = color_row >= 0 and abs(colors.times_s[color_row] - time_s) <= _MAX_COLOR_APART_S
-            info = infos.message(max(infos.row(time_s), 0)) if len(infos.times_s) else None
+            color_row = sent.colors.nearest(time_s)
+            near = color_row >= 0 and \
+                abs(sent.colors.times_s[color_row] - time_s) <= _MAX_COLOR_APART_S
+            info = sent.infos.message(max(sent.infos.row(time_s), 0)) \
+                if len(sent.infos.times_s) else None
             found = None if info is None else points_of_images(
-                message, colors.message(color_row) if near else None, info)
+                message, sent.colors.message(color_row) if near else None, info)
         if found is not None:
             yield time_s, found
 
@@ -101,6 +162,7 @@ class SentMessages:
         numbers = [] if topic is None else [
             it for it in index.connections_of(topic)
             if index.connections[it].md5sum in ('*', message_class._md5sum)]
+        self.topic = topic or ''
         self._recording, self._class = recording, message_class
         self._positions = index.positions_of(tuple(numbers))
         self.times_s = (index.time_ns[self._positions] - recording.begin_ns) / 1e9
@@ -120,6 +182,13 @@ class SentMessages:
                 self._recording.message(int(self._positions[row]))))
         except (BagDamaged, genpy.DeserializationError):
             return None  # the recording reports the damage
+
+
+    @property
+    def encoding(self) -> str:
+        """The encoding of the first image; '' if there is none."""
+        first = self.message(0) if self._class is Image and len(self.times_s) else None
+        return '' if first is None else str(first.encoding)
 
 
 _FIELD_TYPES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
@@ -153,16 +222,20 @@ def points_of_cloud(cloud: PointCloud2) -> Optional[Points]:
     return Points(cloud.header.frame_id.strip('/'), positions[known], colors[known])
 
 
+_DEPTHS = {'16UC1': ('u2', 1e-3), 'mono16': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
+_COLORS = {'rgb8': (0, 1, 2), 'bgr8': (2, 1, 0)}
+"""Types and units [m] of depths, and the places of red, green and blue, by encoding."""
+
+
 def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> Optional[Points]:
     """Return the points of a depth image that is registered to the color camera.
 
     Distortion is not corrected. None if the encoding is neither 16UC1 or mono16 [mm] nor
     32FC1 [m], or if the image or the intrinsics are invalid.
     """
-    kinds = {'16UC1': ('u2', 1e-3), 'mono16': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
-    if depth.encoding not in kinds or not info.K[0] or not info.K[4]:
+    if depth.encoding not in _DEPTHS or not info.K[0] or not info.K[4]:
         return None
-    kind, scale_m = kinds[depth.encoding]
+    kind, scale_m = _DEPTHS[depth.encoding]
     type_ = np.dtype(('>' if depth.is_bigendian else '<') + kind)
     pixels = _pixels(depth, type_, 1)
     if pixels is None:
@@ -174,7 +247,7 @@ def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> 
     x = (column - info.K[2]) / info.K[0] * z
     y = (row - info.K[5]) / info.K[4] * z
     colors = np.full((len(z), 3), _GRAY, np.uint8)
-    order = {'rgb8': (0, 1, 2), 'bgr8': (2, 1, 0)}.get('' if color is None else color.encoding)
+    order = _COLORS.get('' if color is None else color.encoding)
     painted = None if color is None or order is None else _pixels(color, np.dtype('u1'), 3)
     if painted is not None:
         height, width = painted.shape[:2]

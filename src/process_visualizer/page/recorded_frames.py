@@ -12,6 +12,7 @@ from process_visualizer.bagio.number_places import (
     TransformLocator,
     transforms_in,
 )
+from process_visualizer.bagio.recorder_topics import STATIC_FRAMES
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Series, part_numbers, read_samples
@@ -62,10 +63,11 @@ def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Colle
 
 
 def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
-    """Return parent and place of the frames on /tf_static."""
+    """Return parent and place of the frames on /tf_static, also of those that a recorder kept."""
     index = recording.index
     found: Dict[str, Tuple[str, Placement]] = {}
-    for position in index.positions_of(index.connections_of(STATIC_TF_TOPIC)).tolist():
+    connections = (*index.connections_of(STATIC_FRAMES), *index.connections_of(STATIC_TF_TOPIC))
+    for position in index.positions_of(connections).tolist():
         try:
             data = recording.message(position)
         except BagDamaged:

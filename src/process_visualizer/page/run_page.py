@@ -209,7 +209,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
             notes.append(f'{name}: no positions of {", ".join(unknown[:4])}'
                          f'{" …" if len(unknown) > 4 else ""} were recorded; shown at 0')
         _add_arm(places, arm, held_rows(joints, span), _base(places, arm))
-    clouds, missing = cloud_entries(cell.devices, recording, places, packed, span) \
+    clouds, missing = cloud_entries(cell, recording, places, packed, span) \
         if with_clouds else ([], [])
     notes += missing
     by_name = {it.name: it for it in cell.devices}

@@ -59,11 +59,12 @@ def optical() -> TransformStamped:
 
 
 def shared(folder: Path, topics: str, messages: Dict[str, Any], *words: str, cell: str = CELL,
+           frames_topic: str = '/tf_static',
            extra: Optional[Callable[[rosbag.Bag], None]] = None) -> Dict[str, Any]:
     config, bag, page = (folder / name for name in ('cell.xml', 'a.bag', 'page.html'))
     config.write_text(cell.format(topics), encoding='utf-8')
     with rosbag.Bag(str(bag), 'w') as file:
-        file.write('/tf_static', TFMessage([optical()]), genpy.Time.from_sec(BEGIN_S))
+        file.write(frames_topic, TFMessage([optical()]), genpy.Time.from_sec(BEGIN_S))
         for number in range(30):
             stamp = genpy.Time.from_sec(BEGIN_S + 0.1 * number)
             file.write('/feed', Float32(0.1), stamp)
@@ -110,6 +111,44 @@ def test_points_of_images(tmp_path: Path, encoding: str, kind: str, unit: int) -
     positions, colors = run['clouds'][0]['clouds'][0]
     assert positions == pytest.approx(np.array([[1.05, 0.35, 0.6]]), abs=1e-5)
     assert colors.tolist() == [[10, 20, 30]]
+
+
+COMPUTED = '''<visualizer>
+  <device type="depth_sensor" name="camera"><base frame="camera" xyz="0 0 2"/>
+    <topic ns="color" name="camera_info"/><topic ns="depth" name="camera_info"/>
+    <topic ns="color" name="image"/><topic ns="depth" name="image"/>
+    <topic ns="/camera" name="roi_points" type="pointcloud" record="False"/>
+    <node pkg="own" type="crop" name="crop">{}</node></device>
+  <device type="other" name="table"><base frame="table" xyz="1 0 0.5"/>
+    <variable topic="/feed" frame="table" label="feed" axis="0 0 1"/></device>
+</visualizer>'''
+
+
+@pytest.mark.parametrize('box, inside, is_told', [
+    ('<rosparam>{center: [0, 0, 0.1], size: [1, 1, 0.4], frame: /table}</rosparam>', 1, False),
+    ('<rosparam param="center">[1, 0, 0.6]</rosparam><rosparam param="size">[1, 1, 0.4]</rosparam>',
+     1, False),
+    ('<param name="center" value="here"/>', 2, True), ('', 2, True)])
+def test_a_cloud_that_was_computed_is_that_of_the_recorded_images(
+        tmp_path: Path, box: str, inside: int, is_told: bool) -> None:
+    """Also if nothing says which image is which, and the box is the parameter of a node."""
+    depth = np.zeros((4, 6), '<u2')
+    depth[1, 4] = 1400
+    depth[0, 0] = 1900
+    color = np.full((4, 6, 3), 40, np.uint8)
+    inner = CameraInfo(K=[2.0, 0.0, 2.5, 0.0, 2.0, 1.5, 0.0, 0.0, 1.0])
+    run = shared(tmp_path, box, {
+        '/color/image': Image(height=4, width=6, encoding='rgb8', step=18, data=color.tobytes()),
+        '/color/camera_info': CameraInfo(K=[9.0, 0.0, 9.5, 0.0, 9.0, 9.5, 0.0, 0.0, 1.0]),
+        '/depth/image': Image(header=Header(frame_id='optical'), height=4, width=6,
+                              encoding='16UC1', step=12, data=depth.tobytes()),
+        '/depth/camera_info': inner}, '--clouds', cell=COMPUTED,
+        frames_topic='/process_visualizer/static_frames')
+    positions, colors = run['clouds'][0]['clouds'][0]
+    assert len(positions) == inside and (colors == 40).all()
+    assert np.abs(positions - (1.05, 0.35, 0.6)).max(axis=1).min() < 1e-5
+    assert any('the cloud of camera is all that the camera saw' in it
+               for it in run['notes']) == is_told
 
 
 def test_clouds_are_there_only_where_they_are_asked_for(tmp_path: Path) -> None:
