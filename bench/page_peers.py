@@ -5,8 +5,9 @@
     PYTHON bench/page_peers.py write RUN.mcap FOLDER    # with its Python: the others' files
     bench/run page_peers PAGE.html FOLDER RERUN         # sizes, and time to the first picture
 
-RUN.mcap is that of ``cell export`` without reference: its models, frames and numbers are those of
-the page. The browser is Chromium without a graphics card, 1280x720; a first picture is the first
+RUN.mcap is that of ``cell export`` without reference, of a recording without frames of its own
+(``rosbag filter BAG OUT "m._type != 'tf2_msgs/TFMessage'"``): its models, frames and numbers are
+those of the page. The browser is Chromium without a graphics card, 1280x720; a first picture is the first
 with at least half of the models' triangles, from the start of the navigation. The processor time of
 the browser's processes until then depends less on what else the computer does. RERUN is its
 program, whose server on this computer brings viewer and recording.
@@ -28,7 +29,7 @@ import numpy as np
 POSES_HZ = 25.0
 PAGE, RERUN = 'meshcat.html', 'run.rrd'
 SIZE = 1280, 720
-TURNS, LONGEST_S = 2, 300
+TURNS, LONGEST_S = 5, 300
 PORT = 21350
 
 WATCH = '''
@@ -98,7 +99,8 @@ def read(path: str) -> Contents:
                 at, turn = sent.transform.translation, sent.transform.rotation
                 poses.setdefault(sent.child_frame_id, []).append(
                     (time_s, at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
-        elif topic.startswith('/process_visualizer/') and hasattr(message, 'data'):
+        elif topic.startswith('/process_visualizer/') and \
+                isinstance(getattr(message, 'data', None), float):
             numbers.setdefault(topic, []).append((time_s, message.data))
     begin_s = min(rows[0][0] for rows in poses.values())
     return Contents(parts, *({name: np.array(rows) - [begin_s, *[0.0] * (len(rows[0]) - 1)]
