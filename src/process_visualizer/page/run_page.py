@@ -217,6 +217,9 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     entries = [number_entry(by_name[it.samples.source.device], it, packed, span)
                for it in samples if len(it.samples.times_s)]
     sources = [it.samples.source for it in samples]
+    notes += [f'{it.source.device} {it.source.channel_label}: no number was recorded, at most NaN '
+              'or infinity' for it in (row.samples for row in samples)
+              if not np.isfinite(it.values).any()]
     grid = grid_over(duration_s, span)
     curves = curves_of([it.samples for it in samples], grid)
     labels = {key_of(it.device, it.label, it.topic): it.channel_label for it in sources}

@@ -197,6 +197,18 @@ def test_a_robot_of_which_nothing_says_where_it_is_is_named(tmp_path: Path) -> N
         PageReader(page.read_text(encoding='utf-8')).data['runs'][0]['notes']
 
 
+def test_a_number_that_was_never_one_is_named(tmp_path: Path) -> None:
+    config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
+    config.write_text(CELL.replace('frame="needle"', 'frame="machine/base"'), encoding='utf-8')
+    with rosbag.Bag(str(bag), 'w') as file:
+        for number in range(100):
+            file.write('/feed', Float32(float('nan')), genpy.Time.from_sec(100.0 + 0.02 * number))
+    assert main(['share', str(bag), '--config', str(config), '-o', str(page)]) == 0
+    run = PageReader(page.read_text(encoding='utf-8')).data['runs'][0]
+    assert run['lanes'] == []
+    assert 'machine feed: no number was recorded, at most NaN or infinity' in run['notes']
+
+
 def test_a_long_chain_of_links_may_be_named_from_its_end() -> None:
     links = [f'l{number}' for number in range(1000)]
     joints = ''.join(f'<joint name="j{it}" type="fixed"><origin xyz="1 0 0"/><parent link="{it}"/>'
