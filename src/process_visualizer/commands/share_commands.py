@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import sys
@@ -257,6 +258,10 @@ def chosen_spans(options: argparse.Namespace, arguments: Dict[str, str]) -> Chos
     chosen = ChosenRuns(cell)
     good = _good_runs(chosen, getattr(options, 'reference', []))
     runs = _runs(chosen, options.runs, cell)
+    if len(options.runs) == 1 and len(runs) > 1 and (options.begin or options.end):
+        touched = _touched(runs, options.begin, options.end)
+        runs = touched if good is not None or len(touched) == 1 else [
+            _whole(options.runs[0], cell)]
     for run in runs:
         if run.is_damaged:
             say(f'note: {run.name}: {DAMAGED}', file=sys.stderr)
@@ -283,6 +288,14 @@ def _runs(chosen: ChosenRuns, names: Sequence[str], given: Optional[Cell]) -> Li
             raise
         say(f'note: {error}; all of it is shown', file=sys.stderr)
         return [_whole(names[0], given)]
+
+
+def _touched(runs: Sequence[Run], begin: Optional[str], end: Optional[str]) -> List[Run]:
+    """Return the runs of a recording that a part of it touches; all of them if there are none."""
+    begin_s = -math.inf if begin is None else clock_seconds(begin)
+    end_s = math.inf if end is None else clock_seconds(end)
+    return [it for it in runs if begin_s < it.begin_s + it.duration_s and end_s > it.begin_s
+            ] or list(runs)
 
 
 def _whole(name: str, given: Optional[Cell]) -> Run:

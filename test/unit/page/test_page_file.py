@@ -54,6 +54,20 @@ def test_a_part_is_shown(tmp_path: Path) -> None:
     assert run['lanes'][0]['begin'] == pytest.approx(12.5, abs=0.01)
 
 
+def test_a_part_of_a_recording_may_reach_over_several_runs(tmp_path: Path) -> None:
+    """Without good runs it is one; with them each run that it touches is judged."""
+    bag = write_bag(tmp_path, cycles=3)
+    part = '--from', '0:15', '--to', '0:25'
+    one, = PageReader(shared(tmp_path, bag, *part)).data['runs']
+    assert (one['begin'], one['end']) == (15.0, 25.0)
+    several = PageReader(shared(tmp_path, bag, *part, '--reference', f'{bag}#1')).data['runs']
+    assert [(it['name'], it['state']) for it in several] == [
+        ('a.bag#2', 'good'), ('a.bag#3', 'good')]
+    assert (several[0]['begin'], several[1]['end']) == (15.0, 25.0)
+    only, = PageReader(shared(tmp_path, bag, '--from', '0:24', '--to', '0:25')).data['runs']
+    assert (only['name'], only['begin']) == ('a.bag#3', 24.0)
+
+
 def test_several_runs_are_on_one_page(tmp_path: Path) -> None:
     bag = write_bag(tmp_path, cycles=3, poor=1)
     html = shared(tmp_path, bag, '--reference', f'{bag}#1', f'{bag}#3')
