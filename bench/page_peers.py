@@ -7,9 +7,9 @@
 
 RUN.mcap is that of ``cell export`` without reference, of a recording without frames of its own
 (``rosbag filter BAG OUT "m._type != 'tf2_msgs/TFMessage'"``): its models, frames and numbers are
-those of the page. The browser is Chromium without a graphics card, 1280x720; a first picture is the first
-with at least half of the models' triangles, from the start of the navigation. The processor time of
-the browser's processes until then depends less on what else the computer does. RERUN is its
+those of the page. The browser is Chromium without a graphics card, 1280x720; a first picture is the
+first with at least half of the models' triangles, from the start of the navigation. The processor
+time of the browser's processes until then depends less on what else the computer does. RERUN is its
 program, whose server on this computer brings viewer and recording.
 """
 from __future__ import annotations
