@@ -145,6 +145,7 @@ class SimulatedNode:
         """What is to be called when the node ends."""
         self.services: Dict[str, Callable[[Any], Any]] = {}
         self.publishers: Dict[str, SimulatedPublisher] = {}
+        self.greetings: Dict[str, Callable[[], Any]] = {}
         self._messages: DefaultDict[str, List[Any]] = defaultdict(list)
         self._subscribers: DefaultDict[str, List[SimulatedSubscriber]] = defaultdict(list)
         self.offered: Dict[str, Callable[[Any], Any]] = {}
@@ -204,9 +205,12 @@ class SimulatedNode:
         return lambda: self.param(name)
 
     def publisher(self, topic: str, message_class: type, queue_size: int = 10,
-                  latch: bool = False, tcp_nodelay: bool = False) -> SimulatedPublisher:
+                  latch: bool = False, tcp_nodelay: bool = False,
+                  greeting: Optional[Callable[[], Any]] = None) -> SimulatedPublisher:
         """Advertise."""
         name = self.resolve(topic)
+        if greeting is not None:
+            self.greetings[name] = greeting
         return self.publishers.setdefault(
             name, SimulatedPublisher(message_class, self._messages[name]))
 

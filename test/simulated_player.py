@@ -309,7 +309,8 @@ class _PlayerNode(SimulatedNode):
         self.advance(0.0)
 
     def publisher(self, topic: str, message_class: type, queue_size: int = 10,
-                  latch: bool = False, tcp_nodelay: bool = False) -> SimulatedPublisher:
+                  latch: bool = False, tcp_nodelay: bool = False,
+                  greeting: Optional[Callable[[], Any]] = None) -> SimulatedPublisher:
         """Advertise; the receiver gets what is published."""
         own, name = super().publisher(topic, message_class), self.resolve(topic)
 

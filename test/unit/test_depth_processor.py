@@ -147,6 +147,24 @@ def test_the_age_of_the_last_cloud_grows_but_not_while_playback_is_paused() -> N
     assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(2.0, abs=0.25)
 
 
+def test_what_rviz_has_of_an_earlier_process_is_cleared_until_the_first_cloud() -> None:
+    node = SimulatedNode('/kinect/depth_proc', {'/kinect/depth_proc/topic': '/kinect/roi_points',
+                                                '/kinect/depth_proc/frame': '/world'})
+    DepthProcessor(node, 'kinect')
+    greeting = node.greetings['/kinect/points']
+    written = BytesIO()
+    greeting().serialize(written)
+    empty = PointCloud2().deserialize(written.getvalue())
+    assert (empty.header.frame_id, empty.header.stamp) == ('world', node.now())
+    assert (empty.width, empty.data, [it.name for it in empty.fields]) == (0, b'', ['x', 'y', 'z'])
+    node.send('/kinect/roi_points', stamped(node.now()))
+    assert greeting() is None
+
+
+def test_without_a_frame_nothing_is_cleared() -> None:
+    assert depth_proc().greetings['/kinect/points']() is None
+
+
 def play(node: SimulatedNode, duration_s: float, is_paused: bool = True) -> None:
     """Let a player say for some time that it plays, or is paused, since now."""
     since = node.now()

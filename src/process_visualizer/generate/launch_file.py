@@ -174,7 +174,8 @@ class LaunchFileBuilder:
         self._model(group, device)
         machine = self._machine(device)
         for processor in processor_nodes(device, self._descriptions.get(device.name),
-                                         self._managers.get(device.name)):
+                                         self._managers.get(device.name),
+                                         self._choice.cell.frame):
             self._processor(group, processor, machine)
         self._fusion(group, device)
         for finder in object_finder_nodes(self._choice, device, self._descriptions,

@@ -82,10 +82,11 @@ class ProcessorNode:
 
 
 def processor_nodes(device: Device, description: Optional[RobotDescription],
-                    manager: Optional[Manager] = None) -> List[ProcessorNode]:
+                    manager: Optional[Manager] = None, frame: str = '') -> List[ProcessorNode]:
     """Return robot or depth processor, state publisher and variable processor of a device.
 
-    ``manager`` is the nodelet manager in which the device's own nodelets run, if it is known.
+    ``manager`` is the nodelet manager in which the device's own nodelets run, if it is known;
+    ``frame`` is the global frame.
     """
     nodes: List[ProcessorNode] = []
     if description is not None and description.parents:
@@ -95,7 +96,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
         nodes.append(ProcessorNode(PACKAGE, ROBOT_PROC, ROBOT_PROC,
                                    robot_parameters(device, description).to_parameters()))
     if device.type is DeviceType.DEPTH_SENSOR:
-        nodes += _depth_nodes(device, manager)
+        nodes += _depth_nodes(device, manager, frame)
     if device.variables:
         variables = VariablesParameters([_variable(variable) for variable in device.variables])
         nodes.append(ProcessorNode(PACKAGE, VARIABLE_PROC, VARIABLE_PROC,
@@ -174,11 +175,12 @@ def _topic(topic: Optional[Topic]) -> TopicParameters:
         topic.latency_s)
 
 
-def _depth_nodes(device: Device, manager: Optional[Manager]) -> List[ProcessorNode]:
+def _depth_nodes(device: Device, manager: Optional[Manager], frame: str) -> List[ProcessorNode]:
     topic = device.cloud_topic
     if topic is None:
         return []
-    processor = ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic})
+    processor = ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC,
+                              {'topic': topic, **({'frame': frame} if frame else {})})
     if device.roi is None:
         return [processor]
     return [_crop_node(device, device.roi, topic, manager), processor]

@@ -7,13 +7,14 @@ received bytes; only their header is rewritten.
 """
 from __future__ import annotations
 
+import io
 import struct
 import sys
 from typing import BinaryIO, Callable, ClassVar, Optional
 
 import rospy
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Float32
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Float32, Header
 
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import (
@@ -113,7 +114,9 @@ class DepthProcessor:
     ``points_age`` carries the age of the last cloud [s]; that of a played cloud does not grow while
     playback is paused.
 
-    The private parameter ``~topic`` names another input topic.
+    The private parameter ``~topic`` names another input topic. Until the first cloud comes,
+    each subscriber gets an empty one in the frame ``~frame``, if that is set: what RViz still shows
+    was sent by an earlier process, perhaps before the change to playback.
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
@@ -128,17 +131,30 @@ class DepthProcessor:
         self._stamps = KeptStamps()
         self._last_s: Optional[float] = None
         self._age = node.publisher('points_age', Float32, queue_size=1)
-        self._publisher = node.publisher('points', SerializedPointCloud2, queue_size=1)
+        self._frame = str(node.param('~frame', '')).lstrip('/')
+        self._received = False
+        self._publisher = node.publisher('points', SerializedPointCloud2, queue_size=1,
+                                         greeting=self._nothing_yet)
         topic = node.param('~topic', '~input')
         if not isinstance(topic, str):
             raise ValueError(f"parameter {node.resolve('~topic')}: a topic is expected, "
                              f'not {topic!r:.100}')
         self._topic = node.resolve(required_name(topic))
-        self._received = False
         node.subscribe(self._topic, rospy.AnyMsg, self._republish, queue_size=1,
                        buff_size=_BUFFER_SIZE)
         node.every(AGE_PERIOD_S, self._publish_age)
         self._silence = node.every(SILENT_AFTER_S, self._report_silence)
+
+    def _nothing_yet(self) -> Optional[SerializedPointCloud2]:
+        """Return an empty cloud before the first one."""
+        if self._received or not self._frame:
+            return None
+        fields = [PointField(name, 4 * row, PointField.FLOAT32, 1) for row, name in enumerate('xyz')]
+        cloud = PointCloud2(Header(0, self._node.now(), self._frame), 1, 0, fields, False, 12, 0,
+                            b'', True)
+        written = io.BytesIO()
+        cloud.serialize(written)
+        return SerializedPointCloud2(written.getvalue())
 
     def _republish(self, message: rospy.AnyMsg) -> None:
         self._received = True

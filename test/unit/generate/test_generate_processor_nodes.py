@@ -76,6 +76,10 @@ def test_cloud_that_is_not_cropped(parse: Parse) -> None:
     (node,) = nodes_of(parse, 'depth_sensor', '<topic ns="k" name="c" type="pointcloud"/>')
     assert node == ProcessorNode('process_visualizer', 'depth_proc', 'depth_proc',
                                  {'topic': '/k/c'})
+    (node,) = processor_nodes(device(parse, 'depth_sensor',
+                                     '<topic ns="k" name="c" type="pointcloud"/>'), None,
+                              frame='hall')
+    assert node.parameters == {'topic': '/k/c', 'frame': 'hall'}
 
 
 def test_cropped_cloud(parse: Parse) -> None:

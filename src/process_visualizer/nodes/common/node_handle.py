@@ -144,6 +144,20 @@ class Worker:
             wait_s = self._step()
 
 
+class _Greeter(rospy.SubscribeListener):
+    """Sends a message to each new subscriber."""
+
+    def __init__(self, greeting: Callable[[], Any]) -> None:
+        self._greeting = greeting
+
+    def peer_subscribe(self, _topic: str, _publish: Callable[[Any], None],
+                       publish_to_peer: Callable[[Any], None]) -> None:
+        """See SubscribeListener."""
+        message = self._greeting()
+        if message is not None:
+            publish_to_peer(message)
+
+
 class NodeHandle:
     """Everything that a node asks of rospy and of the clocks.
 
@@ -223,10 +237,15 @@ class NodeHandle:
         return value
 
     def publisher(self, topic: str, message_class: type, queue_size: int = 10,
-                  latch: bool = False, tcp_nodelay: bool = False) -> Any:
-        """Advertise a topic; return rospy's publisher."""
+                  latch: bool = False, tcp_nodelay: bool = False,
+                  greeting: Optional[Callable[[], Any]] = None) -> Any:
+        """Advertise a topic; return rospy's publisher.
+
+        ``greeting`` returns a message that only a new subscriber gets, or None.
+        """
         return rospy.Publisher(topic, message_class, queue_size=queue_size, latch=latch,
-                               tcp_nodelay=tcp_nodelay)
+                               tcp_nodelay=tcp_nodelay,
+                               subscriber_listener=None if greeting is None else _Greeter(greeting))
 
     def subscribe(self, topic: str, message_class: type, callback: Callable[[Any], None],
                   queue_size: Optional[int] = None, buff_size: int = 1 << 16) -> Any:
