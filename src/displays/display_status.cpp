@@ -94,11 +94,13 @@ bool isSubscribed(const std::string& topic) {
 }
 
 /// Returns whether no message has come. RViz itself does not warn of that: it reports messages only
-/// from the first one on.
+/// from the first one on. A first cloud without points is that by which depth_proc clears old ones.
 bool hasReceivedNothing(const rviz::Display& display) {
   if (dynamic_cast<const rviz::_RosTopicDisplay*>(&display)) {
     const QString text = statusText(display, "Topic");
-    return text.isEmpty() || text == "OK";
+    return text.isEmpty() || text == "OK" ||
+           (text == "1 messages received" &&
+            statusText(display, "Points").startsWith("Showing [0] points"));
   }
   return statusText(display, "Depth Map").startsWith("0 ");
 }

@@ -11,7 +11,7 @@ import rostest
 from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point, PointStamped
-from sensor_msgs.msg import RegionOfInterest
+from sensor_msgs.msg import PointCloud2, PointField, RegionOfInterest
 from std_msgs.msg import Header
 
 RVIZ_STARTS_WITHIN_S = 90.0
@@ -41,7 +41,7 @@ class DisplayStatusTest(unittest.TestCase):
     def test_lists_every_display(self) -> None:
         self.assertEqual([status.name for status in self.last.status],
                          ['rviz', 'Status report', 'Floor', 'Floor/Good', 'Bad', 'Off',
-                          'Calibration', 'Deaf', 'Lost'])
+                          'Calibration', 'Deaf', 'Cloud', 'Lost'])
         self.assertEqual(self.displays['Floor/Good'].hardware_id, 'rviz/Grid')
 
     def test_good_display(self) -> None:
@@ -79,6 +79,22 @@ class DisplayStatusTest(unittest.TestCase):
                        "RViz's own error", lambda: publisher.publish(
                            PointStamped(Header(frame_id='nowhere'), Point())))
             self.assertNotIn('No messages', lost().message)
+
+    def test_the_empty_cloud_that_clears_an_old_one_is_no_data(self) -> None:
+        publisher = rospy.Publisher('/cloud', PointCloud2, queue_size=1)
+        fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
+                  for row, name in enumerate('xyz')]
+        cloud = PointCloud2(Header(frame_id='base'), 1, 0, fields, False, 12, 0, b'', True)
+        with Listener('/rviz/display_status', DiagnosticArray) as reports:
+            def status() -> DiagnosticStatus:
+                return reports.messages[-1].status[-2] if reports.messages else DiagnosticStatus()
+            wait_until(lambda: 'No messages received on /cloud' in status().message, 'a warning')
+            wait_until(lambda: publisher.get_num_connections() > 0, 'RViz listens')
+            publisher.publish(cloud)
+            wait_until(lambda: 'Points' in values(status()), 'RViz has it')
+            self.assertIn('No messages received on /cloud', status().message)
+            publisher.publish(cloud)  # a box in which there is nothing
+            wait_until(lambda: 'No messages' not in status().message, 'data')
 
     def test_rviz_itself(self) -> None:
         rviz = self.displays['rviz']

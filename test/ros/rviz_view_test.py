@@ -46,7 +46,7 @@ class RvizViewTest(unittest.TestCase):
         displays = self.saved()['Visualization Manager']['Displays']
         names = [display['Name'] for display in displays]
         self.assertEqual(names[:3] + names[4:],
-                         ['Status report', 'Floor', 'Bad', 'Calibration', 'Deaf', 'Lost'])
+                         ['Status report', 'Floor', 'Bad', 'Calibration', 'Deaf', 'Cloud', 'Lost'])
         self.assertFalse(displays[3]['Enabled'])
 
     def test_changed_view_comes_back(self) -> None:

@@ -149,7 +149,8 @@ class DepthProcessor:
         """Return an empty cloud before the first one."""
         if self._received or not self._frame:
             return None
-        fields = [PointField(name, 4 * row, PointField.FLOAT32, 1) for row, name in enumerate('xyz')]
+        fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
+                  for row, name in enumerate('xyz')]
         cloud = PointCloud2(Header(0, self._node.now(), self._frame), 1, 0, fields, False, 12, 0,
                             b'', True)
         written = io.BytesIO()
