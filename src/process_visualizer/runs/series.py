@@ -28,7 +28,13 @@ _NONE = np.empty((0, 2))
 
 def period_s(times_s: np.ndarray) -> float:
     """Return the usual time between two values [s]; 0 with fewer than two values."""
-    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
+    if len(times_s) < 2:
+        return 0.0
+    steps = times_s[1:] - times_s[:-1]
+    middle, is_odd = divmod(len(steps), 2)
+    # np.median takes twice as long for the few hundred values of a channel
+    steps.partition(middle if is_odd else (middle - 1, middle))
+    return float(steps[middle] if is_odd else 0.5 * (steps[middle - 1] + steps[middle]))
 
 
 def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarray:

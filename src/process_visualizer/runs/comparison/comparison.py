@@ -800,9 +800,10 @@ def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
     is_unknown = moving_maximum(unknown_moments(reference, run, times_s, run_s).astype(float),
                                 _BESIDE_UNKNOWN_ROWS) > 0.0
     found: List[Unjudged] = []
+    holes_s = _holes_s(run)
     for signal, limits in band.signals.items():
         if signal.kind is SignalKind.STATE:
-            found += _unknown_states(run, signal)
+            found += _unknown_states(run, signal, holes_s)
         if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s or (
                 signal.label in _DIRECTIONS and signal in columns):
             continue
@@ -839,11 +840,11 @@ def _holes_s(run: Run) -> np.ndarray:
     return result
 
 
-def _unknown_states(run: Run, signal: Signal) -> Iterator[Unjudged]:
+def _unknown_states(run: Run, signal: Signal, holes_s: np.ndarray) -> Iterator[Unjudged]:
     """Yield where a state is unknown: in holes of all data, and after its messages ended."""
     channel = run.by_key.get((signal.device, signal.label))
     if channel is not None:
-        for begin_s, end_s in _holes_s(run).tolist():
+        for begin_s, end_s in holes_s.tolist():
             yield Unjudged(signal, run.begin_s + begin_s, run.begin_s + end_s)
     if channel is not None and states(channel).until_s < run.duration_s:
         yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
