@@ -21,6 +21,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.bagio.bag_errors import BagDamaged
+from process_visualizer.bagio.recorder_topics import CALIBRATION, STATIC_FRAMES
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.recorded_frames import sent_pairs
@@ -98,15 +99,26 @@ class _Channels:
 
 
 def _recorded(recording: Recording, span: PageSpan, channels: _Channels) -> Iterator[_Message]:
-    """Yield the last messages of latched topics and /tf_static before a span, then its own."""
+    """Yield the last messages of latched topics and all of /tf_static before a span, then its own.
+
+    The recorder's copies of fixed frames are left out: the page's frames include them, at the poses
+    that were saved since.
+    """
     index = recording.index
     begin_ns, end_ns = (recording.begin_ns + round(it * 1e9) for it in span)
     first, behind = index.count_before(begin_ns), index.count_until(end_ns)
-    before = [position for number, it in enumerate(index.connections)
-              for held in [index.positions(number)] if it.latching or it.topic == STATIC_TF_TOPIC
-              for position in held[held < first][-1:].tolist()]
+    before = []
+    for number, it in enumerate(index.connections):
+        held = index.positions(number)
+        held = held[held < first]
+        if it.topic == STATIC_TF_TOPIC:
+            before += held.tolist()
+        elif it.latching:
+            before += held[-1:].tolist()
     for position in (*before, *range(first, behind)):
         connection = index.connections[int(index.connection[position])]
+        if connection.topic in _COPIES:
+            continue
         try:
             data = bytes(recording.message(position))
         except BagDamaged:
@@ -116,6 +128,9 @@ def _recorded(recording: Recording, span: PageSpan, channels: _Channels) -> Iter
             connection.latching), data)
 
 
+_COPIES = (CALIBRATION, STATIC_FRAMES)
+
+
 class _Shown:
     """Turns the contents of a page into messages."""
 
@@ -123,7 +138,9 @@ class _Shown:
         self._page, self._span, self._begin_ns = page, span, recording.begin_ns
         self._columns = page.packed.column
         entry = page.entry
-        self._sent = {child for pairs in sent_pairs(recording).values() for _, child in pairs}
+        self._sent = {child for number, pairs in sent_pairs(recording).items()
+                      if recording.index.connections[number].topic not in _COPIES
+                      for _, child in pairs}
         ghost = entry['ghost']
         self._parts = [(str(it['link']), it) for it in entry['parts']]
         if ghost is not None:

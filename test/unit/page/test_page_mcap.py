@@ -20,6 +20,7 @@ from sewing_runs import write_sewing_run
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.bagio.recorder_topics import CALIBRATION, STATIC_FRAMES
 from process_visualizer.commands.command_line import main
 
 
@@ -144,6 +145,36 @@ def test_frames_without_a_mesh_are_in_the_tree(tmp_path: Path) -> None:
                for _, message in found[topic] for it in message.transforms}
     assert parents == {'base': ('/tf_static', 'world'), 'pallet': ('/tf_static', 'world'),
                        'upper': ('/tf', 'base'), 'flange': ('/tf', 'world')}
+
+
+def test_fixed_frames_that_the_recorder_copied_are_written_once(tmp_path: Path) -> None:
+    """Viewers that read only /tf and /tf_static have them, at the poses that hold now."""
+    config, bag, path = (tmp_path / name for name in ('cell.xml', 'a.bag', 'a.mcap'))
+    config.write_text(CELL, encoding='utf-8')
+    (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
+
+    def fixed(parent: str, child: str, x: float) -> TFMessage:
+        return TFMessage([TransformStamped(Header(frame_id=parent), child, Transform(
+            Vector3(x, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0)))])
+
+    with rosbag.Bag(str(bag), 'w') as file:
+        begin = genpy.Time(100)
+        file.write(CALIBRATION, fixed('world', 'base', 5.0), begin)
+        file.write(STATIC_FRAMES, fixed('pallet', 'lens', 0.5), begin)
+        file.write('/tf_static', fixed('pallet', 'corner', 0.1), begin)
+        file.write('/tf_static', fixed('pallet', 'label', 0.2), begin)
+        for number in range(50):
+            file.write('/joints', JointState(name=['turn'], position=[0.0]),
+                       genpy.Time.from_sec(100.0 + 0.02 * number))
+    assert main(['export', str(bag), '--config', str(config), '--from', '0.2', '-o',
+                 str(path)]) == 0
+    found = read(path)
+    assert not {CALIBRATION, STATIC_FRAMES} & set(found)
+    places = [(it.child_frame_id, it.header.frame_id, it.transform.translation.x)
+              for _, message in found['/tf_static'] for it in message.transforms]
+    assert sorted(places) == [('base', 'world', 1.0), ('corner', 'pallet', 0.1),
+                              ('label', 'pallet', 0.2), ('lens', 'world', 0.5),
+                              ('pallet', 'world', 0.0)]
 
 
 def write_rare(folder: Path, rare: str) -> 'tuple[Path, Path]':
