@@ -36,6 +36,7 @@ from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
 from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
 
 _BUFFER_BYTES = 16 << 20
+_TOLD_EVERY_S = 10.0
 
 
 class FeedChannel(NamedTuple):
@@ -108,6 +109,10 @@ class TopicFeed:
             channel = self._channel(topic, header)
             is_kept = header.get('latching') == '1'
             data = bytes(message._buff)
+            if len(data) > MAX_BYTES:
+                rospy.logwarn_throttle_identical(
+                    _TOLD_EVERY_S, f'{topic}: messages of more than {MAX_BYTES >> 20} MB are too '
+                    'large for "cell view", and left out there')
             if is_kept and topic in self._wanted:
                 self._latched[channel.number] = _Latched(channel, arrived_ns, data)
             takers = list(self._wanted.get(topic, []))
@@ -146,6 +151,7 @@ class ViewerLink:
         self._announced: Dict[int, FeedChannel] = {}
         self._offered: Set[str] = set()
         self._is_closed = False
+        self._too_large: Set[int] = set()  # channels whose last message was
         self._next_report_s = 0.0
         self._heard_s = time.monotonic()
 
@@ -178,15 +184,16 @@ class ViewerLink:
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
         """See FeedListener."""
-        if len(data) > MAX_BYTES:
-            return
         with self._changed:
             if channel.number not in self._announced:
                 self._announced[channel.number] = channel
                 self._outbox.put_frame(json_frame(
                     Kind.CHANNEL, channel=channel.number, topic=channel.topic, type=channel.type,
                     md5sum=channel.md5sum, caller=channel.caller))
-            if is_kept:
+            self._too_large.discard(channel.number)
+            if len(data) > MAX_BYTES:
+                self._too_large.add(channel.number)
+            elif is_kept:
                 self._outbox.put_kept(channel.number, arrived_ns, data)
             else:
                 self._outbox.put(channel.number, arrived_ns, data, time.monotonic())
@@ -244,6 +251,8 @@ class ViewerLink:
         self._next_report_s = now_s + _REPORT_PERIOD_S
         with self._changed:
             counts: Dict[str, int] = {}
+            for number in self._too_large:
+                self._outbox.leave_out(number)
             for channel, count in self._outbox.take_left_out().items():
                 topic = self._announced[channel].topic
                 counts[topic] = counts.get(topic, 0) + count
