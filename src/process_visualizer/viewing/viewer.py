@@ -22,7 +22,13 @@ from process_visualizer.bagio.message_definition import (
 )
 from process_visualizer.bagio.message_layout import MessageDamaged, StampLocator
 from process_visualizer.bagio.message_parts import named_meshes
+from process_visualizer.cell.model import Mode
 from process_visualizer.generate.launch_writer import LaunchTag, write_document
+from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.health.alarm_board import AlarmBoard
+from process_visualizer.health.alarm_conditions import watch_conditions
+from process_visualizer.launching.cell_watch import CellLook, CellWatch
+from process_visualizer.launching.part_report import NodeState
 from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.player.bag_publishers import TopicPublisher
@@ -51,6 +57,7 @@ _QUEUE = 20
 _MAX_TOPICS, _MAX_SOURCES = 2000, 10_000
 _MAX_PROBLEMS = 100
 """Maximum number of problems that are told: a cell that sends nonsense has others all the time."""
+_TAIL = 6  # last lines of RViz that are told if it has failed
 _MAX_WAITING = 16
 """Maximum number of events from the cell that wait to be handled."""
 _AMBER = (1.0, 0.7, 0.1, 1.0)
@@ -194,6 +201,9 @@ class Viewer:
         self._said: Dict[str, str] = {}
         self._offer: Optional[Offer] = None
         self._run: Optional[LaunchRun] = None
+        self._watch = CellWatch(self._running, lambda look: self._events.put(
+            partial(self._take_look, look)))
+        self._board = AlarmBoard()
         self._frame = ''
         self._lost_s: Optional[float] = None
         self._wanted: Tuple[str, ...] = ()
@@ -204,11 +214,15 @@ class Viewer:
         """Show the cell until it is ended here; return the exit code."""
         self._say(f'connecting to {self._name}')
         self._connection.start()
+        self._watch.begin()
         while not self._is_ended:
             self._next_event(_STEP_S)()
             self._step()
-        return 0 if self._run is None or self._run.failed_required is None else \
-            min(1, abs(self._run.failed_required.exit_code or 0))
+        failed = None if self._run is None else self._run.failed_required
+        if failed is None or not failed.exit_code:
+            return 0
+        self._say('\n  '.join([f'RViz: {failed.end_words}', *failed.log_tail[-_TAIL:]]))
+        return 1
 
     def _next_event(self, longest_s: float) -> Callable[[], None]:
         try:
@@ -219,6 +233,7 @@ class Viewer:
     def close(self) -> None:
         """End RViz and the connection."""
         self._is_closing = True
+        self._watch.close()
         self._connection.close()
         self._stop_rviz()
         self._scene.close()
@@ -333,6 +348,20 @@ class Viewer:
         """End with RViz; without RViz roslaunch ends as soon as the models are set."""
         if self._with_rviz and self._run is not None and self._run.wait(0.0):
             self._is_ended = True
+
+    def _running(self) -> Set[str]:
+        """Return the nodes here that should answer."""
+        run = self._run
+        return set() if run is None or self._is_closing else \
+            {it.name for it in run.reports() if it.state is NodeState.RUNNING}
+
+    def _take_look(self, look: CellLook) -> None:
+        """Tell what no longer answers here, and that it answers again."""
+        count = len(self._board.events)
+        self._board = self._board.seen(watch_conditions(
+            Mode.REALTIME, look, dict.fromkeys(look.silent, RVIZ_PART)), time.monotonic())
+        for event in self._board.events[count:]:
+            self._say(event.text)
 
     def _stop_rviz(self) -> None:
         run, self._run = self._run, None

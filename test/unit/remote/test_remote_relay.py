@@ -14,7 +14,13 @@ from surroundings import PATIENCE_S, wait_until
 from process_visualizer.nodes import viewer_link
 from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import FeedChannel, TopicFeed, ViewerLink
-from process_visualizer.remote.frames import GREETING, Kind, LinkFrameReader, json_frame, number_frame
+from process_visualizer.remote.frames import (
+    GREETING,
+    Kind,
+    LinkFrameReader,
+    json_frame,
+    number_frame,
+)
 from process_visualizer.remote.offer import Offer
 
 OFFER = Offer('1.0', 'realtime', '', {}, {})

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Any, Tuple
+from typing import Any, List, Tuple
 
 import pytest
 from surroundings import PATIENCE_S, wait_until
 
+from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.remote.frames import Message
 from process_visualizer.viewing import viewer
 from process_visualizer.viewing.relay_connection import RelaySource
 from process_visualizer.viewing.viewer import OwnScene, Viewer
+
+RVIZ_HANGS, ALL_ANSWERS = CellLook(frozenset({'/rviz'})), CellLook()
 
 
 class Nothing:
@@ -39,6 +42,17 @@ def test_problems_of_messages_are_told_up_to_a_limit() -> None:
         told += scene.take_problems()
     assert len(told) == len(set(told)) == 101
     assert told[-1] == 'there are more problems like these, which are not told'
+
+
+def test_an_rviz_that_hangs_is_told_and_that_it_is_over(tmp_path: Path) -> None:
+    address: Tuple[str, int] = ('127.0.0.1', 1)
+    said: List[str] = []
+    it = Viewer('cell', address, lambda: address, str(tmp_path), said.append, True)
+    for look in (RVIZ_HANGS, ALL_ANSWERS, CellLook(master=MASTER_SILENT)):
+        it._take_look(look)
+    assert said[0] == 'RViz is not responding'
+    assert said[1].startswith('RViz is not responding: over')
+    assert said[2].startswith('ROS master')
 
 
 def test_what_a_cell_sends_waits_until_there_is_time(tmp_path: Path) -> None:
