@@ -193,10 +193,11 @@ def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLCont
 def _serve(cell: Cell, address: Optional[str], port: int,
            context: Optional[ssl.SSLContext]) -> None:
     import rospy  # only now, like tornado: other commands do not need them
-    from tornado.ioloop import IOLoop, PeriodicCallback
+    from tornado.ioloop import IOLoop
 
     from process_visualizer.serving.cell_link import CellLink, PageClock
     from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
+    from process_visualizer.serving.ticks import Ticks
     from process_visualizer.serving.web_server import LiveServer, served_file
     packed, server = Packed(), secrets.token_hex(8)
     shared = PageCell(cell, packed)
@@ -233,9 +234,10 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         live.tick(clock.now_s(), clock.steady_s(), len(web.viewers))
         web.send()
 
-    ticks = PeriodicCallback(tick, 1000.0 * PERIOD_S)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
+    ticks = Ticks(loop, tick, PERIOD_S)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as SIGHUP is by nohup
+            signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
     ticks.start()
     for url in _urls(address, port, context is not None, admission.path()):
         say(url)
