@@ -10,8 +10,8 @@ from typing import Iterator
 
 _MEMORY = ('there is not enough memory; end other programs, or allow this one more '
            '(ulimit -v, or its memory group)')
-_THREADS = ('no more threads or processes are allowed; end other programs, or allow more '
-            '(ulimit -u, or its process group)')
+_THREADS = ('no thread or process can be started; end other programs, or allow this one more '
+            '(ulimit -u, ulimit -v, or its group of processes)')
 _NO_THREAD = "can't start new thread"  # as Python says it, in a RuntimeError
 _UNMAPPED = 'failed to map segment', 'cannot allocate memory'  # the same of the dynamic linker
 
@@ -21,7 +21,8 @@ def shortage_words(error: BaseException) -> str:
     text = str(error).lower()
     number = error.errno if isinstance(error, OSError) else None
     if isinstance(error, MemoryError) or number == errno.ENOMEM or (
-            isinstance(error, ImportError) and any(it in text for it in _UNMAPPED)):
+            isinstance(error, ImportError) and any(it in text for it in _UNMAPPED)) or (
+            isinstance(error, SystemError) and 'exception set' in text):  # of a lost MemoryError
         return _MEMORY
     # A fork that fails; a full output has a text of its own.
     is_fork = isinstance(error, BlockingIOError) and error.strerror == os.strerror(errno.EAGAIN)

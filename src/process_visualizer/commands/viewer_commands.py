@@ -90,8 +90,11 @@ def _address(text: str) -> Address:
 def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
     import rospy  # only now, as it reads the address of its master
 
+    from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.viewing.viewer import Viewer
+    serve_patiently()
     rospy.init_node(_VIEW_NODE, anonymous=True, disable_signals=True, argv=[])
+    answer_patiently()
     record = RunRecord()
     folder = record.begin()
     viewer = Viewer(str(wanted), address, partial(find_relay, wanted), folder, say, with_rviz)
@@ -195,6 +198,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     import rospy  # only now, like tornado: other commands do not need them
     from tornado.ioloop import IOLoop
 
+    from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.serving.cell_link import CellLink, PageClock
     from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
     from process_visualizer.serving.ticks import Ticks
@@ -223,7 +227,9 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     _listen(web, _HOME if address is None else address, port, context)
     clock = PageClock()
     try:
+        serve_patiently()
         rospy.init_node(_SERVE_NODE, anonymous=True, disable_signals=True, argv=[])
+        answer_patiently()
         link = CellLink(live, cell.devices, clock)
     except (rospy.ROSException, rosgraph.MasterException) as error:
         raise ValueError(f'the ROS master at {rosgraph.get_master_uri()} has refused the page '
@@ -236,7 +242,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
 
     ticks = Ticks(loop, tick, PERIOD_S)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) is not signal.SIG_IGN:  # as SIGHUP is by nohup
+        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
     ticks.start()
     for url in _urls(address, port, context is not None, admission.path()):

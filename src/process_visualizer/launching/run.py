@@ -28,7 +28,9 @@ _PROCESS = r'\[(?P<name>[^\[\]]+)-\d+\]'
 _STARTED = re.compile(r'process' + _PROCESS + r': started with pid \[(?P<pid>\d+)\]')
 _DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>-?\d+)')
 _FINISHED = re.compile(_PROCESS + r' process has finished cleanly')
-_REQUIRED = re.compile(r'REQUIRED process ' + _PROCESS + r' has died!')
+_REQUIRED = re.compile(r'REQUIRED process \[(?P<name>[^\[\]]+?)(-\d+)?\] has died!')
+MASTER = '/master'
+"""The name in roslaunch's reports of a ROS master that it has started; it has no number there."""
 _UNLOCATED = re.compile(r'ERROR: cannot launch node of type \[(?P<type>[^\]]*)\]: (?P<why>.*)')
 _LOG_FILE = re.compile(r'log file: (?P<path>/.*)\*\.log')
 _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)')

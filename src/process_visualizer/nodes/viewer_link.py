@@ -135,6 +135,8 @@ _RECEIVED_BYTES = 64 << 10
 _MAX_ANSWERS = 10_000
 """Maximum number of answers that wait; a viewer that asks on without reading is dropped."""
 _REPORT_PERIOD_S = 2.0
+_WANT_PERIOD_S = 0.1
+"""Minimum time between two changes of what a viewer wants: each asks the master of the cell."""
 
 
 class ViewerLink:
@@ -152,7 +154,8 @@ class ViewerLink:
         self._offered: Set[str] = set()
         self._is_closed = False
         self._too_large: Set[int] = set()  # channels whose last message was
-        self._next_report_s = 0.0
+        self._next_report_s = self._next_want_s = 0.0
+        self._ended = threading.Event()
         self._heard_s = time.monotonic()
 
     @property
@@ -201,6 +204,7 @@ class ViewerLink:
 
     def close(self) -> None:
         """End the connection; the threads end soon."""
+        self._ended.set()
         with self._changed:
             self._is_closed = True
             self._changed.notify()
@@ -217,8 +221,14 @@ class ViewerLink:
                 if not data:
                     break
                 self._heard_s = time.monotonic()
+                wanted = None
                 for frame in reader.take(data):
-                    self._answer(frame)
+                    if frame.kind == Kind.WANT:
+                        wanted = frame  # only the last one counts
+                    else:
+                        self._answer(frame)
+                if wanted is not None:
+                    self._want(wanted.json().get('topics'))
         except (OSError, FramesBroken) as error:
             if not self._is_closed:
                 rospy.loginfo('the viewer %s is gone: %s', self.name, error)
@@ -235,14 +245,17 @@ class ViewerLink:
             with self._changed:
                 self._window.acknowledged(frame.number(), time.monotonic())
                 self._changed.notify()
-        elif frame.kind == Kind.WANT:
-            wanted = frame.json().get('topics')
-            topics = wanted if isinstance(wanted, list) else []
-            self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
         elif frame.kind == Kind.FETCH:
             self._fetch(frame.json())
         if self._outbox.answers > _MAX_ANSWERS:
             raise FramesBroken('it asks, and does not read')
+
+    def _want(self, wanted: Any) -> None:
+        """Subscribe to what the viewer wants; nothing else of it is read until then."""
+        self._ended.wait(max(0.0, self._next_want_s - time.monotonic()))
+        self._next_want_s = time.monotonic() + _WANT_PERIOD_S
+        topics = wanted if isinstance(wanted, list) else []
+        self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
 
     def _report_left_out(self) -> None:
         now_s = time.monotonic()

@@ -130,6 +130,14 @@ def test_required_node_ended_as_it_should() -> None:
     assert watcher.failed_required is not None and watcher.failed_required.exit_code == 0
 
 
+def test_a_master_of_roslaunch_that_died() -> None:
+    """It has no number, and takes all nodes with it."""
+    watcher, _, _ = watch(started('a-1'), '=' * 80 + 'REQUIRED process [master] has died!\n',
+                          'process has died [pid 5, exit code -9, cmd rosmaster].\n',
+                          'Initiating shutdown!\n')
+    assert str(watcher.failed_required) == '/master: killed by SIGKILL'
+
+
 def test_node_died_while_a_required_one_did() -> None:
     watcher, _, _ = watch(started('a-1'), started('rviz-2'), REQUIRED[0],
                           '[a-1] process has died [pid 7, exit code 9, cmd x].\n', *REQUIRED[1:])

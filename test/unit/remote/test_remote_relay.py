@@ -2,11 +2,12 @@
 """What somebody in the network can do to the relay: ask without reading, or only connect."""
 from __future__ import annotations
 
+import queue
 import socket
 import threading
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Dict, Iterator, List
+from typing import Any, Collection, Dict, Iterator, List
 
 import pytest
 from surroundings import PATIENCE_S, wait_until
@@ -21,7 +22,7 @@ from process_visualizer.remote.frames import (
     json_frame,
     number_frame,
 )
-from process_visualizer.remote.offer import Offer
+from process_visualizer.remote.offer import Offer, OfferedTopic
 
 OFFER = Offer('1.0', 'realtime', '', {}, {})
 
@@ -120,4 +121,32 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
         assert left_out() == left_out() == {'/cloud': 1}
         link.take(cloud, 0, bytes(10), is_kept)
         assert left_out() == {}
+    link.close()
+
+
+class Wishes(TopicFeed):
+    """Notes what a viewer wants."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.wanted: 'queue.Queue[Collection[str]]' = queue.Queue()
+
+    def want(self, taker: Any, topics: Collection[str]) -> None:
+        self.wanted.put(topics)
+
+
+def test_a_viewer_that_wants_something_else_all_the_time_does_not_keep_the_master_busy(
+        both_ends: List[socket.socket]) -> None:
+    """Each change is a question to the master; of those that come together, the last one counts."""
+    relay, viewer = both_ends
+    feed = Wishes()
+    link = ViewerLink(relay, 'viewer', feed, lambda _link: None)
+    link.start(OFFER, {}, {name: OfferedTopic('a/B', '', '') for name in ('/a', '/b')})
+    viewer.sendall(GREETING + 500 * (
+        json_frame(Kind.WANT, topics=['/a']) + json_frame(Kind.WANT, topics=[]))
+        + json_frame(Kind.WANT, topics=['/b']))
+    taken = [feed.wanted.get(timeout=PATIENCE_S)]
+    while taken[-1] != {'/b'}:
+        taken.append(feed.wanted.get(timeout=PATIENCE_S))
+    assert len(taken) < 50
     link.close()
