@@ -14,7 +14,7 @@ import socket
 import ssl
 import sys
 from functools import partial
-from typing import Dict, Iterator, List, Optional, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
 import rosgraph
 from rosgraph.network import get_local_addresses
@@ -241,9 +241,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         web.send()
 
     ticks = Ticks(loop, tick, PERIOD_S)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
+    stop_at_signals(lambda: loop.add_callback_from_signal(loop.stop))
     ticks.start()
     for url in _urls(address, port, context is not None, admission.path()):
         say(url)
@@ -257,6 +255,13 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         web.close()
         link.close()
         rospy.signal_shutdown('the page is closed')
+
+
+def stop_at_signals(stop: Callable[[], object]) -> None:
+    """Call a function at the signals that end a command; at a hangup, unless nohup ignores it."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda *_: stop())
 
 
 def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLContext]) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, List, Tuple
 
 import pytest
 from surroundings import PATIENCE_S, wait_until
 
 from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
+from process_visualizer.launching.part_report import NodeReport
 from process_visualizer.remote.frames import Message
 from process_visualizer.viewing import viewer
 from process_visualizer.viewing.relay_connection import RelaySource
@@ -22,6 +24,9 @@ class Nothing:
     """Stands for a publisher, or a sender."""
 
     def __init__(self, *_arguments: Any, **_values: Any) -> None:
+        pass
+
+    def start(self) -> None:
         pass
 
     def close(self) -> None:
@@ -53,6 +58,20 @@ def test_an_rviz_that_hangs_is_told_and_that_it_is_over(tmp_path: Path) -> None:
     assert said[0] == 'RViz is not responding'
     assert said[1].startswith('RViz is not responding: over')
     assert said[2].startswith('ROS master')
+
+
+def test_an_rviz_that_was_killed_is_told_with_its_last_words(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer, 'RelayConnection', Nothing)
+    said: List[str] = []
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), said.append,
+                True)
+    failed = NodeReport('/rviz').started().exited(-9, ('no screen',))
+    run: Any = SimpleNamespace(failed_required=failed, reports=list, stop=list)
+    it._run, it._is_ended = run, True
+    assert it.run() == 1
+    it.close()
+    assert said[-1] == 'RViz: killed by SIGKILL\n  no screen'
 
 
 def test_what_a_cell_sends_waits_until_there_is_time(tmp_path: Path) -> None:
