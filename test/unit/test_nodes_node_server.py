@@ -9,14 +9,20 @@ import struct
 import threading
 from contextlib import suppress
 from functools import partial
-from typing import Any, Optional
+from typing import Any, List, Optional, Tuple
 from xmlrpc.client import ServerProxy
 
 import pytest
 import rospy
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
-from process_visualizer.nodes.common.node_server import NodeServer, answer_patiently
+from process_visualizer.nodes.common import node_server
+from process_visualizer.nodes.common.node_server import (
+    NodeServer,
+    QuestionServer,
+    Registrations,
+    answer_patiently,
+)
 
 TIMEOUT_S = 60.0
 
@@ -149,3 +155,104 @@ def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.
     has_started = not starting.is_alive()
     node.server.server_close()
     assert has_started
+
+
+class Master:
+    """Knows a publisher of a topic, after it did not answer once."""
+
+    def __init__(self, *_arguments: Any) -> None:
+        pass
+
+    lost: List[Exception] = []
+
+    def getSystemState(self) -> List[Any]:  # noqa: N802 (the name in ROS)
+        if self.lost:
+            raise self.lost.pop()
+        return [[['/a', ['/driver']]], [], []]
+
+    def lookupNode(self, name: str) -> str:  # noqa: N802
+        return f'http:/{name}'
+
+
+class Subscriptions:
+    """Stands for rospy's topic manager."""
+
+    def check_all(self) -> None:
+        pass
+
+    def get_subscriptions(self) -> List[Tuple[str, str]]:
+        return [('/a', 'std_msgs/String')]
+
+
+def test_a_publisher_of_which_the_node_could_not_hear_is_asked_for(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """The master tells of it once, and the node had no thread to listen."""
+    monkeypatch.setattr(node_server, '_RETRY_S', 0.01)
+    monkeypatch.setattr(node_server, 'AskedMaster', Master)
+    monkeypatch.setattr(node_server, 'get_topic_manager', Subscriptions)
+    monkeypatch.setattr(Master, 'lost', [OSError('timed out')])
+    handler: Any = Connecting([])
+    handler.reg_man = Registrations(handler)
+    node = XmlRpcNode(0, Answers())
+    node._run_init()
+    server = QuestionServer(node.server, handler)
+    running = threading.Thread(target=handler.reg_man.run, daemon=True)
+    with monkeypatch.context() as short:
+        short.setattr(node_server._thread, 'start_new_thread', no_thread)
+        with pytest.raises(RuntimeError):
+            server.process_request(None, None)
+    running.start()
+    try:
+        assert handler.connected.get(timeout=TIMEOUT_S) == ('/a', 'http://driver')
+    finally:
+        handler.done = True
+        running.join(TIMEOUT_S)
+        server.server_close()
+
+
+def no_thread(*_arguments: Any) -> None:
+    raise RuntimeError("can't start new thread")
+
+
+class Connecting:
+    """Stands for a node's handler: notes what is connected, after some shortages."""
+
+    done = False
+
+    def __init__(self, shortages: List[Exception]) -> None:
+        self._shortages = shortages
+        self.connected: 'queue.Queue[Tuple[str, str]]' = queue.Queue()
+
+    def _connect_topic(self, topic: str, uri: str) -> Tuple[int, str, int]:
+        if self._shortages:
+            raise self._shortages.pop()
+        self.connected.put((topic, uri))
+        return 1, '', 0
+
+
+@pytest.mark.parametrize('is_inside', [False, True], ids=['no thread', 'no thread in it'])
+def test_a_publisher_that_comes_during_a_shortage_is_connected_later(
+        is_inside: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before, the node heard of no publisher any more: rospy's thread had ended."""
+    monkeypatch.setattr(node_server, '_RETRY_S', 0.01)
+    shortages: List[Exception] = [RuntimeError("can't start new thread"), MemoryError()]
+    start = node_server._thread.start_new_thread
+
+    def start_if_possible(*arguments: Any) -> Any:
+        if shortages:
+            raise shortages.pop()
+        return start(*arguments)
+
+    handler = Connecting(shortages if is_inside else [])
+    registrations = Registrations(handler)
+    running = threading.Thread(target=registrations.run, daemon=True)
+    running.start()
+    if not is_inside:
+        monkeypatch.setattr(node_server._thread, 'start_new_thread', start_if_possible)
+    try:
+        for topic in ('/a', '/b'):
+            registrations.publisher_update(topic, [f'http://{topic}'])
+            assert handler.connected.get(timeout=TIMEOUT_S) == (topic, f'http://{topic}')
+    finally:
+        handler.done = True
+        running.join(TIMEOUT_S)

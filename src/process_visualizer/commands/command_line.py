@@ -70,6 +70,7 @@ from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 from process_visualizer.remote.link_words import ports_of
 from process_visualizer.remote.offer import DEFAULT_PORTS
 from process_visualizer.robot.description import describe_devices
+from process_visualizer.shortage import shortage_words
 from process_visualizer.shown_text import say
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
@@ -147,7 +148,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return _UNREAD
     except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
             OSError) as error:
-        say(f'cell: {error}', file=sys.stderr)
+        say(f'cell: {shortage_words(error) or error}', file=sys.stderr)
         return 1
 
 

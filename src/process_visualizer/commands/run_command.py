@@ -31,8 +31,12 @@ from process_visualizer.launching.roslaunch_process import (
     start_for_this_computer,
     start_roslaunch,
 )
-from process_visualizer.launching.run import LaunchRun, last_lines
-from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs
+from process_visualizer.launching.run import MASTER, LaunchRun, last_lines
+from process_visualizer.launching.run_record import (
+    RunRecord,
+    clean_up_crashed_runs,
+    require_log_folder,
+)
 from process_visualizer.launching.x_display import require_display
 from process_visualizer.remote.link_words import not_this_computer
 from process_visualizer.shown_text import say
@@ -58,6 +62,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     if wrong_address is not None:
         say(wrong_address)
     refuse_other_cell()
+    require_log_folder()
     if choice.rviz is not RvizStart.NONE:
         require_display('; or add --no-rviz')
     give_real_time_advice(print)
@@ -158,6 +163,10 @@ def exit_code(run: LaunchRun, is_stopped: bool = False) -> int:
             f'see {run.log_path}', file=sys.stderr)
         return 1
     failed = run.failed_required
+    if failed is not None and failed.name == MASTER:
+        say(f'the ROS master is gone ({failed.end_words}), and all nodes were ended; see '
+            f'{run.log_path}, and start the cell again', file=sys.stderr)
+        return 1
     if failed is not None and failed.exit_code != 0:
         tail = ''.join(f'\n  {line}' for line in failed.log_tail[-_NODE_TAIL:] if line)
         say(f'the required node {failed}; see {run.log_path}{tail and ", which ends:" + tail}',

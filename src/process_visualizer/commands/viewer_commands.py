@@ -14,7 +14,7 @@ import socket
 import ssl
 import sys
 from functools import partial
-from typing import Dict, Iterator, List, Optional, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
 import rosgraph
 from rosgraph.network import get_local_addresses
@@ -90,8 +90,11 @@ def _address(text: str) -> Address:
 def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
     import rospy  # only now, as it reads the address of its master
 
+    from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.viewing.viewer import Viewer
+    serve_patiently()
     rospy.init_node(_VIEW_NODE, anonymous=True, disable_signals=True, argv=[])
+    answer_patiently()
     record = RunRecord()
     folder = record.begin()
     viewer = Viewer(str(wanted), address, partial(find_relay, wanted), folder, say, with_rviz)
@@ -193,10 +196,12 @@ def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLCont
 def _serve(cell: Cell, address: Optional[str], port: int,
            context: Optional[ssl.SSLContext]) -> None:
     import rospy  # only now, like tornado: other commands do not need them
-    from tornado.ioloop import IOLoop, PeriodicCallback
+    from tornado.ioloop import IOLoop
 
+    from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.serving.cell_link import CellLink, PageClock
     from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
+    from process_visualizer.serving.ticks import Ticks
     from process_visualizer.serving.web_server import LiveServer, served_file
     packed, server = Packed(), secrets.token_hex(8)
     shared = PageCell(cell, packed)
@@ -222,7 +227,9 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     _listen(web, _HOME if address is None else address, port, context)
     clock = PageClock()
     try:
+        serve_patiently()
         rospy.init_node(_SERVE_NODE, anonymous=True, disable_signals=True, argv=[])
+        answer_patiently()
         link = CellLink(live, cell.devices, clock)
     except (rospy.ROSException, rosgraph.MasterException) as error:
         raise ValueError(f'the ROS master at {rosgraph.get_master_uri()} has refused the page '
@@ -233,9 +240,8 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         live.tick(clock.now_s(), clock.steady_s(), len(web.viewers))
         web.send()
 
-    ticks = PeriodicCallback(tick, 1000.0 * PERIOD_S)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: loop.add_callback_from_signal(loop.stop))
+    ticks = Ticks(loop, tick, PERIOD_S)
+    stop_at_signals(lambda: loop.add_callback_from_signal(loop.stop))
     ticks.start()
     for url in _urls(address, port, context is not None, admission.path()):
         say(url)
@@ -249,6 +255,13 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         web.close()
         link.close()
         rospy.signal_shutdown('the page is closed')
+
+
+def stop_at_signals(stop: Callable[[], object]) -> None:
+    """Call a function at the signals that end a command; at a hangup, unless nohup ignores it."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda *_: stop())
 
 
 def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLContext]) -> None:

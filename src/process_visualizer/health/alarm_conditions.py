@@ -83,7 +83,7 @@ def _end_of_window(node: NodeReport) -> str:
     """Return the end of a window in words; a user may have closed the window."""
     if node.state is not NodeState.EXITED:
         return node_line(node).text
-    return 'was closed' if node.exit_code == 0 else _end_of_recorder(node)
+    return 'was closed' if node.exit_code == 0 and not node.reason else _end_of_recorder(node)
 
 
 def _end_of_recorder(node: NodeReport) -> str:

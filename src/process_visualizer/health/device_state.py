@@ -14,7 +14,6 @@ from process_visualizer.launching.part_report import (
     NodeState,
     PartReport,
     PartState,
-    exit_words,
 )
 
 # Detection of topics that are silent for longer than usual, from the counts of the recorder.
@@ -151,7 +150,7 @@ def node_line(node: NodeReport) -> Line:
         return Line(Level.WAITING, 'starting' + _restarts(node))
     if node.state is NodeState.EXITED:
         level = Level.BAD if node.exit_code else Level.WARNING
-        return Line(level, exit_words(node.exit_code))
+        return Line(level, node.end_words)
     return Line(Level.BAD, f'cannot be started: {node.reason}')
 
 

@@ -22,6 +22,10 @@ def _signal_words(number: int) -> str:
         return f'signal {number}'
 
 
+REPLACED = ('another node of the same name was started, so ROS has ended this one; stop the other '
+            'one, then restart this one')
+
+
 class NodeState(Enum):
     """State of a node: ``STARTING`` until it has registered with the master."""
 
@@ -62,6 +66,15 @@ class NodeReport:
         """Return the report after the end of the process."""
         return replace(self, state=NodeState.EXITED, exit_code=exit_code, reason='',
                        log_tail=log_tail)
+
+    def replaced(self) -> 'NodeReport':
+        """Return the report after the end of the process, if another one now has its name."""
+        return replace(self, reason=REPLACED) if self.state is NodeState.EXITED else self
+
+    @property
+    def end_words(self) -> str:
+        """Return the end of the process in words, with the reason if it is known."""
+        return ': '.join(filter(None, [exit_words(self.exit_code), self.reason]))
 
     def failed(self, reason: str) -> 'NodeReport':
         """Return the report after roslaunch failed to start the process."""

@@ -21,7 +21,7 @@ from process_visualizer.launching.roslaunch_process import (
     start_roslaunch,
 )
 from process_visualizer.launching.run import LogTail, plain
-from process_visualizer.launching.run_record import RunRecord
+from process_visualizer.launching.run_record import RunRecord, require_log_folder
 
 _START_TIMEOUT_S = 60.0  # 30 s were too few at a load of 40
 _STARTED = 'started core service [/rosout]'
@@ -123,6 +123,7 @@ class RosMaster:
             raise RosMasterError('roscore cannot be started: there is no roslaunch on PATH; load '
                                  "ROS's set-up file (source .../setup.bash)")
         try:
+            require_log_folder()
             self._record.write()
             start = start_for_this_computer if is_for_this_computer(self._uri, os.environ) \
                 else start_roslaunch

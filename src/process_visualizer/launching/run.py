@@ -28,7 +28,9 @@ _PROCESS = r'\[(?P<name>[^\[\]]+)-\d+\]'
 _STARTED = re.compile(r'process' + _PROCESS + r': started with pid \[(?P<pid>\d+)\]')
 _DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>-?\d+)')
 _FINISHED = re.compile(_PROCESS + r' process has finished cleanly')
-_REQUIRED = re.compile(r'REQUIRED process ' + _PROCESS + r' has died!')
+_REQUIRED = re.compile(r'REQUIRED process \[(?P<name>[^\[\]]+?)(-\d+)?\] has died!')
+MASTER = '/master'
+"""The name in roslaunch's reports of a ROS master that it has started; it has no number there."""
 _UNLOCATED = re.compile(r'ERROR: cannot launch node of type \[(?P<type>[^\]]*)\]: (?P<why>.*)')
 _LOG_FILE = re.compile(r'log file: (?P<path>/.*)\*\.log')
 _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)')
@@ -136,7 +138,7 @@ class NodeWatcher:
     """Calls ``on_report`` at every change of a node's state and ``on_line`` for every line.
 
     ``watch`` reads the output to its end in the calling thread; another thread asks the master,
-    only while a node is starting.
+    only while a node is starting, and when one has ended: another one may have taken its name.
     """
 
     def __init__(self, on_report: OnReport, on_line: OnLine,
@@ -150,6 +152,7 @@ class NodeWatcher:
         self._ended = threading.Event()
         self._required: Optional[str] = None
         self._ended_last: Optional[str] = None
+        self._just_ended: List[str] = []
         self._tail = LogTail()
         self.failed_required: Optional[NodeReport] = None
 
@@ -196,7 +199,11 @@ class NodeWatcher:
 
     def _exited(self, name: str, exit_code: int) -> NodeReport:
         self._ended_last = name
-        return self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
+        report = self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
+        with self._lock:
+            self._just_ended.append(name)
+        self._starting.set()
+        return report
 
     def _take_required_exit(self, line: str) -> None:
         """Take the exit code of a required process from its separate line."""
@@ -229,10 +236,14 @@ class NodeWatcher:
 
     def _ask_master(self) -> None:
         """Ask the master for starting nodes that have registered; less often if there are many."""
-        while not self._ended.is_set():
+        while True:
             self._starting.wait()
             self._starting.clear()  # before reading the states, so that no start is missed
+            is_over = self._ended.is_set()  # before the last look at what has ended
             begin_s = time.monotonic()
+            self._look_for_namesakes()
+            if is_over:
+                return
             names = [report.name for report in self.reports()
                      if report.state is NodeState.STARTING]
             if names:
@@ -241,6 +252,14 @@ class NodeWatcher:
                 if is_registered(name, self._master_uri):
                     self._change(name, lambda report: report.registered())
             self._ended.wait(_pause_s(time.monotonic() - begin_s))
+
+    def _look_for_namesakes(self) -> None:
+        """Note which of the ended nodes have ended because another one took their name."""
+        with self._lock:
+            names, self._just_ended = self._just_ended, []
+        for name in names:
+            if is_registered(name, self._master_uri):
+                self._change(name, lambda report: report.replaced())
 
 
 def _pause_s(asking_s: float) -> float:

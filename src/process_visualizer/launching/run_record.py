@@ -133,6 +133,22 @@ def new_run_folder() -> str:
     return tempfile.mkdtemp(prefix=_FOLDER_PREFIX)
 
 
+def require_log_folder() -> None:
+    """Check that ROS can write its logs: without that, neither master nor nodes start.
+
+    Raises:
+        OSError: it cannot; the text names the folder and the remedy.
+    """
+    folder = rospkg.get_log_dir()
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, f'ROS cannot write its logs: {error.strerror}; set ROS_LOG_DIR '
+                      'or ROS_HOME to a folder that can be written', folder) from error
+
+
 class RunRecord:
     """The record of this process's run; ``run_id`` marks its processes."""
 

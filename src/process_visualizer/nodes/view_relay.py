@@ -41,6 +41,7 @@ from process_visualizer.remote.shown_view import (
     parsed_view,
 )
 from process_visualizer.ros_names import PACKAGE, STATIC_TF_TOPIC, TF_TOPIC, VIEW_RELAY
+from process_visualizer.shortage import shortage_words
 from process_visualizer.whole_file import small_file
 
 _MAX_VIEWERS = 16
@@ -107,9 +108,15 @@ class ViewRelay:
                     return
                 rospy.logwarn('a viewer could not connect: %s', error.strerror)
                 continue
-            self._let_wait(connection)
-            threading.Thread(target=self._welcome, args=[connection, f'{where[0]}:{where[1]}'],
-                             name=f'welcome {where[0]}', daemon=True).start()
+            try:
+                self._let_wait(connection)
+                threading.Thread(target=self._welcome, args=[connection, f'{where[0]}:{where[1]}'],
+                                 name=f'welcome {where[0]}', daemon=True).start()
+            except (RuntimeError, MemoryError) as error:  # the viewer tries again
+                with self._lock:
+                    self._waiting.pop(connection, None)
+                connection.close()
+                rospy.logwarn('a viewer could not connect: %s', shortage_words(error) or error)
 
     def _let_wait(self, connection: socket.socket) -> None:
         """Note a connection; end those that have waited longest if they become too many."""
@@ -148,8 +155,10 @@ class ViewRelay:
         rospy.loginfo('%s watches', name)
         try:
             link.start(offer, files, topics)
-        except OSError:
+        except (OSError, RuntimeError, MemoryError):
             self._forget(link)
+            link.close()
+            connection.close()
         self._changed.set()
 
     def _has_room(self) -> bool:
@@ -209,12 +218,12 @@ class ViewRelay:
                 offer = self._offer(present) if view and present != view else None
                 topics = self._topics()
                 view = present
-            except (OSError, ValueError, rosgraph.MasterException):
-                continue  # the master will be back, or the cell ends
-            for link in self._present():
-                if offer is not None:
-                    link.offer(*offer)
-                link.offer_topics(topics)
+                for link in self._present():
+                    if offer is not None:
+                        link.offer(*offer)
+                    link.offer_topics(topics)
+            except (OSError, ValueError, MemoryError, rosgraph.MasterException):
+                continue  # the master, or memory, will be back, or the cell ends
 
 
 def _topic(name: str, kind: str) -> Optional[OfferedTopic]:

@@ -36,6 +36,7 @@ from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
 from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
 
 _BUFFER_BYTES = 16 << 20
+_TOLD_EVERY_S = 10.0
 
 
 class FeedChannel(NamedTuple):
@@ -108,6 +109,10 @@ class TopicFeed:
             channel = self._channel(topic, header)
             is_kept = header.get('latching') == '1'
             data = bytes(message._buff)
+            if len(data) > MAX_BYTES:
+                rospy.logwarn_throttle_identical(
+                    _TOLD_EVERY_S, f'{topic}: messages of more than {MAX_BYTES >> 20} MB are too '
+                    'large for "cell view", and left out there')
             if is_kept and topic in self._wanted:
                 self._latched[channel.number] = _Latched(channel, arrived_ns, data)
             takers = list(self._wanted.get(topic, []))
@@ -130,6 +135,8 @@ _RECEIVED_BYTES = 64 << 10
 _MAX_ANSWERS = 10_000
 """Maximum number of answers that wait; a viewer that asks on without reading is dropped."""
 _REPORT_PERIOD_S = 2.0
+_WANT_PERIOD_S = 0.1
+"""Minimum time between two changes of what a viewer wants: each asks the master of the cell."""
 
 
 class ViewerLink:
@@ -146,7 +153,9 @@ class ViewerLink:
         self._announced: Dict[int, FeedChannel] = {}
         self._offered: Set[str] = set()
         self._is_closed = False
-        self._next_report_s = 0.0
+        self._too_large: Set[int] = set()  # channels whose last message was
+        self._next_report_s = self._next_want_s = 0.0
+        self._ended = threading.Event()
         self._heard_s = time.monotonic()
 
     @property
@@ -178,15 +187,16 @@ class ViewerLink:
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
         """See FeedListener."""
-        if len(data) > MAX_BYTES:
-            return
         with self._changed:
             if channel.number not in self._announced:
                 self._announced[channel.number] = channel
                 self._outbox.put_frame(json_frame(
                     Kind.CHANNEL, channel=channel.number, topic=channel.topic, type=channel.type,
                     md5sum=channel.md5sum, caller=channel.caller))
-            if is_kept:
+            self._too_large.discard(channel.number)
+            if len(data) > MAX_BYTES:
+                self._too_large.add(channel.number)
+            elif is_kept:
                 self._outbox.put_kept(channel.number, arrived_ns, data)
             else:
                 self._outbox.put(channel.number, arrived_ns, data, time.monotonic())
@@ -194,6 +204,7 @@ class ViewerLink:
 
     def close(self) -> None:
         """End the connection; the threads end soon."""
+        self._ended.set()
         with self._changed:
             self._is_closed = True
             self._changed.notify()
@@ -210,8 +221,14 @@ class ViewerLink:
                 if not data:
                     break
                 self._heard_s = time.monotonic()
+                wanted = None
                 for frame in reader.take(data):
-                    self._answer(frame)
+                    if frame.kind == Kind.WANT:
+                        wanted = frame  # only the last one counts
+                    else:
+                        self._answer(frame)
+                if wanted is not None:
+                    self._want(wanted.json().get('topics'))
         except (OSError, FramesBroken) as error:
             if not self._is_closed:
                 rospy.loginfo('the viewer %s is gone: %s', self.name, error)
@@ -228,14 +245,17 @@ class ViewerLink:
             with self._changed:
                 self._window.acknowledged(frame.number(), time.monotonic())
                 self._changed.notify()
-        elif frame.kind == Kind.WANT:
-            wanted = frame.json().get('topics')
-            topics = wanted if isinstance(wanted, list) else []
-            self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
         elif frame.kind == Kind.FETCH:
             self._fetch(frame.json())
         if self._outbox.answers > _MAX_ANSWERS:
             raise FramesBroken('it asks, and does not read')
+
+    def _want(self, wanted: Any) -> None:
+        """Subscribe to what the viewer wants; nothing else of it is read until then."""
+        self._ended.wait(max(0.0, self._next_want_s - time.monotonic()))
+        self._next_want_s = time.monotonic() + _WANT_PERIOD_S
+        topics = wanted if isinstance(wanted, list) else []
+        self._feed.want(self, {it for it in topics if isinstance(it, str)} & self._offered)
 
     def _report_left_out(self) -> None:
         now_s = time.monotonic()
@@ -244,6 +264,8 @@ class ViewerLink:
         self._next_report_s = now_s + _REPORT_PERIOD_S
         with self._changed:
             counts: Dict[str, int] = {}
+            for number in self._too_large:
+                self._outbox.leave_out(number)
             for channel, count in self._outbox.take_left_out().items():
                 topic = self._announced[channel].topic
                 counts[topic] = counts.get(topic, 0) + count

@@ -21,6 +21,8 @@ MAX_BYTES = 64 << 20
 """Maximum size of a message; larger ones are not passed on."""
 FRAME_BYTES = 4 << 20
 """Maximum size of a frame's content."""
+MAX_OPEN, MAX_OPEN_BYTES = 4096, 8 * MAX_BYTES
+"""Maximum number of messages that have begun and are not complete, and of their bytes so far."""
 _HEAD = Struct('<BII')
 _BEGIN = Struct('<QQ')
 _NUMBER = Struct('<Q')
@@ -163,6 +165,7 @@ class MessageParts:
     def __init__(self) -> None:
         """Begin without messages."""
         self._open: Dict[int, Tuple[int, int, bytearray]] = {}
+        self._open_bytes = 0
 
     def begin(self, frame: LinkFrame) -> List[Message]:
         """Take the beginning of a message; return the message if it is empty.
@@ -173,6 +176,9 @@ class MessageParts:
         arrived_ns, size = _unpacked(_BEGIN, frame.content)
         if size > MAX_BYTES:
             raise FramesBroken(f'a message of {size} bytes')
+        self._forget(frame.channel)
+        if len(self._open) >= MAX_OPEN:
+            raise FramesBroken(f'{MAX_OPEN} messages that have begun')
         self._open[frame.channel] = arrived_ns, size, bytearray()
         return self._completed(frame.channel)
 
@@ -186,16 +192,23 @@ class MessageParts:
             raise FramesBroken('a part of a message that has not begun')
         _, size, data = self._open[frame.channel]
         data += frame.content
+        self._open_bytes += len(frame.content)
         if len(data) > size:
             raise FramesBroken('a message that is longer than announced')
+        if self._open_bytes > MAX_OPEN_BYTES:
+            raise FramesBroken(f'unfinished messages of {self._open_bytes} bytes')
         return self._completed(frame.channel)
 
     def _completed(self, channel: int) -> List[Message]:
         arrived_ns, size, data = self._open[channel]
         if len(data) < size:
             return []
-        del self._open[channel]
+        self._forget(channel)
         return [Message(channel, arrived_ns, bytes(data))]
+
+    def _forget(self, channel: int) -> None:
+        _, _, data = self._open.pop(channel, (0, 0, b''))
+        self._open_bytes -= len(data)
 
 
 def _unpacked(layout: Struct, content: bytes) -> Tuple[Any, ...]:

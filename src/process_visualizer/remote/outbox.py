@@ -62,7 +62,7 @@ class Outbox:
         self._smaller.pop(channel, None)
         for others in (self._kept, self._large):
             if others.pop(channel, None) is not None:
-                self._leave_out(channel)
+                self.leave_out(channel)
         (self._large if is_large else self._kept)[channel] = waiting
 
     def put_file(self, channel: int, arrived_ns: int, read: Callable[[], bytes]) -> None:
@@ -79,14 +79,14 @@ class Outbox:
         waiting = _Waiting(channel, arrived_ns, data, now_s)
         if len(data) > PART_BYTES:
             if channel in self._large:
-                self._leave_out(channel)
+                self.leave_out(channel)
             self._large[channel] = waiting
             self._large_s[channel] = now_s
             return
         self._small.append(waiting)
         self._small_bytes += len(data)
         while self._small_bytes > _MAX_WAITING_BYTES:
-            self._leave_out(self._take_small().channel)
+            self.leave_out(self._take_small().channel)
 
     def take_left_out(self) -> Dict[int, int]:
         """Return the number of dropped messages by channel since the last call."""
@@ -116,7 +116,7 @@ class Outbox:
             it = self._take_small()
             if now_s - it.since_s <= MAX_WAIT_S:
                 return b''.join(message_frames(it.channel, it.arrived_ns, it.data))
-            self._leave_out(it.channel)
+            self.leave_out(it.channel)
         return self._next_part(thinned) if with_large else None
 
     def _next_part(self, thinned: Thinner) -> Optional[bytes]:
@@ -146,7 +146,8 @@ class Outbox:
         self._small_bytes -= len(it.data)
         return it
 
-    def _leave_out(self, channel: int) -> None:
+    def leave_out(self, channel: int) -> None:
+        """Count a message of a channel that is not sent."""
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
 
 

@@ -85,6 +85,7 @@ class CellLink:
         self._memory = RecorderMemory()
         self._master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         self._ended = threading.Event()
+        self._is_unknown = False  # to the master, wholly or partly
         self._shift_s: Optional[float] = None
         self._subscribers: List[rospy.Subscriber] = []
         self._sensors = [it.name for it in devices if it.type is DeviceType.DEPTH_SENSOR]
@@ -176,11 +177,11 @@ class CellLink:
                         shift_s = self._clock.now_s() - part.now_ns / 1e9
                         self._shift_s = shift_s if abs(shift_s) > _OTHER_CLOCK_S else 0.0
                     self._curves.add(part)
-            except ServiceUnreachable:
-                self._ended.wait(_MASTER_S)  # there is no recorder in playback
-                continue
-            window = self._curves.window(WINDOW_S)
-            self._live.take_curves(window._replace(epoch_s=window.epoch_s + (self._shift_s or 0)))
+                window = self._curves.window(WINDOW_S)
+                self._live.take_curves(window._replace(
+                    epoch_s=window.epoch_s + (self._shift_s or 0)))
+            except (ServiceUnreachable, MemoryError):  # there is no recorder in playback
+                self._ended.wait(_MASTER_S)
 
     def _follow_clouds(self) -> None:
         """Subscribe to clouds, which are large, only while a viewer wants them."""
@@ -204,20 +205,25 @@ class CellLink:
     def _problem(self) -> str:
         try:
             self._master.getPid()
-        except OSError:
+        except (OSError, rosgraph.MasterException):
             return 'The ROS master does not answer'
         if not any(is_registered(name) for name in CELL_NODES):
             return 'The cell does not run'
         try:
             self._master.lookupNode(rospy.get_name())
         except rosgraph.MasterException:  # the master was restarted
-            self._register_again()
+            self._is_unknown = True
         except OSError:
             return 'The ROS master does not answer'
+        if self._is_unknown:
+            self._is_unknown = not self._register_again()
         return ''
 
-    def _register_again(self) -> None:
-        """Register the node with a master that was started after it."""
+    def _register_again(self) -> bool:
+        """Register the node with a master that was started after it; return whether all is done.
+
+        After a part of it, the master already knows the node.
+        """
         own = rospy.get_node_uri()
         try:
             with ServerProxy(rosgraph.get_master_uri(),
@@ -228,4 +234,6 @@ class CellLink:
                                                             it.type, own)
                     node.publisherUpdate('/master', it.resolved_name, answer[2])
         except CONNECTION_ERRORS as error:
-            rospy.logdebug('not registered: %s', error)  # tried again at the next check
+            rospy.logdebug('not registered: %s', error)
+            return False  # tried again at the next check
+        return True

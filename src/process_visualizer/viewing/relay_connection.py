@@ -81,6 +81,8 @@ overlap, so that one succeeds soon after the link is back."""
 _NO_ANSWER_S = 2.0
 _LOOK_S = 1.0
 _RECEIVED_BYTES = 128 << 10
+_MAX_SOURCES, _MAX_NAME = 10_000, 1000
+"""Maximum number of publishers in a connection, and of characters in each of their names."""
 
 
 class RelaySource(NamedTuple):
@@ -338,6 +340,8 @@ class _Talk:
         number = values.get('channel')
         if not isinstance(number, int) or not all(isinstance(it, str) for it in texts):
             raise FramesBroken('a channel without a topic or number')
+        if len(self._sources) >= _MAX_SOURCES or any(len(str(it)) > _MAX_NAME for it in texts):
+            raise FramesBroken('channels without end')
         self._sources[number] = RelaySource(*map(str, texts))
 
     def _deliver(self, messages: List[Message]) -> None:

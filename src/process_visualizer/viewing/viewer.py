@@ -22,7 +22,13 @@ from process_visualizer.bagio.message_definition import (
 )
 from process_visualizer.bagio.message_layout import MessageDamaged, StampLocator
 from process_visualizer.bagio.message_parts import named_meshes
+from process_visualizer.cell.model import Mode
 from process_visualizer.generate.launch_writer import LaunchTag, write_document
+from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.health.alarm_board import AlarmBoard
+from process_visualizer.health.alarm_conditions import watch_conditions
+from process_visualizer.launching.cell_watch import CellLook, CellWatch
+from process_visualizer.launching.part_report import NodeState
 from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.player.bag_publishers import TopicPublisher
@@ -48,6 +54,12 @@ from process_visualizer.rviz.views import read_view
 from process_visualizer.viewing.relay_connection import RelayConnection, RelaySource
 
 _QUEUE = 20
+_MAX_TOPICS, _MAX_SOURCES = 2000, 10_000
+_MAX_PROBLEMS = 100
+"""Maximum number of problems that are told: a cell that sends nonsense has others all the time."""
+_TAIL = 6  # last lines of RViz that are told if it has failed
+_MAX_WAITING = 16
+"""Maximum number of events from the cell that wait to be handled."""
 _AMBER = (1.0, 0.7, 0.1, 1.0)
 _HEIGHT_M = 0.08
 _ABOVE_M = (0.0, 0.0, 1.5)
@@ -64,6 +76,7 @@ class OwnScene:
         self._topics: Dict[str, _OwnTopic] = {}
         self._sources: Dict[RelaySource, int] = {}
         self._problems: Dict[str, None] = {}
+        self._told: Set[str] = set()
         self._link = rospy.Publisher(LINK_TOPIC, MarkerArray, queue_size=1, latch=True)
 
     def advertise(self, topics: Dict[str, OfferedTopic]) -> None:
@@ -71,11 +84,14 @@ class OwnScene:
         for name, topic in topics.items():
             with self._lock:
                 is_new = name not in self._topics and name != LINK_TOPIC
+                if is_new and len(self._topics) >= _MAX_TOPICS:
+                    self._note(f'more than {_MAX_TOPICS} topics are not shown')
+                    break
             if is_new:
                 own = _own_topic(name, topic, self._sender, self._on_subscribe)
                 with self._lock:
                     if own is None:
-                        self._problems[f'{name} is not shown: its type cannot be understood'] = None
+                        self._note(f'{name} is not shown: its type cannot be understood')
                     else:
                         self._topics[name] = own
         self._on_subscribe()
@@ -89,13 +105,24 @@ class OwnScene:
         """Publish a message if it fits its topic."""
         with self._lock:
             own = self._topics.get(source.topic)
-            number = self._sources.setdefault(source, len(self._sources))
-        problem = 'it is not offered' if own is None else own.problem(source, message.data)
+            has_room = source in self._sources or len(self._sources) < _MAX_SOURCES
+            number = self._sources.setdefault(source, len(self._sources)) if has_room else 0
+        problem = 'it is not offered' if own is None else own.problem(source, message.data) \
+            if has_room else 'it has too many publishers'
         if own is None or problem:
             with self._lock:
-                self._problems[f'{source.topic}: a message is not shown: {problem}'] = None
+                self._note(f'{source.topic}: a message is not shown: {problem}')
             return
         own.publisher.publish(number, [message.data], time.monotonic_ns())
+
+    def _note(self, problem: str) -> None:
+        """Note a problem that was not told yet, while they are not too many."""
+        if problem in self._told or len(self._told) > _MAX_PROBLEMS:
+            return
+        if len(self._told) == _MAX_PROBLEMS:
+            problem = 'there are more problems like these, which are not told'
+        self._told.add(problem)
+        self._problems[problem] = None
 
     def take_problems(self) -> List[str]:
         """Return the problems since the last call in words, each once."""
@@ -167,11 +194,16 @@ class Viewer:
         self._name, self._folder, self._say = name, folder, say
         self._with_rviz = with_rviz
         self._events: 'queue.Queue[Callable[[], None]]' = queue.Queue()
+        self._room = threading.Semaphore(_MAX_WAITING)
+        self._is_closing = False
         self._scene = OwnScene(self._changed_wants)
         self._connection = RelayConnection(address, self, find)
         self._said: Dict[str, str] = {}
         self._offer: Optional[Offer] = None
         self._run: Optional[LaunchRun] = None
+        self._watch = CellWatch(self._running, lambda look: self._events.put(
+            partial(self._take_look, look)))
+        self._board = AlarmBoard()
         self._frame = ''
         self._lost_s: Optional[float] = None
         self._wanted: Tuple[str, ...] = ()
@@ -182,11 +214,15 @@ class Viewer:
         """Show the cell until it is ended here; return the exit code."""
         self._say(f'connecting to {self._name}')
         self._connection.start()
+        self._watch.begin()
         while not self._is_ended:
             self._next_event(_STEP_S)()
             self._step()
-        return 0 if self._run is None or self._run.failed_required is None else \
-            min(1, abs(self._run.failed_required.exit_code or 0))
+        failed = None if self._run is None else self._run.failed_required
+        if failed is None or not failed.exit_code:
+            return 0
+        self._say('\n  '.join([f'RViz: {failed.end_words}', *failed.log_tail[-_TAIL:]]))
+        return 1
 
     def _next_event(self, longest_s: float) -> Callable[[], None]:
         try:
@@ -196,13 +232,26 @@ class Viewer:
 
     def close(self) -> None:
         """End RViz and the connection."""
+        self._is_closing = True
+        self._watch.close()
         self._connection.close()
         self._stop_rviz()
         self._scene.close()
 
+    def _put(self, act: Callable[[], None]) -> None:
+        """Let the main thread act; wait until it has time: the cell may send without end."""
+        while not self._room.acquire(timeout=_STEP_S):
+            if self._is_closing:
+                return
+        self._events.put(partial(self._act, act))
+
+    def _act(self, act: Callable[[], None]) -> None:
+        self._room.release()
+        act()
+
     def on_offer(self, offer: Offer) -> None:
         """See Listener."""
-        self._events.put(partial(self._take_offer, offer))
+        self._put(partial(self._take_offer, offer))
 
     def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
         """See Listener."""
@@ -210,7 +259,7 @@ class Viewer:
         ours = {it.type: installed_connection('/', it.type) for it in topics.values()}
         sums = {kind: it.md5sum for kind, it in ours.items() if it is not None}
         for sentence in types_differ(topics, sums):
-            self._events.put(partial(self._tell, sentence, sentence))
+            self._put(partial(self._tell, sentence, sentence))
 
     def on_message(self, source: RelaySource, message: Message) -> None:
         """See Listener."""
@@ -218,11 +267,11 @@ class Viewer:
 
     def on_left_out(self, counts: Dict[str, int]) -> None:
         """See Listener."""
-        self._events.put(partial(self._take_left_out, counts))
+        self._put(partial(self._take_left_out, counts))
 
     def on_lost(self, reason: str, heard_s: float) -> None:
         """See Listener."""
-        self._events.put(partial(self._take_loss, reason, heard_s))
+        self._put(partial(self._take_loss, reason, heard_s))
 
     def _take_offer(self, offer: Offer) -> None:
         if self._lost_s is not None:
@@ -278,7 +327,7 @@ class Viewer:
             self._connection.fetch(uri, partial(self._on_mesh, offer, uri, path))
 
     def _on_mesh(self, offer: Offer, uri: str, path: str, data: bytes) -> None:
-        self._events.put(partial(self._take_mesh, offer, uri, path, data))
+        self._put(partial(self._take_mesh, offer, uri, path, data))
 
     def _take_mesh(self, offer: Offer, uri: str, path: str, data: bytes) -> None:
         if offer is not self._offer or self._awaited.pop(uri, None) is None:
@@ -300,6 +349,20 @@ class Viewer:
         if self._with_rviz and self._run is not None and self._run.wait(0.0):
             self._is_ended = True
 
+    def _running(self) -> Set[str]:
+        """Return the nodes here that should answer."""
+        run = self._run
+        return set() if run is None or self._is_closing else \
+            {it.name for it in run.reports() if it.state is NodeState.RUNNING}
+
+    def _take_look(self, look: CellLook) -> None:
+        """Tell what no longer answers here, and that it answers again."""
+        count = len(self._board.events)
+        self._board = self._board.seen(watch_conditions(
+            Mode.REALTIME, look, dict.fromkeys(look.silent, RVIZ_PART)), time.monotonic())
+        for event in self._board.events[count:]:
+            self._say(event.text)
+
     def _stop_rviz(self) -> None:
         run, self._run = self._run, None
         if run is not None:
@@ -314,7 +377,8 @@ class Viewer:
 
     def _take_left_out(self, counts: Dict[str, int]) -> None:
         names = ', '.join(sorted(_printable(it) for it in counts))
-        self._tell('thin', f'the link does not carry all of {names}: old data are left out'
+        self._tell('thin', f'the link does not carry all of {names}: what is old, or too large, '
+                   'is left out'
                    if names else ('the link carries everything' if 'thin' in self._said else ''))
 
     def _step(self) -> None:

@@ -381,6 +381,7 @@ def test_run_without_a_folder_for_its_record(cell: Cell, write: Write, tmp_path:
                                              monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / 'file').write_text('')
     monkeypatch.setenv('ROS_HOME', str(tmp_path / 'file'))
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path))
     code, _, errors = cell('run', write(TABLE), '--no-rviz', '--output', 'made')
     assert code == 1
     assert errors[-1].startswith('cell: [Errno 20] Not a directory: ')

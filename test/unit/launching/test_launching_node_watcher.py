@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from process_visualizer.health.device_state import node_line
 from process_visualizer.launching.cell_owner import OtherCell, refuse_other_cell
 from process_visualizer.launching.part_report import NodeReport, NodeState
 from process_visualizer.launching.ros_api import is_registered
@@ -95,6 +96,23 @@ def test_reports_of_a_restarted_node() -> None:
         '/d/a': NodeState.STARTING, '/b': NodeState.EXITED}
 
 
+def test_a_node_whose_name_another_one_has_taken(master: LittleMaster) -> None:
+    """ROS ends the first one, which looks like a normal end."""
+    master.nodes = ['/b']
+    watcher, reports, _ = watch(started('a-1'), started('b-2'),
+                                '[a-1] process has finished cleanly\n',
+                                '[b-2] process has finished cleanly\n')
+    assert str(reports[-1]).startswith('/b: ended with code 0: another node of the same name was '
+                                       'started')
+    assert [str(it) for it in watcher.reports()][0] == '/a: ended with code 0'
+    assert node_line(reports[-1]).text == reports[-1].end_words
+
+
+def test_a_restarted_node_has_taken_its_own_name() -> None:
+    node = NodeReport('/a').started().exited(0).started()
+    assert node.replaced() == node
+
+
 def test_node_that_cannot_be_started() -> None:
     watcher, _, _ = watch('ERROR: cannot launch node of type [p/t]: Cannot locate it\n')
     assert [str(report) for report in watcher.reports()] == [
@@ -110,6 +128,14 @@ def test_required_node_died() -> None:
 def test_required_node_ended_as_it_should() -> None:
     watcher, _, _ = watch(started('rviz-2'), REQUIRED[0], 'process has finished cleanly\n')
     assert watcher.failed_required is not None and watcher.failed_required.exit_code == 0
+
+
+def test_a_master_of_roslaunch_that_died() -> None:
+    """It has no number, and takes all nodes with it."""
+    watcher, _, _ = watch(started('a-1'), '=' * 80 + 'REQUIRED process [master] has died!\n',
+                          'process has died [pid 5, exit code -9, cmd rosmaster].\n',
+                          'Initiating shutdown!\n')
+    assert str(watcher.failed_required) == '/master: killed by SIGKILL'
 
 
 def test_node_died_while_a_required_one_did() -> None:

@@ -125,3 +125,18 @@ def test_without_roslaunch(listener: socket.socket, monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
     assert error_of(RosMaster(uri)).startswith(
         'roscore cannot be started: there is no roslaunch on PATH')
+
+
+def test_logs_that_cannot_be_written(listener: socket.socket, monkeypatch: pytest.MonkeyPatch,
+                                     tmp_path: Path) -> None:
+    """rosmaster would end with a traceback; root may write into every folder, so this is a file."""
+    uri = uri_of(listener)
+    listener.close()
+    folder = tmp_path / 'log'
+    folder.write_text('')
+    monkeypatch.setenv('ROS_LOG_DIR', str(folder))
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    said = error_of(RosMaster(uri))
+    assert 'ROS cannot write its logs' in said and 'set ROS_LOG_DIR' in said
+    assert str(folder) in said
+    assert not (tmp_path / 'process_visualizer').exists(), 'nothing is left'

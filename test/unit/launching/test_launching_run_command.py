@@ -49,6 +49,14 @@ def test_the_exit_code_tells_whether_it_ran(
     assert bool(error) == ('cell.log' in error)
 
 
+def test_a_master_that_takes_all_nodes_with_it_is_a_failure(
+        capsys: pytest.CaptureFixture[str]) -> None:
+    master = NodeReport('/master').started().exited(-9)
+    run: Any = EndedRun(master, (NodeState.EXITED,))
+    assert exit_code(run) == 1
+    assert capsys.readouterr().err.startswith('the ROS master is gone (killed by SIGKILL)')
+
+
 def test_the_last_words_of_a_required_node_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     words = 'qt.qpa.xcb: could not connect to display :7'
     run: Any = EndedRun(NodeReport('/rviz', NodeState.EXITED, -6, log_tail=('', words)), ())

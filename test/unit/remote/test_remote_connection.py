@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import socket
+from contextlib import suppress
 from typing import Any, Iterator, List, Tuple, cast
 
 import pytest
@@ -12,7 +13,13 @@ from surroundings import PATIENCE_S, wait_until
 from process_visualizer.nodes import view_relay
 from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import ViewerLink
-from process_visualizer.remote.frames import GREETING, Kind, LinkFrame, LinkFrameReader
+from process_visualizer.remote.frames import (
+    GREETING,
+    Kind,
+    LinkFrame,
+    LinkFrameReader,
+    json_frame,
+)
 from process_visualizer.viewing import relay_connection
 from process_visualizer.viewing.finding import CellNotFound
 from process_visualizer.viewing.relay_connection import Listener, RelayConnection
@@ -105,6 +112,21 @@ def test_large_packets_that_are_lost_are_told(
     with server.accept()[0] as there:
         there.sendall(GREETING)
         assert 'only small packets arrive' in losses.told.get(timeout=PATIENCE_S)[0]
+
+
+@pytest.mark.parametrize('frames', [
+    [json_frame(Kind.CHANNEL, channel=number, topic='/a', type='b/C', md5sum='', caller='/d')
+     for number in range(20_000)],
+    [json_frame(Kind.CHANNEL, channel=1, topic='/a', type='b/C', md5sum='', caller=5000 * 'd')]],
+    ids=['many', 'long'])
+def test_publishers_without_end_end_the_connection(
+        frames: List[bytes], server: socket.socket, connection: RelayConnection,
+        losses: Losses) -> None:
+    connection.start()
+    with server.accept()[0] as there:
+        with suppress(ConnectionError):
+            there.sendall(GREETING + b''.join(frames))
+        assert 'channels without end' in losses.told.get(timeout=PATIENCE_S)[0]
 
 
 def test_an_attempt_that_is_not_answered_holds_up_no_other(

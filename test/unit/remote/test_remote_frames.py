@@ -11,6 +11,7 @@ from process_visualizer.remote.frames import (
     MAX_BYTES,
     FramesBroken,
     Kind,
+    LinkFrame,
     LinkFrameReader,
     MessageParts,
     frame_bytes,
@@ -59,6 +60,33 @@ def test_claimed_lengths_are_checked_before_anything_is_kept() -> None:
     parts.begin(small)
     with pytest.raises(FramesBroken):
         parts.part(part)
+
+
+def begun(channel: int, size: int) -> LinkFrame:
+    return LinkFrame(Kind.BEGIN, channel, struct.pack('<QQ', 0, size))
+
+
+def test_messages_that_begin_and_never_end_do_not_become_many() -> None:
+    parts = MessageParts()
+    with pytest.raises(FramesBroken):
+        for channel in range(1 << 20):
+            parts.begin(begun(channel, 1))
+    parts = MessageParts()
+    part = LinkFrame(Kind.PART, 0, bytes(1 << 20))
+    with pytest.raises(FramesBroken):
+        for channel in range(1 << 10):
+            parts.begin(begun(channel, 1 << 25))
+            parts.part(part._replace(channel=channel))
+
+
+def test_messages_that_end_or_begin_anew_do_not_count() -> None:
+    parts = MessageParts()
+    part = LinkFrame(Kind.PART, 1, bytes(1 << 20))
+    for _ in range(600):
+        parts.begin(begun(1, 1 << 25))
+        assert parts.part(part) == []
+        parts.begin(begun(2, 1 << 20))
+        assert len(parts.part(part._replace(channel=2))) == 1
 
 
 @pytest.mark.parametrize('frame', [

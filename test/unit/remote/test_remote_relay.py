@@ -2,19 +2,27 @@
 """What somebody in the network can do to the relay: ask without reading, or only connect."""
 from __future__ import annotations
 
+import queue
 import socket
 import threading
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Iterator, List
+from typing import Any, Collection, Dict, Iterator, List
 
 import pytest
-from surroundings import wait_until
+from surroundings import PATIENCE_S, wait_until
 
+from process_visualizer.nodes import viewer_link
 from process_visualizer.nodes.view_relay import ViewRelay
-from process_visualizer.nodes.viewer_link import TopicFeed, ViewerLink
-from process_visualizer.remote.frames import GREETING, Kind, json_frame, number_frame
-from process_visualizer.remote.offer import Offer
+from process_visualizer.nodes.viewer_link import FeedChannel, TopicFeed, ViewerLink
+from process_visualizer.remote.frames import (
+    GREETING,
+    Kind,
+    LinkFrameReader,
+    json_frame,
+    number_frame,
+)
+from process_visualizer.remote.offer import Offer, OfferedTopic
 
 OFFER = Offer('1.0', 'realtime', '', {}, {})
 
@@ -62,3 +70,83 @@ def test_connections_that_say_nothing_do_not_become_many(tmp_path: Path) -> None
         silent[-1].sendall(GREETING)
         assert silent[-1].recv(len(GREETING)) == GREETING
     relay.close()
+
+
+def test_a_shortage_of_threads_does_not_end_the_relay(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
+    host, port = relay.address.split(':')
+    relay.run()
+    start, short = threading.Thread.start, [True]
+
+    def start_if_possible(thread: threading.Thread) -> None:
+        if thread.name.startswith('welcome') and short:
+            short.clear()
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, 'start', start_if_possible)
+    with socket.create_connection((host, int(port))) as first:
+        first.settimeout(PATIENCE_S)
+        assert first.recv(1) == b'', 'it is closed'
+    with socket.create_connection((host, int(port))) as second:
+        second.settimeout(PATIENCE_S)
+        second.sendall(GREETING)
+        assert second.recv(len(GREETING)) == GREETING
+    relay.close()
+
+
+def test_messages_that_are_too_large_are_told_as_long_as_they_are(
+        both_ends: List[socket.socket], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer_link, 'MAX_BYTES', 10)
+    monkeypatch.setattr(viewer_link, '_REPORT_PERIOD_S', 0.0)
+    relay, viewer = both_ends
+    link = ViewerLink(relay, 'viewer', TopicFeed(), lambda _link: None)
+    link.start(OFFER, {}, {})
+    cloud = FeedChannel(1, '/cloud', 'a/B', '', '/camera')
+    viewer.settimeout(PATIENCE_S)
+    viewer.sendall(GREETING)
+    reader = LinkFrameReader()
+
+    def left_out() -> Dict[str, Any]:
+        viewer.sendall(number_frame(Kind.PING, 1))
+        while True:
+            for frame in reader.take(viewer.recv(1000)):
+                if frame.kind == Kind.LEFT_OUT:
+                    return frame.json()
+
+    assert left_out() == {}
+    for is_kept in (False, True):
+        link.take(cloud, 0, bytes(11), is_kept)
+        assert left_out() == left_out() == {'/cloud': 1}
+        link.take(cloud, 0, bytes(10), is_kept)
+        assert left_out() == {}
+    link.close()
+
+
+class Wishes(TopicFeed):
+    """Notes what a viewer wants."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.wanted: 'queue.Queue[Collection[str]]' = queue.Queue()
+
+    def want(self, taker: Any, topics: Collection[str]) -> None:
+        self.wanted.put(topics)
+
+
+def test_a_viewer_that_wants_something_else_all_the_time_does_not_keep_the_master_busy(
+        both_ends: List[socket.socket]) -> None:
+    """Each change is a question to the master; of those that come together, the last one counts."""
+    relay, viewer = both_ends
+    feed = Wishes()
+    link = ViewerLink(relay, 'viewer', feed, lambda _link: None)
+    link.start(OFFER, {}, {name: OfferedTopic('a/B', '', '') for name in ('/a', '/b')})
+    viewer.sendall(GREETING + 500 * (
+        json_frame(Kind.WANT, topics=['/a']) + json_frame(Kind.WANT, topics=[]))
+        + json_frame(Kind.WANT, topics=['/b']))
+    taken = [feed.wanted.get(timeout=PATIENCE_S)]
+    while taken[-1] != {'/b'}:
+        taken.append(feed.wanted.get(timeout=PATIENCE_S))
+    assert len(taken) < 50
+    link.close()

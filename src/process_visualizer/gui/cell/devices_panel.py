@@ -37,7 +37,7 @@ from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_co
 from process_visualizer.health.device_state import DeviceState, Level, Line
 from process_visualizer.health.figures import count_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, counted
-from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, exit_words
+from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport
 
 _NAME, _STATE = 0, 1
 _MIN_ROWS, _MAX_ROWS, _ROW_SPACING_PX = 2, 14, 4
@@ -482,7 +482,7 @@ def node_message(part: str, node: NodeReport) -> str:
     name = f'<b>{html.escape(node.name)}</b> of {html.escape(part)}'
     again = f' It was restarted {node.restarts} times.' if node.restarts else ''
     if node.state is NodeState.EXITED:
-        return f'{name}: {exit_words(node.exit_code)}.{again}'
+        return f'{name}: {html.escape(node.end_words)}.{again}'
     if node.state is NodeState.FAILED:
         return f'{name} could not be started: {html.escape(node.reason)}'
     state = 'runs' if node.state is NodeState.RUNNING else 'is starting'

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Repeated calls in an event loop, which go on as before when the computer's clock is set.
+
+tornado's PeriodicCallback counts on the time of day: set back by an hour, it waits for an hour.
+"""
+from __future__ import annotations
+
+import time
+from typing import Any, Callable
+
+from tornado.ioloop import IOLoop
+
+
+class Ticks:
+    """Calls a function in a loop once in a period, from ``start`` to ``stop``."""
+
+    def __init__(self, loop: IOLoop, act: Callable[[], None], period_s: float) -> None:
+        """An exception of ``act`` is logged by the loop, and does not end the calls."""
+        self._loop, self._act, self._period_s = loop, act, period_s
+        self._next_s = 0.0
+        self._handle: Any = None
+
+    def start(self) -> None:
+        """Begin to call."""
+        self._next_s = time.monotonic()
+        self._wait()
+
+    def stop(self) -> None:
+        """End the calls."""
+        if self._handle is not None:
+            self._loop.remove_timeout(self._handle)
+        self._handle = None
+
+    def _wait(self) -> None:
+        now_s = time.monotonic()
+        self._next_s = max(self._next_s + self._period_s, now_s)  # late calls are not made up for
+        self._handle = self._loop.call_later(self._next_s - now_s, self._call)
+
+    def _call(self) -> None:
+        self._wait()
+        self._act()

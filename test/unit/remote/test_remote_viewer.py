@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a hostile cell can do to a viewer: send without end, and nonsense."""
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, List, Tuple
+
+import pytest
+from surroundings import PATIENCE_S, wait_until
+
+from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
+from process_visualizer.launching.part_report import NodeReport
+from process_visualizer.remote.frames import Message
+from process_visualizer.viewing import viewer
+from process_visualizer.viewing.relay_connection import RelaySource
+from process_visualizer.viewing.viewer import OwnScene, Viewer
+
+RVIZ_HANGS, ALL_ANSWERS = CellLook(frozenset({'/rviz'})), CellLook()
+
+
+class Nothing:
+    """Stands for a publisher, or a sender."""
+
+    def __init__(self, *_arguments: Any, **_values: Any) -> None:
+        pass
+
+    def start(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture(autouse=True)
+def no_ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer.rospy, 'Publisher', Nothing)
+    monkeypatch.setattr(viewer, 'TimedSender', Nothing)
+
+
+def test_problems_of_messages_are_told_up_to_a_limit() -> None:
+    scene = OwnScene(lambda: None)
+    told = []
+    for number in range(1000):
+        scene.show(RelaySource(f'/t{number}', 'a/B', '', '/c'), Message(1, 0, b''))
+        told += scene.take_problems()
+    assert len(told) == len(set(told)) == 101
+    assert told[-1] == 'there are more problems like these, which are not told'
+
+
+def test_an_rviz_that_hangs_is_told_and_that_it_is_over(tmp_path: Path) -> None:
+    address: Tuple[str, int] = ('127.0.0.1', 1)
+    said: List[str] = []
+    it = Viewer('cell', address, lambda: address, str(tmp_path), said.append, True)
+    for look in (RVIZ_HANGS, ALL_ANSWERS, CellLook(master=MASTER_SILENT)):
+        it._take_look(look)
+    assert said[0] == 'RViz is not responding'
+    assert said[1].startswith('RViz is not responding: over')
+    assert said[2].startswith('ROS master')
+
+
+def test_an_rviz_that_was_killed_is_told_with_its_last_words(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer, 'RelayConnection', Nothing)
+    said: List[str] = []
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), said.append,
+                True)
+    failed = NodeReport('/rviz').started().exited(-9, ('no screen',))
+    run: Any = SimpleNamespace(failed_required=failed, reports=list, stop=list)
+    it._run, it._is_ended = run, True
+    assert it.run() == 1
+    it.close()
+    assert said[-1] == 'RViz: killed by SIGKILL\n  no screen'
+
+
+def test_what_a_cell_sends_waits_until_there_is_time(tmp_path: Path) -> None:
+    address: Tuple[str, int] = ('127.0.0.1', 1)
+    it = Viewer('cell', address, lambda: address, str(tmp_path), lambda _text: None, False)
+
+    def flood() -> None:
+        while not it._is_closing:
+            it.on_left_out({})
+
+    flooding = threading.Thread(target=flood)
+    flooding.start()
+    wait_until(lambda: it._events.qsize() == viewer._MAX_WAITING, 'the flood')
+    for _ in range(100):
+        it._next_event(PATIENCE_S)()
+        assert it._events.qsize() <= viewer._MAX_WAITING
+    it._is_closing = True
+    flooding.join(PATIENCE_S)
+    assert not flooding.is_alive()
