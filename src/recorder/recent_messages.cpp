@@ -9,8 +9,10 @@
 namespace process_visualizer::recorder {
 namespace {
 
-// The topic whose messages add up: one publisher's message does not replace another's.
-constexpr char kAddingTopic[] = "/tf_static";
+/// Returns whether messages add up: one publisher's message does not replace another's.
+bool addsUp(const std::string& topic) {
+  return topic == FixedFrames::kSource || topic == FixedFrames::kOthers;
+}
 
 }  // namespace
 
@@ -39,7 +41,7 @@ void LatchedMessages::forgetReplaced(const std::function<bool(const Message&)>& 
     newest_of_topic[key.first] = std::max(newest_of_topic[key.first], entry.number);
   for (auto it = newest_.begin(); it != newest_.end();) {
     const bool is_replaced = it->second.number < newest_of_topic[it->first.first] &&
-                             it->first.first != kAddingTopic && is_gone(it->second.message);
+                             !addsUp(it->first.first) && is_gone(it->second.message);
     it = is_replaced ? newest_.erase(it) : std::next(it);
   }
 }

@@ -168,10 +168,12 @@ TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
   latched.add(messageAt(1, latchedBy("/new"), 2));
   latched.add(messageAt(1, latchedBy("/old", "/tf_static"), 3));
   latched.add(messageAt(1, latchedBy("/new", "/tf_static"), 2));
+  latched.add(messageAt(1, latchedBy("/old", FixedFrames::kOthers), 4));
+  latched.add(messageAt(1, latchedBy("/new", FixedFrames::kOthers), 2));
   latched.forgetReplaced(isGone);
   std::vector<std::size_t> sizes;
   for (const Message& message : latched.at(ros::Time(5))) sizes.push_back(message.size());
-  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2}));
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2, 4, 2}));
 }
 
 /// Answers about an intake that takes /a and /b.

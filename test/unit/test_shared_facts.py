@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from process_visualizer.bagio.recorder_topics import CALIBRATION
+from process_visualizer.bagio.recorder_topics import CALIBRATION, STATIC_FRAMES
 from process_visualizer.gui.recording.recording_choices import FOR_ANYBODY
 from process_visualizer.nodes.common.node_handle import MAX_NAME_CHARACTERS
 from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS
@@ -50,8 +50,8 @@ def test_names_that_the_recorder_knows() -> None:
                     'kOwnPrefix') == f'"{OWN_TOPICS}"'
     assert constant(file, 'kNode') == f'"/{CELL_FRAMES}"'
     assert constant(file, 'kSource') == f'"{STATIC_TF_TOPIC}"'
-    assert constant(file, 'kTopic') == f'kOwnPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
-    assert constant('recorder/recent_messages.cpp', 'kAddingTopic') == f'"{STATIC_TF_TOPIC}"'
+    assert constant(file, 'kCalibration') == f'kOwnPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
+    assert constant(file, 'kOthers') == f'kOwnPrefix + "{STATIC_FRAMES[len(OWN_TOPICS):]}"'
 
 
 def test_folders_that_the_recorder_takes_from_anybody() -> None:
