@@ -28,13 +28,17 @@ _NONE = np.empty((0, 2))
 
 def period_s(times_s: np.ndarray) -> float:
     """Return the usual time between two values [s]; 0 with fewer than two values."""
-    if len(times_s) < 2:
-        return 0.0
-    steps = times_s[1:] - times_s[:-1]
-    middle, is_odd = divmod(len(steps), 2)
-    # np.median takes twice as long for the few hundred values of a channel
-    steps.partition(middle if is_odd else (middle - 1, middle))
-    return float(steps[middle] if is_odd else 0.5 * (steps[middle - 1] + steps[middle]))
+    return median(times_s[1:] - times_s[:-1]) if len(times_s) > 1 else 0.0
+
+
+def median(values: np.ndarray) -> float:
+    """Return the median of some values, none of which is NaN.
+
+    numpy's takes twice as long for the few hundred values of a channel.
+    """
+    middle, is_odd = divmod(len(values), 2)
+    found = np.partition(values, middle if is_odd else (middle - 1, middle))
+    return float(found[middle] if is_odd else 0.5 * (found[middle - 1] + found[middle]))
 
 
 def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarray:
@@ -75,18 +79,24 @@ def inside(times_s: np.ndarray, gaps: np.ndarray, margin_s: float = 0.0) -> np.n
     return result
 
 
-def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray,
+             gaps: Optional[np.ndarray] = None) -> np.ndarray:
     """Return values (m, k) at times (m,), NaN in gaps and for times that are NaN.
 
     Args:
         times_s: (m,), NaN for no time.
         known_s, values: the series, (n,) and (n, k).
+        gaps: those of the series, if they are known already.
     """
-    gaps = data_gaps(known_s)
+    if gaps is None:
+        gaps = data_gaps(known_s)
     found = np.full((len(times_s), values.shape[1]), np.nan)
-    asked = np.isfinite(times_s) & ~inside(times_s, gaps)
-    late = inside(known_s, gaps)
-    found[asked] = interpolated(times_s[asked], known_s[~late], values[~late], np.inf)
+    asked = np.isfinite(times_s)
+    if len(gaps):
+        asked &= ~inside(times_s, gaps)
+        in_time = ~inside(known_s, gaps)
+        known_s, values = known_s[in_time], values[in_time]
+    found[asked] = interpolated(times_s[asked], known_s, values, np.inf)
     return found
 
 

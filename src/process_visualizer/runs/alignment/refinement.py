@@ -9,6 +9,7 @@ import numpy as np
 
 from process_visualizer.runs.alignment.motion import ToolsMotion, moving_rows, velocities
 from process_visualizer.runs.alignment.time_map import TimeMap, time_map
+from process_visualizer.runs.series import median
 
 # Rests: where the motion of two runs does not show which moments correspond, places do.
 #
@@ -108,7 +109,7 @@ def _noise_m(part: np.ndarray) -> float:
     if len(part) < 3:
         return 0.0
     away_m = np.linalg.norm(part[2:] - 2.0 * part[1:-1] + part[:-2], axis=1)
-    return float(np.median(away_m)) / math.sqrt(6.0)
+    return median(away_m) / math.sqrt(6.0)
 
 
 def _stay(part: np.ndarray, place: np.ndarray, radius_m: float) -> _Stay:
@@ -190,7 +191,7 @@ def _offset(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     offset = _beside_the_path(difference, velocity)
     for part, speed in zip(*(np.array_split(it, min(_PARTS, len(difference)))
                              for it in (difference, velocity))):
-        before_m, after_m = (float(np.median(_beside(it, speed))) for it in (part, part - offset))
+        before_m, after_m = (median(_beside(it, speed)) for it in (part, part - offset))
         if after_m > before_m + _CONTRADICTS_M:
             return _common_offset(difference)
     return offset

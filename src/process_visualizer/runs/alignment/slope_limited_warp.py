@@ -12,6 +12,7 @@ import numpy as np
 
 _STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
 """Steps in rows of the reference and of the run; of equally good ones, the first is taken."""
+_LONGEST = max(rows for rows, _ in _STEPS)
 _BEGIN = len(_STEPS)
 _MAX_SHIFT = 64
 """Maximum shift of a band from one row to the next three; a larger one breaks the path."""
@@ -78,8 +79,11 @@ class _Search:
     def __init__(self, band: WarpBand, run_rows: int, skipped: float) -> None:
         self._band, self._run_rows, self._skipped = band, run_rows, skipped
         self._padding = _MAX_SHIFT + 3
+        self._begins_at = {(rows, columns): self._shifts(rows, columns) for rows, columns in (
+            *_STEPS, *((back, 0) for back in range(1, _LONGEST)))}
         self._came_from = np.empty((len(band.first), band.width), np.int8)
         self._candidates = np.empty((len(_STEPS) + 1, band.width))
+        self._width = band.width
         self._columns = np.arange(band.width)
         self._totals: List[np.ndarray] = []  # of the last rows, the newest first
         self._costs: List[np.ndarray] = []
@@ -115,11 +119,18 @@ class _Search:
         padded[self._padding:-self._padding] = values
         return padded
 
+    def _shifts(self, rows: int, columns: int) -> List[int]:
+        """Return for each row where, in an earlier padded one, its columns begin."""
+        first = self._band.first
+        moved = np.zeros(len(first), np.int64)
+        moved[rows:] = first[rows:] - first[:-rows] - columns
+        shifts: List[int] = (self._padding + moved.clip(-self._padding, self._padding)).tolist()
+        return shifts
+
     def _shifted(self, padded: np.ndarray, rows: int, columns: int) -> np.ndarray:
         """Return the values of an earlier row, shifted to the columns of this one."""
-        moved = int(self._band.first[self._row] - self._band.first[self._row - rows]) - columns
-        begin = self._padding + min(max(moved, -self._padding), self._padding)
-        return padded[begin:begin + self._band.width]
+        begin = self._begins_at[rows, columns][self._row]
+        return padded[begin:begin + self._width]
 
     def _begins(self, found: np.ndarray) -> None:
         """Write the costs of paths that begin in the reference's first row, or in the run's.

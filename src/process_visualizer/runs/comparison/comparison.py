@@ -70,6 +70,7 @@ from process_visualizer.runs.deviation.signals import (
     Signal,
     SignalKind,
     grid_s,
+    own_columns,
     signals,
     steepness,
     tool_speed,
@@ -266,6 +267,7 @@ class GoodRuns:
 
     def _learn(self, runs: Sequence[Run], most_left_out: int) -> None:
         self.reference = runs[0]
+        self._own_columns = own_columns(self.reference)
         self.times_s = grid_s(self.reference)
         self._is_displaced = False
         self._hold_beside(runs, most_left_out)
@@ -398,7 +400,8 @@ class GoodRuns:
             alignment = self._aligned(run, anchors)
             first = self._first_of_place.get(run.place)
             usual = first[1].time_map if first and self._times_by_place and not anchors else None
-            return alignment, signals(self.reference, run, alignment.time_map, usual)
+            return alignment, signals(self.reference, run, alignment.time_map, usual,
+                                      self._own_columns)
         found = displacement(self.reference, run)
         beside = run if found is None else found.of_run(run)
         alignment = self._aligned(beside, anchors)
@@ -406,7 +409,7 @@ class GoodRuns:
             alignment = alignment._replace(
                 notes=(*alignment.notes, f'{found.text(self.reference)}; tools are judged relative '
                                          'to that, joints are not judged'))
-        columns = signals(self.reference, beside, alignment.time_map)
+        columns = signals(self.reference, beside, alignment.time_map, own=self._own_columns)
         return alignment, {signal: values for signal, values in columns.items()
                            if signal.kind is not SignalKind.JOINT}
 

@@ -152,8 +152,21 @@ def grid_s(reference: Run) -> np.ndarray:
     return np.arange(int(reference.duration_s * RATE_HZ) + 1) / RATE_HZ
 
 
-def signals(reference: Run, run: Run, time_map: TimeMap,
-            usual: Optional[TimeMap] = None) -> Columns:
+ChannelColumns = Mapping[Tuple[str, str], Columns]
+"""The columns of each channel, by its key."""
+
+
+def own_columns(reference: Run) -> ChannelColumns:
+    """Return the columns of a reference's own channels, which are the same for all runs."""
+    times_s, waits = grid_s(reference), _waits(reference, grid_s(reference), _NEAR_WAIT_S)
+    found = {it.key: _channel(it, it, times_s) for it in reference.channels}
+    for columns in found.values():
+        _without_noise(columns, waits)
+    return found
+
+
+def signals(reference: Run, run: Run, time_map: TimeMap, usual: Optional[TimeMap] = None,
+            own: Optional[ChannelColumns] = None) -> Columns:
     """Return the signals of a run on the reference's clock.
 
     A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
@@ -163,6 +176,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
     that run counts instead of the half second: the map to another way is less exact, and equally so
     for both. Noise is the natural logarithm of the roughness of a channel: 0.7 more is twice as
     rough. Lasting deviations show in means over longer times. States have the value that holds.
+    ``own`` are the reference's own columns, if they are known already.
     """
     times_s = grid_s(reference)
     run_s = time_map.to_run(times_s)
@@ -183,13 +197,14 @@ def signals(reference: Run, run: Run, time_map: TimeMap,
                 angle = _direction(force, by_device[force.device], times_s, run_s)
                 found[Signal(force.device, label, '°', SignalKind.FORCE)] = angle
     theirs, waits = run.by_key, _waits(reference, times_s, _NEAR_WAIT_S)
+    if own is None and run is not reference:
+        own = own_columns(reference)
     for channel in reference.channels:
         if channel.key in theirs:
-            own = {} if run is reference else _channel(channel, channel, times_s)
             values = _channel(channel, theirs[channel.key], run_s)
-            for it in (own, values):
-                _without_noise(it, waits)
-            found.update(values if _is_slow(channel) else _with_means(own, values))
+            _without_noise(values, waits)
+            found.update(values if _is_slow(channel) else _with_means(
+                {} if own is None or run is reference else own[channel.key], values))
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
@@ -334,15 +349,16 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     if _is_slow(reference):
         usual_s = round(min(period_s(reference.times_s), _MAX_PERIOD_S), 1)
         return {signal._replace(period_s=usual_s): slow_values(run_s, times_s, values)}
-    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
+    gaps = data_gaps(times_s)
+    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis], gaps)[:, 0], MEAN_ROWS)
     if reference.kind.is_motion:
         return {signal: value}
     theirs = reference.values[np.isfinite(reference.values)]
     rough = roughness(times_s, values, float(np.ptp(theirs)) if len(theirs) else 0.0)
     noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE,
                    chance=round(math.sqrt(0.5 * period_s(reference.times_s) / ROUGH_S), 3))
-    rough_s = np.where(inside(run_s, data_gaps(times_s), ROUGH_S), np.nan, run_s)
-    return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis])[:, 0]}
+    rough_s = np.where(inside(run_s, gaps, ROUGH_S), np.nan, run_s)
+    return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis], gaps)[:, 0]}
 
 
 def _is_slow(channel: Channel) -> bool:
