@@ -15,6 +15,7 @@ program, whose server on this computer brings viewer and recording.
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -201,13 +202,14 @@ def _address(path: Path, rerun: str) -> Iterator[str]:
         return
     server = subprocess.Popen([rerun, '--serve-web', '--port', str(PORT), '--web-viewer-port',
                                str(PORT + 1), str(path)],
-                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              start_new_session=True)  # the script starts the program itself
     viewer = f'http://127.0.0.1:{PORT + 1}/'
     try:
         _await(viewer)
         yield f'{viewer}?url={quote(f"rerun+http://127.0.0.1:{PORT}/proxy")}'
     finally:
-        server.terminate()
+        os.killpg(server.pid, signal.SIGTERM)
         server.wait()
 
 
