@@ -9,6 +9,7 @@ import struct
 import threading
 from contextlib import suppress
 from functools import partial
+from types import SimpleNamespace
 from typing import Any, List, Optional, Tuple
 from xmlrpc.client import ServerProxy
 
@@ -16,11 +17,12 @@ import pytest
 import rospy
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
+from process_visualizer.clients import connector as connector_module
+from process_visualizer.clients.connector import Connector
 from process_visualizer.nodes.common import node_server
 from process_visualizer.nodes.common.node_server import (
     NodeServer,
     QuestionServer,
-    Registrations,
     answer_patiently,
 )
 
@@ -104,6 +106,12 @@ class Answers(XmlRpcHandler):
 
     def __init__(self) -> None:
         self.is_ready = threading.Event()
+        self.done = False
+        self.reg_man = SimpleNamespace()
+        self.connected: 'queue.Queue[Tuple[str, str]]' = queue.Queue()
+
+    def _connect_topic(self, topic: str, uri: str) -> None:
+        self.connected.put((topic, uri))
 
     def _ready(self, _uri: str) -> None:
         self.is_ready.set()
@@ -138,7 +146,10 @@ def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.Monkey
                 assert asked.getPid('/test') == 7
             with connected(server):
                 taken.get(timeout=TIMEOUT_S).close()
+        handler.reg_man.publisher_update('/a', ['http://driver'])
+        assert handler.connected.get(timeout=TIMEOUT_S) == ('/a', 'http://driver')
     finally:
+        handler.done = True
         node.shutdown('the test is over')
         server.shutdown()
 
@@ -153,6 +164,7 @@ def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.
     starting.start()
     starting.join(TIMEOUT_S)
     has_started = not starting.is_alive()
+    node.handler.done = True
     node.server.server_close()
     assert has_started
 
@@ -160,7 +172,7 @@ def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.
 class Master:
     """Knows a publisher of a topic, after it did not answer once."""
 
-    def __init__(self, *_arguments: Any) -> None:
+    def __init__(self, *_arguments: Any, **_values: Any) -> None:
         pass
 
     lost: List[Exception] = []
@@ -187,16 +199,16 @@ class Subscriptions:
 def test_a_publisher_of_which_the_node_could_not_hear_is_asked_for(
         monkeypatch: pytest.MonkeyPatch) -> None:
     """The master tells of it once, and the node had no thread to listen."""
-    monkeypatch.setattr(node_server, '_RETRY_S', 0.01)
-    monkeypatch.setattr(node_server, 'AskedMaster', Master)
-    monkeypatch.setattr(node_server, 'get_topic_manager', Subscriptions)
+    monkeypatch.setattr(connector_module, '_RETRY_S', 0.01)
+    monkeypatch.setattr(connector_module, 'AskedMaster', Master)
+    monkeypatch.setattr(connector_module, 'get_topic_manager', Subscriptions)
     monkeypatch.setattr(Master, 'lost', [OSError('timed out')])
     handler: Any = Connecting([])
-    handler.reg_man = Registrations(handler)
+    connector = Connector(handler)
     node = XmlRpcNode(0, Answers())
     node._run_init()
-    server = QuestionServer(node.server, handler)
-    running = threading.Thread(target=handler.reg_man.run, daemon=True)
+    server = QuestionServer(node.server, handler, connector.ask_again)
+    running = threading.Thread(target=connector.run, daemon=True)
     with monkeypatch.context() as short:
         short.setattr(node_server._thread, 'start_new_thread', no_thread)
         with pytest.raises(RuntimeError):
@@ -234,7 +246,7 @@ class Connecting:
 def test_a_publisher_that_comes_during_a_shortage_is_connected_later(
         is_inside: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before, the node heard of no publisher any more: rospy's thread had ended."""
-    monkeypatch.setattr(node_server, '_RETRY_S', 0.01)
+    monkeypatch.setattr(connector_module, '_RETRY_S', 0.01)
     shortages: List[Exception] = [RuntimeError("can't start new thread"), MemoryError()]
     start = node_server._thread.start_new_thread
 
@@ -244,14 +256,14 @@ def test_a_publisher_that_comes_during_a_shortage_is_connected_later(
         return start(*arguments)
 
     handler = Connecting(shortages if is_inside else [])
-    registrations = Registrations(handler)
-    running = threading.Thread(target=registrations.run, daemon=True)
+    connector = Connector(handler)
+    running = threading.Thread(target=connector.run, daemon=True)
     running.start()
     if not is_inside:
         monkeypatch.setattr(node_server._thread, 'start_new_thread', start_if_possible)
     try:
         for topic in ('/a', '/b'):
-            registrations.publisher_update(topic, [f'http://{topic}'])
+            connector.publisher_update(topic, [f'http://{topic}'])
             assert handler.connected.get(timeout=TIMEOUT_S) == (topic, f'http://{topic}')
     finally:
         handler.done = True

@@ -16,6 +16,7 @@ from std_msgs.msg import String
 
 from process_visualizer.cell.model import Pose, RegionOfInterest
 from process_visualizer.clients.bag_recorder import BagRecorder, RecorderMemory
+from process_visualizer.clients.connector import connect_patiently
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.system_look import from_system
@@ -117,6 +118,7 @@ class RosLink(QObject):
         _refuse_second_launcher()
         try:
             rospy.init_node(NODE, disable_signals=True)
+            connect_patiently()
             self._subscribe()
         except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
             raise RosLinkError(f'The ROS master at {rosgraph.get_master_uri()} has refused the '
