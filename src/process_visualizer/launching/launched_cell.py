@@ -11,7 +11,6 @@ from typing import Callable, Collection, Dict, Iterable, Iterator, List, Mapping
 
 from process_visualizer.generate.plan import Part, Plan, write_plan
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport
-from process_visualizer.launching.ros_api import forget_ended
 from process_visualizer.launching.roslaunch_process import RoslaunchForks, Start, launch_environment
 from process_visualizer.launching.run import LaunchRun, LogTail
 from process_visualizer.launching.run_record import clean_up_crashed_runs
@@ -69,8 +68,6 @@ class LaunchedPart:
         if self._run is not None:
             self._run.stop(self._tail.add)
             self._run = None
-            if self._part is not None:
-                forget_ended(self._part.nodes, self._master_uri)
         self._change(lambda report: report.stopped())
 
     def _take_node(self, node: NodeReport) -> None:

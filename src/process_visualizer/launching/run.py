@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Callable, Deque, Dict, Iterable, List, Optional, Tuple, Union
 
 from process_visualizer.launching.part_report import NodeReport, NodeState, exit_words
-from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.launching.ros_api import forget_ended, is_registered
 from process_visualizer.launching.roslaunch_process import (
     RoslaunchProcess,
     Start,
@@ -297,6 +297,7 @@ class LaunchRun:
         self._log_works = True
         self._on_line = on_line
         self._on_end = on_end
+        self._master_uri = master_uri
         self._record = RunRecord()
         self._far = far_computers(launch_file)
         self._watcher = NodeWatcher(on_report, self._take_line, master_uri)
@@ -348,12 +349,15 @@ class LaunchRun:
     def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
         """Stop everything; return the ids of processes that roslaunch left behind.
 
+        The master forgets nodes that could not unregister.
+
         ``tell`` receives messages about processes that take long to end.
         """
         self._is_stopping = True
         orphans = self._process.stop(tell, self._far)
         for thread in self._threads:
             thread.join()
+        forget_ended([it.name for it in self.reports()], self._master_uri)
         with contextlib.suppress(OSError):  # a failure to write was reported at once
             self._log.close()
         self._record.remove()

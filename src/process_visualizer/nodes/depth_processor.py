@@ -149,10 +149,12 @@ class DepthProcessor:
         """Return an empty cloud before the first one."""
         if self._received or not self._frame:
             return None
+        # RViz chooses how it colors by the fields of the first cloud, and does not choose again.
+        names = 'x', 'y', 'z', 'rgb', 'intensity'
         fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
-                  for row, name in enumerate('xyz')]
-        cloud = PointCloud2(Header(0, self._node.now(), self._frame), 1, 0, fields, False, 12, 0,
-                            b'', True)
+                  for row, name in enumerate(names)]
+        cloud = PointCloud2(Header(0, self._node.now(), self._frame), 1, 0, fields, False,
+                            4 * len(names), 0, b'', True)
         written = io.BytesIO()
         cloud.serialize(written)
         return SerializedPointCloud2(written.getvalue())
