@@ -79,7 +79,8 @@ def _sent(device: Device, recording: Recording) -> Optional[_Sent]:
     """Return what there is of a sensor's cloud; None if it has no cloud of its own.
 
     A cloud that was computed from images is usually not recorded, but the images are. If the
-    configuration does not say which topic is what, the contents do.
+    configuration does not say which topic is what, the contents do; then colors and intrinsics
+    count only if they are of the depth image's own frame: others are of another camera.
     """
     def of(topic: Optional[str], message_class: Any) -> SentMessages:
         return SentMessages(recording, topic, message_class)
@@ -99,12 +100,15 @@ def _sent(device: Device, recording: Recording) -> Optional[_Sent]:
     if not len(points.times_s):
         images = [of(it.name, Image) for it in device.topics]
         depth = next((it for it in images if it.encoding in _DEPTHS), None)
-        infos = [it for it in (of(topic.name, CameraInfo) for topic in device.topics)
-                 if len(it.times_s)]
-        if depth is not None and infos:
+        infos = [of(it.name, CameraInfo) for it in device.topics]
+        if depth is not None:
             beside = depth.topic.rpartition('/')[0]
-            return _Sent(depth, min(infos, key=lambda it: it.topic.rpartition('/')[0] != beside),
-                         next((it for it in images if it.encoding in _COLORS), of(None, Image)))
+            alike = [it for it in infos if len(it.times_s) and it.frame == depth.frame]
+            return _Sent(depth, min(alike, key=lambda it: it.topic.rpartition('/')[0] != beside,
+                                    default=of(None, CameraInfo)),
+                         next((it for it in images
+                               if it.encoding in _COLORS and it.frame == depth.frame),
+                              of(None, Image)))
     return _Sent(points, of(None, CameraInfo), of(None, Image), are_points=True)
 
 
@@ -187,8 +191,17 @@ class SentMessages:
     @property
     def encoding(self) -> str:
         """The encoding of the first image; '' if there is none."""
-        first = self.message(0) if self._class is Image and len(self.times_s) else None
-        return '' if first is None else str(first.encoding)
+        first = self._first()
+        return str(first.encoding) if isinstance(first, Image) else ''
+
+    @property
+    def frame(self) -> str:
+        """The frame of the first message, which has a header; '' if there is none."""
+        first = self._first()
+        return '' if first is None else str(first.header.frame_id).strip('/')
+
+    def _first(self) -> Any:
+        return self.message(0) if len(self.times_s) else None
 
 
 _FIELD_TYPES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',

@@ -129,23 +129,31 @@ COMPUTED = '''<visualizer>
     ('<rosparam param="center">[1, 0, 0.6]</rosparam><rosparam param="size">[1, 1, 0.4]</rosparam>',
      1, False),
     ('<param name="center" value="here"/>', 2, True), ('', 2, True)])
+@pytest.mark.parametrize('color_frame', ['optical', 'other_camera'])
 def test_a_cloud_that_was_computed_is_that_of_the_recorded_images(
-        tmp_path: Path, box: str, inside: int, is_told: bool) -> None:
-    """Also if nothing says which image is which, and the box is the parameter of a node."""
+        tmp_path: Path, color_frame: str, box: str, inside: int, is_told: bool) -> None:
+    """Also if nothing says which image is which, and the box is the parameter of a node.
+
+    A color image of another camera shows other things at the same pixels.
+    """
     depth = np.zeros((4, 6), '<u2')
     depth[1, 4] = 1400
     depth[0, 0] = 1900
     color = np.full((4, 6, 3), 40, np.uint8)
-    inner = CameraInfo(K=[2.0, 0.0, 2.5, 0.0, 2.0, 1.5, 0.0, 0.0, 1.0])
+    inner = CameraInfo(header=Header(frame_id='optical'),
+                       K=[2.0, 0.0, 2.5, 0.0, 2.0, 1.5, 0.0, 0.0, 1.0])
     run = shared(tmp_path, box, {
-        '/color/image': Image(height=4, width=6, encoding='rgb8', step=18, data=color.tobytes()),
-        '/color/camera_info': CameraInfo(K=[9.0, 0.0, 9.5, 0.0, 9.0, 9.5, 0.0, 0.0, 1.0]),
+        '/color/image': Image(header=Header(frame_id=color_frame), height=4, width=6,
+                              encoding='rgb8', step=18, data=color.tobytes()),
+        '/color/camera_info': CameraInfo(header=Header(frame_id=color_frame),
+                                         K=[9.0, 0.0, 9.5, 0.0, 9.0, 9.5, 0.0, 0.0, 1.0]),
         '/depth/image': Image(header=Header(frame_id='optical'), height=4, width=6,
                               encoding='16UC1', step=12, data=depth.tobytes()),
         '/depth/camera_info': inner}, '--clouds', cell=COMPUTED,
         frames_topic='/process_visualizer/static_frames')
     positions, colors = run['clouds'][0]['clouds'][0]
-    assert len(positions) == inside and (colors == 40).all()
+    assert len(positions) == inside
+    assert (colors == (40 if color_frame == 'optical' else 150)).all()
     assert np.abs(positions - (1.05, 0.35, 0.6)).max(axis=1).min() < 1e-5
     assert any('the cloud of camera is all that the camera saw' in it
                for it in run['notes']) == is_told
