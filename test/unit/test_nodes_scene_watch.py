@@ -169,6 +169,25 @@ def test_publisher_of_a_shown_topic_that_takes_its_leave(watch: Watch) -> None:
     assert watch.words() == 'r: other stopped; this picture is out of date'
 
 
+@pytest.mark.parametrize('is_killed', [False, True])
+def test_publisher_that_comes_back_with_another_name(watch: Watch, is_killed: bool) -> None:
+    watch.processes.running.add('/other_1')
+    watch.processes.publishers['/r/marker'] = ['/other_1']
+    watch.wait(4.0)
+    watch.processes.running.remove('/other_1')
+    watch.processes.killed.update(['/other_1'] if is_killed else [])
+    watch.processes.publishers['/r/marker'] = ['/other_1'] if is_killed else []
+    watch.wait(4.0)
+    assert watch.words() == 'r: other_1 stopped; this picture is out of date'
+    watch.processes.running.add('/other_2')
+    watch.processes.publishers['/r/marker'] = [*watch.processes.publishers['/r/marker'], '/other_2']
+    watch.wait(6.0)
+    assert watch.words() == ''
+    watch.processes.running.remove('/other_2')
+    watch.wait(4.0)
+    assert watch.words() == 'r: other_2 stopped; this picture is out of date'
+
+
 def test_cloud_that_comes_no_more(watch: Watch) -> None:
     for age_s, words in ((0.7, ''), (2.34, 'c: points 2.3 s old')):
         watch.node.send('/c/points_age', Float32(age_s))

@@ -43,12 +43,16 @@ class TopicWatch:
         self._usual: Dict[str, _Usual] = {}
 
     def update(self, topic: str, rate_hz: float, silence_s: Optional[float],
-               messages: int) -> TopicActivity:
-        """Return the activity for the present counts; ``messages`` is the number so far."""
+               messages: int, largest_gap_s: float = 0.0) -> TopicActivity:
+        """Return the activity for the present counts.
+
+        ``messages`` is the number so far, and ``largest_gap_s`` the longest time between two of
+        them (0: unknown); they say what was usual before the first update.
+        """
         if silence_s is None:
             return TopicActivity(rate_hz, None, False)
         usual = self._usual.setdefault(topic, _Usual())
-        usual.learn(rate_hz, silence_s, messages)
+        usual.learn(rate_hz, silence_s, messages, largest_gap_s)
         return TopicActivity(rate_hz, silence_s, silence_s > usual.longest_silence_s)
 
 
@@ -58,11 +62,13 @@ class _Usual:
     def __init__(self) -> None:
         self._rate_hz: Optional[float] = None
         self._messages = 0
-        self._pause_s = 0.0
+        self._pause_s = self._largest_gap_s = 0.0
         self._last_silence_s = 0.0
 
-    def learn(self, rate_hz: float, silence_s: float, messages: int) -> None:
+    def learn(self, rate_hz: float, silence_s: float, messages: int,
+              largest_gap_s: float) -> None:
         self._messages = max(self._messages, messages)
+        self._largest_gap_s = largest_gap_s
         if silence_s < self._last_silence_s <= _MAX_PAUSE_S:  # a message has ended a silence
             self._pause_s = max(self._pause_s, self._last_silence_s)
         self._last_silence_s = silence_s
@@ -73,9 +79,13 @@ class _Usual:
     @property
     def longest_silence_s(self) -> float:
         """The longest usual silence; infinite while too little is known (as of latched topics)."""
-        if self._rate_hz is None or self._messages < _MIN_MESSAGES:
+        if self._messages < _MIN_MESSAGES:
             return float('inf')
-        return max(_MIN_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
+        if self._rate_hz is not None:
+            return max(_MIN_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
+        if 0.0 < self._largest_gap_s <= _MAX_PAUSE_S:  # it was silent before anybody looked
+            return max(_MIN_SILENCE_S, _INTERVALS * self._largest_gap_s)
+        return float('inf')
 
 
 class Level(IntEnum):

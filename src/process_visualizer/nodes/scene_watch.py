@@ -9,14 +9,21 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from typing import Dict, List, Mapping, Tuple
+from typing import Dict, List, Mapping, Set, Tuple
 
 import rosgraph
 import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.health.node_pulse import SILENT, Connect, MasterLookup, Pulses, connecting
+from process_visualizer.health.node_pulse import (
+    ENDED,
+    SILENT,
+    Connect,
+    MasterLookup,
+    Pulses,
+    connecting,
+)
 from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import Complaints, SilentNode, SilentNodes
 from process_visualizer.nodes.common.live_number import private_parameters
@@ -69,6 +76,8 @@ class SceneWatch:
         self._pulses = Pulses(self._lookup, connect)
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
+        self._others: Dict[str, Set[str]] = {}  # the topics of publishers that are not ours
+        self._replaced: Set[str] = set()  # those that ended, and whose topics have new publishers
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
         self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
@@ -140,7 +149,7 @@ class SceneWatch:
 
     def _problems(self, device: str) -> List[str]:
         ended = [(name, self._pulses.nodes[name].problem) for name in self._meanings[device]
-                 if name in self._pulses.nodes]
+                 if name in self._pulses.nodes and name not in self._replaced]
         lines = [f'{device}: {name.split("/")[-1]} {problem}; {self._meanings[device][name]}'
                  for name, problem in ended if problem]
         age_s, reported_s = self._ages.get(device, (0.0, 0.0))
@@ -168,8 +177,28 @@ class SceneWatch:
             meanings = self._meanings[device.name]
             for topic in device.topics:
                 for node in publishers.get(topic, []):
-                    meanings.setdefault(node, OTHERS_MEANING)
+                    if meanings.setdefault(node, OTHERS_MEANING) == OTHERS_MEANING:
+                        self._others.setdefault(node, set()).add(topic)
             self._pulses.watch(meanings)
+        self._replace(publishers)
+
+    def _replace(self, publishers: Mapping[str, List[str]]) -> None:
+        """Note ended publishers whose topics others publish now; the master may forget them."""
+        nodes = self._pulses.nodes
+        present = {topic for topic, names in publishers.items() for it in names
+                   if it in nodes and nodes[it].has_answered and not nodes[it].problem}
+        registered = {it for names in publishers.values() for it in names}
+        for node, topics in tuple(self._others.items()):
+            if not nodes[node].problem:
+                self._replaced.discard(node)
+            elif nodes[node].problem == ENDED and topics <= present:
+                self._replaced.add(node)
+            if node in self._replaced - registered:  # anonymous names never come back
+                self._replaced.discard(node)
+                del self._others[node], nodes[node]
+                for meanings in self._meanings.values():
+                    if meanings.get(node) == OTHERS_MEANING:
+                        del meanings[node]
 
     def _on_age(self, device: str, message: Float32) -> None:
         self._ages[device] = message.data, self._node.monotonic_s()

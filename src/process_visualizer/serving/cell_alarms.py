@@ -33,13 +33,14 @@ _DIGITS = re.compile(r'[\d.]+')
 
 
 class SeenTopic(NamedTuple):
-    """A topic as the recorder sees it; see TopicRecord.msg."""
+    """A topic as the recorder sees it; see TopicRecord.msg. A gap of 0 is unknown."""
 
     name: str
     rate_hz: float
     silence_s: Optional[float]
     messages: int
     is_latched: bool
+    largest_gap_s: float = 0.0
 
 
 class SeenRecorder(NamedTuple):
@@ -86,12 +87,13 @@ class CellAlarms:
     def take_recorder(self, recorder: SeenRecorder) -> None:
         """Take the recorder's state; one without usable numbers is left out."""
         numbers = [recorder.duration_s, *(it.rate_hz for it in recorder.topics),
-                   *(it.silence_s or 0.0 for it in recorder.topics)]
+                   *(it.silence_s or 0.0 for it in recorder.topics),
+                   *(it.largest_gap_s for it in recorder.topics)]
         if not all(abs(it) < _MAX_NUMBER for it in numbers):
             return
         self._recorder = recorder
         self._lines = {it.name: live_line(self._watch.update(
-            it.name, it.rate_hz, it.silence_s, it.messages), it.is_latched)
+            it.name, it.rate_hz, it.silence_s, it.messages, it.largest_gap_s), it.is_latched)
             for it in recorder.topics}
 
     def take_objects(self, sensor: str, objects: Sequence[SeenObject], wall_s: float) -> None:

@@ -139,7 +139,7 @@ class CellLink:
             state.state == RecorderState.RECORDING, file_name(state.files), state.duration,
             state.dropped, state.lost, tuple(
                 SeenTopic(it.name, it.rate, None if it.silence < 0.0 else it.silence, it.messages,
-                          it.latching) for it in state.topics)))
+                          it.latching, it.largest_gap) for it in state.topics)))
 
     def _on_player(self, state: PlayerState) -> None:
         self._live.take_player(SeenPlayer(file_name(state.files), state.position, state.paused),

@@ -48,3 +48,13 @@ def test_an_outage_is_not_learned_as_a_pause() -> None:
     assert silent_for(watch, 50.0, 60.0)
     watch.update(TOPIC, 50.0, 0.01, 60)
     assert watch.update(TOPIC, 0.0, 2.0, 60).is_silent
+
+
+@pytest.mark.parametrize('messages, largest_gap_s, silence_s, is_silent', [
+    (500, 0.05, 0.9, False), (500, 0.05, 1.1, True), (500, 3.0, 14.0, False),
+    (500, 3.0, 16.0, True), (500, 60.0, 900.0, False), (5, 0.05, 900.0, False),
+    (500, 0.0, 900.0, False)])
+def test_silence_that_began_before_the_first_look(
+        messages: int, largest_gap_s: float, silence_s: float, is_silent: bool) -> None:
+    activity = TopicWatch().update(TOPIC, 0.0, silence_s, messages, largest_gap_s)
+    assert activity.is_silent is is_silent

@@ -143,6 +143,13 @@ def test_a_topic_that_falls_silent_is_an_alarm(stage: Stage) -> None:
     assert any(it['text'].startswith('oven: No data from ') for it in state['alarms'])
 
 
+def test_a_page_opened_after_a_driver_has_died_says_so(stage: Stage) -> None:
+    topics = (SeenTopic('/heat', 0.0, 40.0, 800, False, 0.1),
+              SeenTopic('heat', 0.0, 40.0, 800, False, 0.1))
+    stage.live.take_recorder(SeenRecorder(False, '', 0.0, 0, 0, topics))
+    assert any(it['text'].startswith('oven: No data from ') for it in stage.state['alarms'])
+
+
 def test_the_verdict_of_the_launcher_is_shown_while_it_is_new(stage: Stage) -> None:
     stage.live.take_verdict(json.dumps(VERDICT), stage.now_s)
     state = stage.state

@@ -282,7 +282,8 @@ def _topic(topic: TopicRecord) -> TopicSnapshot:
     return TopicSnapshot(
         name=topic.name, type=topic.type, publishers=topic.publishers, messages=topic.messages,
         rate_hz=topic.rate, bytes=topic.bytes, dropped=topic.dropped, lost=topic.lost,
-        silence_s=_known(topic.silence), is_latched=topic.latching)
+        silence_s=_known(topic.silence), is_latched=topic.latching,
+        largest_gap_s=topic.largest_gap)
 
 
 def _known(value: float) -> Optional[float]:

@@ -43,7 +43,10 @@ class PlayerSnapshot(NamedTuple):
 
 
 class TopicSnapshot(NamedTuple):
-    """A topic as seen by the recorder: rate in Hz, silence in s (None: no message so far)."""
+    """A topic as seen by the recorder: rate in Hz, silence in s (None: no message so far).
+
+    ``largest_gap_s`` is the longest time between two messages; 0 if unknown.
+    """
 
     name: str
     type: str
@@ -55,6 +58,7 @@ class TopicSnapshot(NamedTuple):
     lost: int
     silence_s: Optional[float]
     is_latched: bool = False
+    largest_gap_s: float = 0.0
 
 
 class RecorderSnapshot(NamedTuple):
