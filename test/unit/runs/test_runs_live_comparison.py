@@ -112,6 +112,26 @@ def test_a_sparse_channel_is_judged_too(learned: LiveComparison) -> None:
     assert found.since_s - EPOCH_S == pytest.approx(6.0, abs=0.15)
 
 
+def test_means_that_lack_values_are_not_judged(learned: LiveComparison) -> None:
+    """A busy computer loses messages: of a force that swings, only crests may be left."""
+    times_s, values, reference_s = window(8.0)
+    swing = np.sin(2.0 * np.pi * 10.0 * reference_s)
+    values += 3.0 * swing
+    assert not learned.departures(times_s, {KEY: values}, reference_s)
+    crests = np.where((reference_s < 6.0) | (swing > 0.5), values, np.nan)
+    assert not learned.departures(times_s, {KEY: crests}, reference_s)
+    assert KEY in learned.lost(times_s, {KEY: crests})
+    band = learned.band(KEY, crests, reference_s, 1.0 / RATE_HZ)
+    assert band is not None and not band.departed[310:].any()
+
+
+def test_values_beside_a_gap_are_not_judged(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(8.0, 3.0, from_s=7.2)
+    values[(reference_s > 7.3) & (reference_s < 7.9)] = np.nan
+    assert not learned.departures(times_s, {KEY: values}, reference_s)
+    assert KEY not in learned.lost(times_s, {KEY: values})
+
+
 def test_the_run_before_does_not_count(learned: LiveComparison) -> None:
     before, now = window(13.0, 3.0, from_s=6.0), window(4.0)
     times_s = EPOCH_S + np.arange(len(before[0]) + len(now[0])) / RATE_HZ

@@ -45,6 +45,7 @@ _LOOKING = 'Not compared yet: looking for this moment in {}'
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
 _NO_DATA = 'Not compared: no data since {}'
+_NO_RANGE = 'Not compared here: the good runs have no range at this moment of {} ({})'
 _NO_RUN = 'Waiting for a run to start (reference {})'
 
 
@@ -143,6 +144,13 @@ class LiveComparisonModel(QObject):
         return ''
 
     @property
+    def _is_without_band(self) -> bool:
+        """Return whether the good runs have no range at all at this moment."""
+        comparison, phase = self._comparison, self._phase
+        return comparison is None or phase is None or phase.reference_s is None or (
+            comparison.without_band(phase.reference_s).issuperset(comparison.keys))
+
+    @property
     def text(self) -> str:
         """Return the result in words; empty while nothing is compared."""
         comparison, phase = self._comparison, self._phase
@@ -157,6 +165,8 @@ class LiveComparisonModel(QObject):
             has_departed = self._runs is not None and self._runs.has_departed
             text = f'{"Back" if has_departed else "Run"} in range ({_place(phase)})'
             count = len(comparison.without_band(phase.reference_s))
+            if self._is_without_band:
+                return _NO_RANGE.format(comparison.name, _place(phase))
             return text if 2 * count < len(comparison.keys) else \
                 f'{text}; the good runs have no range here for {count} of ' \
                 f'{len(comparison.keys)} values'
@@ -167,10 +177,8 @@ class LiveComparisonModel(QObject):
     @property
     def told(self) -> str:
         """Return the result as JSON, for programs; see `verdict_entry` in serving/live_cell.py."""
-        phase, text = self._phase, self.text
-        is_in = (bool(text) and not self._live.problem and not self._is_stale
-                 and self._is_placed(_SILENT_S)
-                 and phase is not None and phase.reference_s is not None)
+        text = self.text
+        is_in = bool(text) and not self._obstacle() and not self._is_without_band
         state = 'poor' if self._departures and text else 'good' if is_in else 'plain'
         return json.dumps({'text': text, 'state': state, 'reference': self.reference,
                            'departed': self.departed if text else [],

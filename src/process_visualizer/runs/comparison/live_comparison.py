@@ -15,12 +15,16 @@ from process_visualizer.runs.deviation.band import SignalBand, widened
 from process_visualizer.runs.deviation.departures import outside, outside_since
 from process_visualizer.runs.deviation.signals import MEAN_ROWS, RATE_HZ, Signal
 from process_visualizer.runs.run import Key
-from process_visualizer.runs.series import moving_mean
+from process_visualizer.runs.series import data_gaps, inside, moving_mean
 
 _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
 _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
+_AROUND_GAPS_S = 0.15
+"""Time around a gap in which means and speeds lack values [s]."""
+_MIN_SHARE = 0.6
+"""Minimum number of values in a mean, as a share of the usual number."""
 _MAX_BANDS_TEXT = 200_000
 
 
@@ -65,9 +69,9 @@ class LiveComparison:
         limits = self._limits_at(key, reference_s)
         if limits is None or not np.isfinite(limits.middle).any():
             return None
-        rows = max(round(MEAN_ROWS / RATE_HZ / column_s), 1)
+        means = _means(column_s * np.arange(len(values)), values, column_s)
         return TimelineBand(limits.middle - limits.half_width, limits.middle + limits.half_width,
-                            outside(moving_mean(values, rows), limits))
+                            outside(means, limits))
 
     def departures(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                    reference_s: np.ndarray) -> Tuple[LiveDeparture, ...]:
@@ -89,7 +93,7 @@ class LiveComparison:
         """
         recent = times_s >= times_s[-1] - _NEWEST_S
         return frozenset(key for key in self._signals if key not in values or not np.isfinite(
-            moving_mean(values[key], MEAN_ROWS)[recent]).any())
+            _means(times_s, values[key])[recent]).any())
 
     def without_band(self, reference_s: float) -> FrozenSet[Key]:
         """Return the channels that have no band at a moment of the reference [s]."""
@@ -110,7 +114,7 @@ class LiveComparison:
                    reference_s: np.ndarray) -> Optional[LiveDeparture]:
         limits = self._limits_at(key, reference_s)
         assert limits is not None
-        deviation = moving_mean(values, MEAN_ROWS) - limits.middle
+        deviation = _means(times_s, values) - limits.middle
         rows = _of_this_run(np.flatnonzero(np.isfinite(deviation)), reference_s)
         if not len(rows) or times_s[rows[-1]] < times_s[-1] - _NEWEST_S:
             return None
@@ -129,6 +133,23 @@ class LiveComparison:
             return None
         return SignalBand(*(np.interp(reference_s, self._times_s, it, np.nan, np.nan)
                             for it in limits[:2]))
+
+
+def _means(times_s: np.ndarray, values: np.ndarray, step_s: float = 1.0 / RATE_HZ) -> np.ndarray:
+    """Return means over 0.1 s (n,), as those of the band; NaN where values are missing.
+
+    On a busy computer messages are lost or late. Means of the remaining ones are rougher than those
+    of good runs, and speeds there are those of a longer time.
+    """
+    rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
+    means, known = moving_mean(values, rows), np.isfinite(values)
+    if len(values) > rows and known.any():
+        window = np.ones(rows)
+        shares = np.convolve(known, window, 'same') / np.convolve(
+            np.ones(len(values)), window, 'same')
+        is_sparse = shares < _MIN_SHARE * np.median(shares[known])
+        means[is_sparse | inside(times_s, data_gaps(times_s[known]), _AROUND_GAPS_S)] = np.nan
+    return means
 
 
 class LiveBands(NamedTuple):
