@@ -178,9 +178,16 @@ def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared
     good, poor = compared.model.finished[:2]
     assert (good.verdict, good.is_good) == ('in range', True)
     assert poor.verdict.startswith('out of range: arm tool force +') and not poor.is_good
-    rows = [panel.finished.topLevelItem(row).text(2)
-            for row in range(panel.finished.topLevelItemCount())]
-    assert rows == [it.verdict for it in reversed(compared.model.finished)]  # the newest first
+    def rows() -> List[str]:
+        return [panel.finished.topLevelItem(row).text(2)
+                for row in range(panel.finished.topLevelItemCount())]
+
+    assert rows() == [it.verdict for it in compared.model.finished]
+    chosen, before = panel.finished.topLevelItem(1), len(rows())
+    panel.finished.setCurrentItem(chosen)
+    compared.model.restore([*compared.model.settings(), compared.model.settings()[0]])
+    assert len(rows()) == before + 1
+    assert panel.finished.topLevelItem(1) is chosen is panel.finished.currentItem()
     panel.set_live(False)
     assert panel.finished.isHidden()
 

@@ -225,11 +225,16 @@ class ComparePanel(QWidget):
         self.departures.show_rows(rows, takes_room=not self._is_live)
 
     def _show_finished(self) -> None:
-        """Show the finished live runs, the newest at the top."""
+        """Show the finished live runs, the newest last, so that no row moves under the mouse."""
         self.finished.setVisible(self._is_live)
-        if self._finished is not self._live.finished:
-            self._finished = self._live.finished
-            self.finished.show_rows([_finished_row(it) for it in reversed(self._finished)])
+        shown, self._finished = self._finished, self._live.finished
+        if shown is self._finished:
+            return
+        if tuple(shown) == tuple(self._finished[:len(shown)]):
+            self.finished.add_rows([_finished_row(it) for it in self._finished[len(shown):]])
+        else:
+            self.finished.show_rows([])
+            self.finished.add_rows([_finished_row(it) for it in self._finished])
 
     def _tick(self, item: QTreeWidgetItem) -> None:
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
@@ -373,6 +378,15 @@ class _RowsTree(QTreeWidget):
         self.clear()
         self.addTopLevelItems(list(items))
         self._fit()
+
+    def add_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
+        """Add rows below the others, in sight if the last one was."""
+        bar = self.verticalScrollBar()
+        was_at_end = bar.value() == bar.maximum()
+        self.addTopLevelItems(list(items))
+        self._fit()
+        if was_at_end:
+            self.scrollToBottom()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Divide the room among the columns again."""
