@@ -349,6 +349,7 @@ void BagRecorder::connect() {
       throw RecordingError(kNoTime);
   }
   const auto missing = subscriptions_.waitUntilConnected(connection_timeout_);
+  limitUnread();
   if (!missing.empty())
     throw RecordingError("Not recording: no connection to " + listed(missing) +
                          "; check that these nodes still respond, and ROS_IP and ROS_HOSTNAME");
@@ -430,6 +431,7 @@ void BagRecorder::tellSilence() {
 }
 
 void BagRecorder::lookAtMaster() {
+  limitUnread();
   const auto publishers = publishersAtMaster();
   const bool had_master = std::exchange(has_master_, publishers.has_value());
   if (had_master && !publishers)

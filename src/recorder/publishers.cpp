@@ -5,9 +5,12 @@
 #include <ros/network.h>
 #include <ros/this_node.h>
 #include <ros/xmlrpc_manager.h>
+#include <sys/socket.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <future>
 #include <map>
@@ -21,6 +24,15 @@ using XmlRpc::XmlRpcValue;
 
 constexpr int kNumber = 0, kPeer = 1, kDirection = 2, kTopic = 4;  // of an entry of getBusInfo
 constexpr int kSuccess = 1;
+constexpr int kUnreadBytes = 200 << 10;  ///< of a connection; the kernel doubles it
+
+/// Returns whether a file descriptor is a TCP connection.
+bool isConnection(int descriptor) {
+  sockaddr_storage peer{};
+  socklen_t length = sizeof peer;
+  return getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &length) == 0 &&
+         (peer.ss_family == AF_INET || peer.ss_family == AF_INET6);
+}
 
 int lengthOf(const XmlRpcValue& value) {
   return value.getType() == XmlRpcValue::TypeArray ? value.size() : 0;
@@ -204,6 +216,17 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
     if (buses[node].answer == Answer::kLinks) living.insert(topic);
   });
   return living;
+}
+
+void limitUnread() {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+    const std::string name = entry.path().filename();
+    int descriptor = -1;
+    std::from_chars(name.data(), name.data() + name.size(), descriptor);
+    if (isConnection(descriptor))
+      setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &kUnreadBytes, sizeof kUnreadBytes);
+  }
 }
 
 }  // namespace process_visualizer::recorder

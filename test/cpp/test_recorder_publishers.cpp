@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <ros/time.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
@@ -140,6 +143,36 @@ TEST(Choice, HasNoMoreTopicsThanCanBeConnected) {
   EXPECT_TRUE(matching.isFull());
   EXPECT_EQ(matching.names().size(), kMaxTopics);
   EXPECT_FALSE(matching.follow(publishers, {}));
+}
+
+int receiveBytes(int descriptor) {
+  int bytes = 0;
+  socklen_t length = sizeof bytes;
+  getsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &bytes, &length);
+  return bytes;
+}
+
+TEST(Connections, KeepLittleUnread) {
+  const int server = socket(AF_INET, SOCK_STREAM, 0), client = socket(AF_INET, SOCK_STREAM, 0);
+  const int own = 4096;
+  for (const int descriptor : {server, client})
+    ASSERT_EQ(setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &own, sizeof own), 0);
+  sockaddr_in address{};
+  socklen_t length = sizeof address;
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  auto* const place = reinterpret_cast<sockaddr*>(&address);
+  ASSERT_EQ(bind(server, place, sizeof address), 0);
+  ASSERT_EQ(listen(server, 1), 0);
+  ASSERT_EQ(getsockname(server, place, &length), 0);
+  ASSERT_EQ(connect(client, place, sizeof address), 0);
+  const int before = receiveBytes(server);
+  limitUnread();
+  EXPECT_EQ(receiveBytes(server), before);  // no connection
+  EXPECT_GT(receiveBytes(client), before);
+  EXPECT_LT(receiveBytes(client), 900000);  // less than a color image
+  close(client);
+  close(server);
 }
 
 TEST(Choice, NoExpressionKeepsTheRecorderBusy) {

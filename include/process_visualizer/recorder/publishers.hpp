@@ -65,4 +65,12 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
                                                 const std::set<std::string>& topics,
                                                 double timeout_s);
 
+/// Limits what the kernel keeps unread of each connection of this process. To be called after new
+/// connections.
+///
+/// roscpp reads one connection until nothing is left before it looks at the next one. On a busy
+/// computer images come faster than they are read, and joint states would wait for many seconds.
+/// With the limit, a part of an image is read, then all others; images are lost at their driver.
+void limitUnread();
+
 }  // namespace process_visualizer::recorder
