@@ -123,6 +123,22 @@ def test_the_value_of_now_is_none_when_nothing_has_come_for_long(
     assert all(np.isnan(it.value) for it in live.window(120.0).curves)
 
 
+def test_a_recorder_that_stood_still_is_no_habit_of_the_topics(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live, stood_still_ns = LiveCurves(devices), 8 * 10 ** 9
+    parts = list(parts_of(path, 0.5))
+    for part in parts[:40]:
+        live.add(part)
+    last_ns = 0
+    for part in parts[40:46]:
+        last_ns = part.now_ns + stood_still_ns
+        live.add(part._replace(times_ns=part.times_ns + stood_still_ns, now_ns=last_ns))
+    assert all(np.isfinite(it.value) for it in live.window(30.0).curves)
+    live.add(part_of(parts[-1].connections, [], last_ns + 5 * 10 ** 9))
+    assert all(np.isnan(it.value) for it in live.window(30.0).curves)
+
+
 def held_up(part: RecentPart, begin_ns: int, end_ns: int) -> RecentPart:
     """The same messages as a recorder takes them that hangs meanwhile."""
     is_late = (part.times_ns >= begin_ns) & (part.times_ns < end_ns)

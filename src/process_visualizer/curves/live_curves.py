@@ -22,7 +22,7 @@ from process_visualizer.curves.curve_sources import (
 )
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
-from process_visualizer.curves.sending_habit import SendingHabit
+from process_visualizer.curves.sending_habit import CommonSilences, SendingHabit
 from process_visualizer.curves.source_locators import SourceLocators, source_locators
 from process_visualizer.robot.late_arrivals import LateConnections
 from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
@@ -302,6 +302,7 @@ class LiveCurves:
         self._columns: Dict[CurveSource, RollingColumns] = {}
         self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
         self._habits: Dict[CurveSource, SendingHabit] = {}
+        self._silences = CommonSilences(_QUICK_S)
         self._marks: List[LiveMark] = []
         self._late = LateConnections()
 
@@ -319,6 +320,7 @@ class LiveCurves:
         self._now_ns = part.now_ns
         if not self._begin_ns and len(part.times_ns):
             self._begin_ns = int(part.times_ns.min())
+        self._silences.add((part.times_ns - self._begin_ns) / 1e9)
         self._seen.add(part)
         self._locate(part)
         late = self._late.find(part.numbers, part.times_ns)
@@ -394,7 +396,7 @@ class LiveCurves:
             self._habits[source] = SendingHabit()
         self._columns[source].add(times_s, values)
         for column in np.unique(np.floor(times_s / COLUMN_S)).tolist():
-            self._habits[source].add(column * COLUMN_S)
+            self._habits[source].add(column * COLUMN_S, self._silences.before(column * COLUMN_S))
         newest = int(times_s.argmax())
         before_s, _ = self._values.get(source, (-math.inf, math.nan))
         if times_s[newest] >= before_s:

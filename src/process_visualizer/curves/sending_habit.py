@@ -7,8 +7,9 @@ sends when a value changes may be silent for any time.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import deque
-from typing import Deque, Optional, Sequence, Tuple
+from typing import Deque, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -56,6 +57,43 @@ def holes(times_s: np.ndarray, quick_s: float) -> np.ndarray:
             or others_s.max(initial=0.0) > _EVER_SILENT * quick_s:
         return np.empty((0, 2))
     return np.stack([times_s[begins], times_s[begins + 1]], axis=1)
+
+
+_MAX_SILENT = 0.3  # of the time
+
+
+class CommonSilences:
+    """Silences of all topics of a running cell, as far as they say nothing about any topic's habit.
+
+    The recorder or the computer stood still then. In a cell that is silent for much of the time, it
+    is the habit of all topics to be silent.
+    """
+
+    def __init__(self, quick_s: float) -> None:
+        """Take the duration of the shortest silence [s]."""
+        self._quick_s = quick_s
+        self._first_s: Optional[float] = None
+        self._last_s = self._silent_s = 0.0
+        self._ends_s: List[float] = []
+
+    def add(self, times_s: np.ndarray) -> None:
+        """Add the arrivals (n,) of messages of any topic [s], in any order, none twice."""
+        times_s = np.sort(times_s)
+        if not len(times_s):
+            return
+        if self._first_s is None:
+            self._first_s = self._last_s = float(times_s[0])
+        intervals_s = np.diff(times_s, prepend=self._last_s)
+        self._last_s = max(self._last_s, float(times_s[-1]))
+        silent = intervals_s > self._quick_s
+        self._silent_s += float(intervals_s[silent].sum())
+        self._ends_s.extend(times_s[silent].tolist())
+
+    def before(self, time_s: float) -> int:
+        """Return the number of silences before a time [s]; 0 if they are a habit."""
+        if self._first_s is None or self._silent_s > _MAX_SILENT * (self._last_s - self._first_s):
+            return 0
+        return bisect_right(self._ends_s, time_s)
 
 
 class SendingHabit:

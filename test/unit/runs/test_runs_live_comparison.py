@@ -125,6 +125,22 @@ def test_means_that_lack_values_are_not_judged(learned: LiveComparison) -> None:
     assert band is not None and not band.departed[310:].any()
 
 
+def test_how_long_values_were_missing_is_counted_once(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(9.0)
+    values[(reference_s > 4.0) & (reference_s < 6.0)] = np.nan
+    counted_s, since_s = 0.0, 0.0
+    for end in range(200, len(times_s) + 1, 20):
+        shown = slice(max(end - 400, 0), end)
+        counted_s += sum(learned.unjudged_s(times_s[shown], {KEY: values[shown]},
+                                            reference_s[shown], since_s).values())
+        since_s = learned.judged_until_s(times_s[shown])
+    assert counted_s == pytest.approx(2.3, abs=0.1)  # with what is beside the gap
+    whole_s = learned.unjudged_s(times_s, {}, reference_s, EPOCH_S)
+    assert whole_s[FORCE.name] == pytest.approx(8.5, abs=0.1)
+    sparse = np.where(np.arange(len(values)) % 5 == 0, window(9.0)[1], np.nan)
+    assert not learned.unjudged_s(times_s, {KEY: sparse}, reference_s, EPOCH_S)
+
+
 def test_values_beside_a_gap_are_not_judged(learned: LiveComparison) -> None:
     times_s, values, reference_s = window(8.0, 3.0, from_s=7.2)
     values[(reference_s > 7.3) & (reference_s < 7.9)] = np.nan

@@ -100,6 +100,20 @@ def test_what_was_not_judged_is_not_good(following: Following) -> None:
     assert (following.finished[0].verdict, following.finished[0].is_good) == ('no data', False)
 
 
+def test_channels_that_lacked_values_are_named(following: Following) -> None:
+    following.pass_(4.0, 0.0)
+    for name, seconds in (('arm tool force', 0.4), ('a', 0.4), ('a', 1.2), ('b', 0.8), ('c', 2.0)):
+        following.runs.judge([], {name: seconds})
+    following.pass_(LENGTH_S - 4.0, 4.0)
+    following.pass_(LENGTH_S, 0.0)
+    following.pass_(3.0, None)
+    first, second = following.finished
+    assert first.verdict == 'in range, no data of a for 1.6 s, b for 0.8 s and 1 more'
+    assert (first.is_good, first.is_good_in_part) == (False, True)
+    assert finished_run(json.loads(json.dumps(first.settings()))) == first
+    assert second.verdict == 'in range', 'it is another run'
+
+
 def test_what_is_too_short_is_no_run(following: Following) -> None:
     following.pass_(0.5, 0.0)
     following.pass_(3.0, None)

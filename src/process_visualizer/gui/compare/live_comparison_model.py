@@ -72,6 +72,7 @@ class LiveComparisonModel(QObject):
         self._known_s, self._is_stale = 0.0, False  # time of the newest value; is it too old
         self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
+        self._judged_s = 0.0  # until here, values that are missing have been counted
         self._runs: Optional[LiveRuns] = None
         self._window: Optional[LiveWindow] = None  # the last one that was judged
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -266,6 +267,7 @@ class LiveComparisonModel(QObject):
     def _forget(self) -> None:
         self._newest, self._departures, self._has_common = None, (), True
         self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
+        self._judged_s = 0.0
         self._history, self._window = PhaseHistory(MAX_S), None
         self._change()
 
@@ -287,10 +289,12 @@ class LiveComparisonModel(QObject):
             math.isnan(it.value) for it in window.curves if _key(it) in comparison.keys)
         lost = lost if self._is_placed(_PLACED_S) else frozenset(comparison.keys)
         self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
+        since_s, self._judged_s = self._judged_s, comparison.judged_until_s(times_s)
         if self._runs is not None and self._is_stale:
             self._runs.lose()
         elif self._runs is not None and self._has_common:
-            self._runs.judge(self._departures)
+            self._runs.judge(self._departures, comparison.unjudged_s(
+                times_s, values, self._history.at(times_s), since_s))
         elif self._runs is not None:  # a run without common channels is not of this cell
             over = self._runs.end()
             self._finish(over if over is not None and over.is_judged else None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import MappingProxyType
 from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -13,9 +14,16 @@ from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBan
 from process_visualizer.runs.comparison.wording import clock, quantity
 from process_visualizer.runs.deviation.band import SignalBand, widened
 from process_visualizer.runs.deviation.departures import outside, outside_since
-from process_visualizer.runs.deviation.signals import MEAN_ROWS, RATE_HZ, Signal
+from process_visualizer.runs.deviation.signals import (
+    FORCE_DIRECTION,
+    MEAN_ROWS,
+    RATE_HZ,
+    TORQUE_DIRECTION,
+    Signal,
+    SignalKind,
+)
 from process_visualizer.runs.run import Key
-from process_visualizer.runs.series import data_gaps, inside, moving_mean
+from process_visualizer.runs.series import data_gaps, inside, moving_mean, period_s
 
 _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
@@ -23,8 +31,16 @@ _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
 _AROUND_GAPS_S = 0.15
 """Time around a gap in which means and speeds lack values [s]."""
-_MIN_SHARE = 0.6
-"""Minimum number of values in a mean, as a share of the usual number."""
+_COMPLETE_AFTER_S = 0.5
+"""Age from which on a mean has all its values [s]."""
+_MIN_SHARE = 0.45
+"""Minimum number of columns with values in twice the time of a mean, as a share of the usual number.
+
+At a rate like that of the columns, half of them have two values, and the others none."""
+_MIN_PERIOD_S = 0.04
+"""Period of a channel whose gaps are of 0.2 s; that of faster ones is not known better [s]."""
+_MAX_LACKING = 0.5
+"""Share of the time in gaps from which on a variable is one that is sent when it changes."""
 _MAX_BANDS_TEXT = 200_000
 
 
@@ -42,15 +58,17 @@ class LiveDeparture(NamedTuple):
 class LiveComparison:
     """Comparison of live values with the band of good runs at corresponding moments.
 
-    The channels of live curves are judged: variables, forces and speeds. As moments of the
-    reference are found while they pass, the band covers 0.1 s before to 0.1 s after them.
+    The channels of live curves are judged: variables, forces and speeds. Directions have no curve,
+    and are judged only in recordings. As moments of the reference are found while they pass, the
+    band covers 0.1 s before to 0.1 s after them.
     """
 
     def __init__(self, good: GoodRuns) -> None:
         self.name = good.reference.name
         self._times_s = good.times_s
         self._signals = {(signal.device, signal.label): signal for signal in good.band.signals
-                         if signal.kind in SHOWN and not signal.over_s}
+                         if signal.kind in SHOWN and not signal.over_s
+                         and signal.label not in (FORCE_DIRECTION, TORQUE_DIRECTION)}
         self._limits = {key: widened(good.band.signals[signal])
                         for key, signal in self._signals.items()}
 
@@ -69,7 +87,7 @@ class LiveComparison:
         limits = self._limits_at(key, reference_s)
         if limits is None or not np.isfinite(limits.middle).any():
             return None
-        means = _means(column_s * np.arange(len(values)), values, column_s)
+        means = _means(self._signals[key], column_s * np.arange(len(values)), values, column_s)
         return TimelineBand(limits.middle - limits.half_width, limits.middle + limits.half_width,
                             outside(means, limits))
 
@@ -92,14 +110,38 @@ class LiveComparison:
         Times and values are as for ``departures``.
         """
         recent = times_s >= times_s[-1] - _NEWEST_S
-        return frozenset(key for key in self._signals if key not in values or not np.isfinite(
-            _means(times_s, values[key])[recent]).any())
+        return frozenset(
+            key for key, signal in self._signals.items() if key not in values
+            or not np.isfinite(_means(signal, times_s, values[key])[recent]).any())
 
     def without_band(self, reference_s: float) -> FrozenSet[Key]:
         """Return the channels that have no band at a moment of the reference [s]."""
         limits = {key: self._limits_at(key, np.array([reference_s])) for key in self._signals}
         return frozenset(key for key, it in limits.items()
                          if it is None or not np.isfinite(it.middle).all())
+
+    def unjudged_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
+                   reference_s: np.ndarray, since_s: float) -> Dict[str, float]:
+        """Return for how long [s] channels could not be judged, by name, for lack of values.
+
+        What came in the last half second is left out, as later values complete it; so is what was
+        before ``since_s``. The rest is as for ``departures``.
+        """
+        is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s))
+        found = {}
+        for key, signal in self._signals.items():
+            limits = self._limits_at(key, reference_s)
+            has_band = is_asked & (False if limits is None else np.isfinite(limits.middle))
+            lacks = _lacks_values(signal, times_s, values[key]) if key in values else has_band
+            rows = np.count_nonzero(has_band & lacks)
+            if rows:
+                found[signal.name] = rows / RATE_HZ
+        return found
+
+    @staticmethod
+    def judged_until_s(times_s: np.ndarray) -> float:
+        """Return the end of the time about which ``unjudged_s`` decides [s]."""
+        return float(times_s[-1]) - _COMPLETE_AFTER_S
 
     def known_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> Optional[float]:
         """Return the time of the newest value of all channels; None without any.
@@ -114,7 +156,7 @@ class LiveComparison:
                    reference_s: np.ndarray) -> Optional[LiveDeparture]:
         limits = self._limits_at(key, reference_s)
         assert limits is not None
-        deviation = _means(times_s, values) - limits.middle
+        deviation = _means(self._signals[key], times_s, values) - limits.middle
         rows = _of_this_run(np.flatnonzero(np.isfinite(deviation)), reference_s)
         if not len(rows) or times_s[rows[-1]] < times_s[-1] - _NEWEST_S:
             return None
@@ -135,21 +177,42 @@ class LiveComparison:
                             for it in limits[:2]))
 
 
-def _means(times_s: np.ndarray, values: np.ndarray, step_s: float = 1.0 / RATE_HZ) -> np.ndarray:
+def _means(signal: Signal, times_s: np.ndarray, values: np.ndarray,
+           step_s: float = 1.0 / RATE_HZ) -> np.ndarray:
     """Return means over 0.1 s (n,), as those of the band; NaN where values are missing.
 
     On a busy computer messages are lost or late. Means of the remaining ones are rougher than those
     of good runs, and speeds there are those of a longer time.
     """
-    rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
-    means, known = moving_mean(values, rows), np.isfinite(values)
-    if len(values) > rows and known.any():
-        window = np.ones(rows)
-        shares = np.convolve(known, window, 'same') / np.convolve(
-            np.ones(len(values)), window, 'same')
-        is_sparse = shares < _MIN_SHARE * np.median(shares[known])
-        means[is_sparse | inside(times_s, data_gaps(times_s[known]), _AROUND_GAPS_S)] = np.nan
+    means = moving_mean(values, max(round(MEAN_ROWS / RATE_HZ / step_s), 1))
+    means[_lacks_values(signal, times_s, values, step_s)] = np.nan
     return means
+
+
+def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
+                  step_s: float = 1.0 / RATE_HZ) -> np.ndarray:
+    """Return where (n,) a channel lacks values that it usually has.
+
+    A variable that lacks them most of the time is sent when it changes: it lacks none.
+    """
+    known = np.isfinite(values)
+    known_s = times_s[known]
+    usual_s = period_s(known_s)
+    if usual_s <= 0.0:
+        return ~known
+    # in columns, there are steps of several; a robot at rest has a speed only now and then
+    gaps = data_gaps(np.append(known_s, times_s[-1]), max(usual_s, _MIN_PERIOD_S))
+    lacks = inside(times_s, gaps, _AROUND_GAPS_S)
+    if signal.kind is SignalKind.FORCE and usual_s < 2.0 * step_s:
+        rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
+        counts = moving_mean(known.astype(float), 2 * rows)
+        lacks |= counts < _MIN_SHARE * np.median(counts[known])
+    is_steady = signal.kind in (SignalKind.FORCE, SignalKind.SPEED)
+    since_first = lacks[int(known.argmax()):]
+    if not is_steady and since_first.mean() > _MAX_LACKING:
+        return np.zeros(len(values), bool)
+    result: np.ndarray = lacks
+    return result
 
 
 class LiveBands(NamedTuple):
@@ -229,6 +292,9 @@ _UNKNOWN_S = 1.0
 _MIN_S = 1.0
 _LOST_S = 5.0
 """Time without values after which a run is over [s]."""
+_MAX_UNJUDGED = 2
+_UNJUDGED_S, _UNJUDGED_SHARE = 0.5, 0.05
+"""Time without values that a verdict need not mention [s], and as a share of the run."""
 _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 """Parts of the reference that may be missing at the beginning and end of a whole run [s]."""
 
@@ -238,7 +304,8 @@ class FinishedRun(NamedTuple):
 
     Three moments of the reference [s] may be None: ``broken_off_s``, at which the run ended too
     early; ``seen_from_s``, from which on it was compared, if not from the beginning;
-    ``lost_from_s``, from which on there were no values until its end.
+    ``lost_from_s``, from which on there were no values until its end. ``unjudged`` names channels
+    that lacked values for a part of the run, each with how long.
     """
 
     began_s: float
@@ -249,17 +316,18 @@ class FinishedRun(NamedTuple):
     broken_off_s: Optional[float] = None
     seen_from_s: Optional[float] = None
     lost_from_s: Optional[float] = None
+    unjudged: Tuple[str, ...] = ()
 
     @property
     def is_good(self) -> bool:
         """Return whether the whole run was judged, and nothing was out of range."""
         return (self.is_judged and not self.departed and self.broken_off_s is None
-                and self.seen_from_s is None)
+                and self.seen_from_s is None and not self.unjudged)
 
     @property
     def is_good_in_part(self) -> bool:
-        """Return whether only the beginning was not judged, and nothing was out of range."""
-        return self.seen_from_s is not None and self._replace(seen_from_s=None).is_good
+        """Return whether only a part of the run was judged, and nothing was out of range in it."""
+        return not self.is_good and self._replace(seen_from_s=None, unjudged=()).is_good
 
     @property
     def verdict(self) -> str:
@@ -269,13 +337,17 @@ class FinishedRun(NamedTuple):
             return ', '.join(['no data', *end])
         if self.lost_from_s is not None:
             end.append(f'no data from {clock(self.lost_from_s)} on')
+        elif self.unjudged and not self.departed:
+            more = len(self.unjudged) - _MAX_UNJUDGED
+            end.append(f'no data of {", ".join(self.unjudged[:_MAX_UNJUDGED])}'
+                       + (f' and {more} more' if more > 0 else ''))
         since = '' if self.seen_from_s is None else f' from {clock(self.seen_from_s)} on'
         return ', '.join([f'out of range: {"; ".join(self.departed)}' if self.departed
                           else f'in range{since}', *end])
 
     def settings(self) -> Dict[str, Any]:
         """Return the settings that ``finished_run`` needs."""
-        return dict(self._asdict(), departed=list(self.departed))
+        return dict(self._asdict(), departed=list(self.departed), unjudged=list(self.unjudged))
 
 
 def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
@@ -289,7 +361,8 @@ def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
             settings['broken_off_s'], settings.get('seen_from_s'), settings.get('lost_from_s')))
     return FinishedRun(float(settings['began_s']), float(settings['ended_s']),
                        str(settings['reference']), tuple(str(it) for it in settings['departed']),
-                       bool(settings['is_judged']), broken_off_s, seen_from_s, lost_from_s)
+                       bool(settings['is_judged']), broken_off_s, seen_from_s, lost_from_s,
+                       tuple(str(it) for it in settings.get('unjudged', ())))
 
 
 class _Run(NamedTuple):
@@ -307,6 +380,7 @@ class LiveRuns:
         self._reference, self._duration_s = reference, duration_s
         self._run: Optional[_Run] = None
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
+        self._unjudged_s: Dict[str, float] = {}
         self._is_judged = self._is_lost = False
         self._lost: Optional[_Run] = None  # the run as it was when its values ended
         self._is_waiting = False  # for values, as the run has ended without them
@@ -339,8 +413,12 @@ class LiveRuns:
         self._run = _Run(stamp_s, stamp_s, reference_s, reference_s)
         return finished
 
-    def judge(self, departures: Iterable[LiveDeparture]) -> None:
-        """Take the current departures; the farthest of each channel counts."""
+    def judge(self, departures: Iterable[LiveDeparture],
+              unjudged_s: Mapping[str, float] = MappingProxyType({})) -> None:
+        """Take the current departures; the farthest of each channel counts.
+
+        ``unjudged_s`` are the times [s], since the last call, that channels could not be judged.
+        """
         was_lost, self._is_lost = self._is_lost, False
         self._lost, self._is_waiting = None, False
         run = self._run
@@ -349,6 +427,8 @@ class LiveRuns:
         if was_lost:
             run = self._run = run._replace(seen_from_s=run.reference_s)
         self._is_judged = True
+        for name, seconds in unjudged_s.items():
+            self._unjudged_s[name] = self._unjudged_s.get(name, 0.0) + seconds
         for it in departures:
             before = self._departed.get(it.signal.name)
             from_s = run.reference_s if before is None else before[1]
@@ -367,6 +447,7 @@ class LiveRuns:
         """End the current run, and return it; None without one."""
         run, departed, is_judged = self._run, self._departed, self._is_judged
         lost, self._lost = self._lost, None
+        unjudged_s, self._unjudged_s = self._unjudged_s, {}
         self._run, self._departed, self._is_judged = None, {}, False
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
@@ -376,7 +457,10 @@ class LiveRuns:
                            self._reference, tuple(texts), is_judged,
                            None if is_whole or lost is not None else run.reference_s,
                            run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None,
-                           None if lost is None else lost.reference_s)
+                           None if lost is None else lost.reference_s,
+                           tuple(f'{name} for {it:.1f} s' for name, it in unjudged_s.items()
+                                 if it > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
+                                     run.last_s - run.began_s))))
 
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
