@@ -176,12 +176,15 @@ def test_before_its_first_wrench_a_recording_has_no_force(robot: RobotStage) -> 
     assert texts == ['F 9.0 N', '']
 
 
-def test_a_robot_without_joints_says_that_it_is_not_where_it_is_drawn(robot: RobotStage) -> None:
+@pytest.mark.parametrize('model, said', [('', 'no model'), ('robot.urdf', 'no joints')])
+def test_a_robot_without_joints_says_that_it_is_not_where_it_is_drawn(model: str, said: str
+                                                                      ) -> None:
+    robot = RobotStage(PARAMETERS, model=model)
     robot.run(1.9)
     assert ('joints', 1) not in robot.markers()
     robot.run(0.5)
     marker = robot.markers()['joints', 1]
-    assert marker.text.strip() == 'no joints: its pose is unknown'
+    assert marker.text.strip() == f'{said}: its pose is unknown'
     assert marker.header.frame_id == 'r/link0'  # no other frame of it is known
     joints(robot, 0.1, 0.2)
     robot.run(0.2)

@@ -81,9 +81,9 @@ class RobotProcessor:
         """Advertise, subscribe, and start the timer."""
         self._node, self._parameters = node, parameters
         self._playback = PlaybackFollower(node)
-        self._display = RobotDisplay(parameters)
         self._complaints = Complaints(node, parameters.robot_name)
         model = robot_model(node, self._complaints)
+        self._display = RobotDisplay(parameters, bool(model.links))
         static = StaticFrames(node, self._complaints)
         self._frames = FrameWatch(node, self._complaints, static, parameters.base_frame,
                                   model.links)

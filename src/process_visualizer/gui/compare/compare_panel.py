@@ -352,7 +352,7 @@ def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
 class _RowsTree(QTreeWidget):
     """Rows of three columns; the last column has the most room.
 
-    A long name in the first column is elided in the middle, as it may end with the run's number.
+    A long name in the first column is elided at its beginning, which runs of a day have in common.
     """
 
     def __init__(self, name: str, head: Sequence[str], least_px: int) -> None:
@@ -403,7 +403,7 @@ class _RowsTree(QTreeWidget):
 
 class _NameDelegate(RowDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Elide a name in the middle if it does not fit."""
+        """Elide a long name at its beginning: it ends with the time and the number of the run."""
         super().initStyleOption(option, index)
         if index.column() == 0:
-            option.textElideMode = Qt.ElideMiddle
+            option.textElideMode = Qt.ElideLeft

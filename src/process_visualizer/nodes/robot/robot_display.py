@@ -44,7 +44,7 @@ class ShownMotion(NamedTuple):
     time_s: float
 
 
-_NO_JOINTS = 'no joints: its pose is unknown'
+_NO_JOINTS, _NO_MODEL = 'no joints: its pose is unknown', 'no model: its pose is unknown'
 
 
 class _Shown(NamedTuple):
@@ -56,9 +56,9 @@ class _Shown(NamedTuple):
 class RobotDisplay:
     """Makes the markers of a robot; none for quantities that are not available."""
 
-    def __init__(self, parameters: RobotParameters) -> None:
-        """``parameters`` has frames, styles and places."""
-        self._parameters = parameters
+    def __init__(self, parameters: RobotParameters, has_model: bool = True) -> None:
+        """``parameters`` has frames, styles and places; joints need a model to be shown."""
+        self._parameters, self._has_model = parameters, has_model
         self._texts = RefreshRate(TEXT_PERIOD_S)
         self._present: Dict[Tuple[str, int], str] = {}  # RViz's markers, with their frames
 
@@ -118,8 +118,8 @@ class RobotDisplay:
                               self._parameters.stale_after_s)
             lines[entry.namespace] = text, None if self._is_stale(age_s) else entry.style.color
         if joints_age_s is not None and self._is_stale(joints_age_s):
-            lines['joints'] = (_NO_JOINTS if joints_age_s == math.inf
-                               else format_age('joints', joints_age_s)), None
+            lines['joints'] = (format_age('joints', joints_age_s) if joints_age_s != math.inf
+                               else _NO_JOINTS if self._has_model else _NO_MODEL), None
         names = ('velocity', 'force', 'joints') if 'joints' in lines else ('velocity', 'force')
         return [(name, *lines.get(name, ('', None))) for name in names]
 

@@ -34,7 +34,7 @@ _AROUND_GAPS_S = 0.15
 _COMPLETE_AFTER_S = 0.5
 """Age from which on a mean has all its values [s]."""
 _MIN_SHARE = 0.45
-"""Minimum number of columns with values in twice the time of a mean, as a share of the usual number.
+"""Minimum number of columns with values in twice the time of a mean, as a share of the usual one.
 
 At a rate like that of the columns, half of them have two values, and the others none."""
 _MIN_PERIOD_S = 0.04
