@@ -343,11 +343,26 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
     assert timeline._replay_s == pytest.approx(-10.0)
     assert timeline.lane_texts(0).at_position != ''
     timeline.show_replay(-1e4)  # older than what is drawn
-    assert timeline.lane_texts(0).at_position != ''
+    assert timeline.lane_texts(0).at_position .startswith('…')
     timeline.show_replay(-10.0)
     stand.panel.replay.back.click()
     stand.replay.leave()
     assert not stand.model.is_held and timeline._replay_s is None
+
+
+def test_a_replay_goes_on_behind_the_curves_that_were_held(stand: Stand) -> None:
+    """The recorder copies its memory a little later than the curves are held."""
+    stand.come(*stand.parts[:-1])
+    stand.model.hold(True)
+    held = stand.model.window
+    stand.come(stand.parts[-1])
+    assert stand.model.window is held
+    end_s = held.epoch_s + held.begin_s + held.duration_s
+    stand.replay.phase, stand.replay.time_s = ReplayPhase.SHOWN, end_s + 0.2
+    stand.replay.changed.emit()
+    assert stand.model.is_held and stand.model.window is not held
+    assert -stand.model.duration_s < stand.timeline._replay_s <= 0.0
+    assert stand.timeline.lane_texts(0).at_position[0] != '…'
 
 
 def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:

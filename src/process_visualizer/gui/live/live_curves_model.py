@@ -84,6 +84,7 @@ class LiveCurvesModel(QObject):
         self._duration_s = DURATIONS_S[0]
         self._begun = 0  # how often reading began anew
         self._window: Optional[LiveWindow] = None
+        self._newest: Optional[LiveWindow] = None  # also while another one is held
         self._is_silent = False
         self._pace, self._read_s = LookPace(), 0.0
         self._taken_s = self._drawn_s = 0.0  # at the last look: time, and this thread's time
@@ -169,7 +170,14 @@ class LiveCurvesModel(QObject):
         self._is_held = is_held
         self.changed.emit()
 
+    def renew(self) -> None:
+        """Hold the newest picture in place of the one that is held."""
+        if self._is_held and self._newest is not None and self._newest is not self._window:
+            self._window = self._newest
+            self.changed.emit()
+
     def _begin_anew(self) -> None:
+        self._newest = None
         devices, self._window, self._is_held = self._devices, None, False
         self._begun += 1
         self._tasks.run(LINE, lambda: self._set_curves(devices))
@@ -221,6 +229,7 @@ class LiveCurvesModel(QObject):
         window, *judged = windows
         for it in judged:
             self.judged.emit(it)
+        self._newest = window
         if not self._is_held:
             self._window = window
         if not self._is_held or was_silent:

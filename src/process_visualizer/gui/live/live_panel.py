@@ -252,6 +252,8 @@ class LivePanel(QWidget):
         self._show_moment()
 
     def _show_moment(self) -> None:
+        if not self._replay.is_live and self._replay.time_s > self._end_s():
+            self._curves.renew()  # the memory was copied later than the picture was held
         self.timeline.show_replay(None if self._replay.is_live
                                   else self._replay.time_s - self._end_s())
 

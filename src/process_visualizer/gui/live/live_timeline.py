@@ -126,7 +126,8 @@ class LiveTimeline(LanesTimeline):
         """Draw the moment of the scene: the present at the right, or the replayed moment."""
         x, color = axis.right - 1.0, theme().accent
         if self._replay_s is not None:
-            x, color = axis.x(max(self._replay_s, -self._duration_s)), theme().warning
+            x = axis.x(min(max(self._replay_s, -self._duration_s), 0.0))
+            color = theme().warning
         painter.fillRect(QRectF(round(x) - 1.0, AXIS_TOP, 3.0, bottom - AXIS_TOP), QColor(color))
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
@@ -163,15 +164,17 @@ class LiveTimeline(LanesTimeline):
         """Return a curve's value in the scene, its value at the mouse, and their difference."""
         curve, at_mouse, hover_s = self.stack.lanes[row].curves[number], None, self.hover_s
         value, silent_s = self._values[curve.key]
+        span = self.stack.pictures.scale(row, number).span
         good = curve.good_at(_newest_share(curve, self._duration_s))
         if self._duration_s > 0.0:
             if hover_s is not None:
                 at_mouse = curve.at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
-                share = max(1.0 + self._replay_s / self._duration_s, 0.0)
-                value, good, silent_s = curve.at(share), curve.good_at(share), math.inf
-        return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse,
-                          good, silent_s + self._age_s)
+                share, silent_s = 1.0 + self._replay_s / self._duration_s, math.inf
+                if not 0.0 <= share <= 1.0:  # not in the picture
+                    return lane_texts(curve, span, None, at_mouse)
+                value, good = curve.at(share), curve.good_at(share)
+        return lane_texts(curve, span, value, at_mouse, good, silent_s + self._age_s)
 
     # The mouse
 
