@@ -343,7 +343,7 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
     assert timeline._replay_s == pytest.approx(-10.0)
     assert timeline.lane_texts(0).at_position != ''
     timeline.show_replay(-1e4)  # older than what is drawn
-    assert timeline.lane_texts(0).at_position .startswith('…')
+    assert timeline.lane_texts(0).at_position.startswith('…')
     timeline.show_replay(-10.0)
     stand.panel.replay.back.click()
     stand.replay.leave()
