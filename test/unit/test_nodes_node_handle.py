@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import inspect
+import logging
+import threading
 from typing import List
 
 import pytest
 from rospy import AnyMsg
+from rospy.impl.rosout import RosOutHandler
 from simulated_node import SimulatedNode
 
 from process_visualizer.msg import GhostRobot
-from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.node_handle import NodeHandle, log_without_waiting
 from process_visualizer.srv import ShowGhost, ShowGhostRequest
 
 OF_PLAYER = 'thread'  # only the player has threads of its own, whose turns simulated_player takes
@@ -49,3 +52,24 @@ def test_a_request_with_what_is_no_name_is_refused_in_a_sentence(name: str, reas
     assert not answer.success
     assert answer.message.startswith(reason)
     assert len(answer.message) < 100
+
+
+def test_who_logs_does_not_wait_for_a_master_that_hangs() -> None:
+    is_back, texts, all_sent = threading.Event(), [], threading.Event()
+
+    class Hanging(RosOutHandler):
+        def emit(self, record: logging.LogRecord) -> None:
+            assert is_back.wait(20.0)
+            texts.append(record.getMessage())
+            if len(texts) == 2:
+                all_sent.set()
+
+    log = logging.Logger('a log')
+    log.addHandler(Hanging())
+    log_without_waiting(log)
+    log.warning('the master does not answer: %s', 'timed out')
+    log.warning('again')
+    assert texts == []
+    is_back.set()
+    assert all_sent.wait(20.0)
+    assert texts == ['the master does not answer: timed out', 'again']

@@ -219,6 +219,11 @@ def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> Non
     watch.wait(15.0)
     assert watch.node.log == 2 * [('warn', 'scene_watch: the master does not answer: no master')]
     assert watch.words() == ''
+    assert watch.words('the cell') == (
+        'the cell: the ROS master is not responding; robots may stand still')
+    watch.processes.is_master_there = True
+    watch.wait(3.0)
+    assert watch.words('the cell') == ''
 
 
 def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watch: Watch) -> None:

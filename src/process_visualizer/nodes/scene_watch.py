@@ -57,6 +57,8 @@ AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
 NO_CLOUD = 'no cloud comes; the points in the picture are out of date'
 OTHERS_MEANING = 'this picture is out of date'
+MASTER_SILENT = f'{ITSELF}: the ROS master is not responding; robots may stand still'
+"""robot_state_publisher 1.15 asks the master for tf_prefix with each joint state."""
 
 
 class SceneWatch:
@@ -145,6 +147,8 @@ class SceneWatch:
     def problems(self) -> Dict[str, List[str]]:
         """Return the present problems by device name."""
         found = {device.name: self._problems(device.name) for device in self._devices}
+        if self._lookup.is_silent:
+            found[ITSELF].append(MASTER_SILENT)
         return {name: problems for name, problems in found.items() if problems}
 
     def _problems(self, device: str) -> List[str]:
@@ -170,6 +174,7 @@ class SceneWatch:
             self._lookup.is_silent = False
         except (rosgraph.MasterException, OSError) as error:
             self._lookup.is_silent = True
+            self._lookups.wait(self._node.monotonic_s())  # the answer was awaited for long
             if self._log.is_due(self._node.monotonic_s()):
                 self._node.warn(f'scene_watch: the master does not answer: {error}')
             return

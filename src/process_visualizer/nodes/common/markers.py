@@ -55,6 +55,10 @@ class RefreshRate:
         """Allow the event at the next check, however little time has passed."""
         self._next_s = -math.inf
 
+    def wait(self, now_s: float) -> None:
+        """Let a whole period pass from now on."""
+        self._next_s = now_s + self._period_s
+
     def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
         """Return whether the event may happen now; if so, it is not due again for a period.
 

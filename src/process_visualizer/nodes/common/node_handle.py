@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import logging
 import os
+import queue
 import signal
 import sys
 import threading
 import time
+from logging.handlers import QueueHandler, QueueListener
 from typing import Any, Callable, FrozenSet, Iterator, List, NoReturn, Optional, Tuple
 
 import rospy
 from rospy.impl.paramserver import get_param_server_cache
+from rospy.impl.rosout import RosOutHandler
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.msg import PlayerState
@@ -54,6 +57,20 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
             raise
         end_process(0)
     answer_patiently()
+    log_without_waiting(logging.getLogger('rosout'))
+
+
+def log_without_waiting(log: logging.Logger) -> None:
+    """Let a thread send the messages of a log to /rosout.
+
+    rospy asks the master before each of them, without a timeout: while the master hangs, whoever
+    has something to say would stand still.
+    """
+    for handler in [it for it in log.handlers if isinstance(it, RosOutHandler)]:
+        waiting: 'queue.Queue[logging.LogRecord]' = queue.Queue()
+        log.removeHandler(handler)
+        log.addHandler(QueueHandler(waiting))
+        QueueListener(waiting, handler).start()
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
