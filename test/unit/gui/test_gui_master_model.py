@@ -190,7 +190,7 @@ def drawing(qtbot: Any) -> Iterator[Drawing]:
 
 def test_a_picture_that_stands_still_is_told_though_rviz_answers(drawing: Drawing) -> None:
     drawing.look(10, draws=True)
-    drawing.look(5)
+    drawing.look(11)
     assert drawing.found == []
     drawing.look(3)
     assert drawing.found == [RVIZ_SILENT]

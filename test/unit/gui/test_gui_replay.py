@@ -17,7 +17,7 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.live.live_panel import ReplayBar
-from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.live.replay_model import MemoryCopy, ReplayModel, ReplayPhase
 from process_visualizer.gui.session import Session
 from process_visualizer.launching.part_report import PartReport, PartState
 
@@ -32,11 +32,11 @@ class Tools:
         self.folder, self.asked = folder, []  # type: Tuple[Path, List[Any]]
         self.reason, self.copies = '', 0
 
-    def copy_memory(self) -> str:
+    def copy_memory(self) -> MemoryCopy:
         if self.reason:
             raise Refused(self.reason)
         self.copies += 1
-        return str(self.folder / 'replay.bag')
+        return MemoryCopy(str(self.folder / 'replay.bag'), BEGIN_S, BEGIN_S + 30.0)
 
     def start(self, choice: Choice) -> None:
         self.asked.append(('start', choice))
@@ -122,8 +122,9 @@ def test_the_newest_wish_counts_while_it_is_prepared(stand: Stand) -> None:
 
 def test_a_moment_that_is_no_longer_in_memory_is_not_replayed(stand: Stand) -> None:
     """Its beginning was shown instead, as if it were the moment."""
-    stand.begin(BEGIN_S - 60.0)
-    assert stand.replay.is_live and stand.tools.names() == ['start', 'follow']
+    stand.replay.show(BEGIN_S - 60.0, stand.choice)
+    stand.tasks.end_all()
+    assert stand.replay.is_live and stand.tools.names() == [], 'no second cell is started for it'
     assert stand.failures == ['That moment, 1 min 30.0 s ago, can no longer be replayed: '
                               "the recorder's memory begins 30.0 s ago"]
     stand.begin(BEGIN_S - 1.0)  # of the left end of the curves, gone while it was copied

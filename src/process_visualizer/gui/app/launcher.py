@@ -9,6 +9,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Sequence, Set
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Device, Mode, changes
 from process_visualizer.clients.bag_recorder import RecorderError
@@ -100,7 +101,7 @@ def player_activity(player: Optional[PlayerSnapshot], is_silent: bool,
 
 
 _REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError, RosMasterError,
-                  OSError)
+                  BagError, OSError)
 
 _SWITCH_INTERVAL_S = 0.0005
 """Maximum wait of the window for another computing thread [s]; Python's own 5 ms add up."""

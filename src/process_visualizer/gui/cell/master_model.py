@@ -23,8 +23,9 @@ _END_TIMEOUT_S = 60.0
 _MAX_FAILURES = 3
 """Failed checks in a row until the master counts as lost; a busy master may miss one."""
 _DRAWING_LOOK_MS = 500
-_MAX_MISSED_LOOKS = 6
-"""Missed looks until RViz counts as hanging; it reports drawing twice a second, later if busy."""
+_MAX_MISSED_LOOKS = 12
+"""Missed looks until RViz counts as hanging. It reports drawing twice a second, but on a busy
+computer a picture may take seconds, as at the start of a second cell."""
 _SILENT = 'The ROS master is not responding'
 _OTHER = 'The ROS master was restarted'
 

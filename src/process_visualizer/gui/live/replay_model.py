@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import Enum
-from typing import Any, Callable, Dict, Optional, Protocol, Tuple, Type
+from typing import Any, Callable, Dict, NamedTuple, Optional, Protocol, Tuple, Type
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -36,11 +36,23 @@ class ReplayPhase(Enum):
     SHOWN = 'shown'
 
 
+class MemoryCopy(NamedTuple):
+    """A bag with the recorder's memory, and the times of its first and last message [s]."""
+
+    path: str
+    begin_s: float
+    end_s: float
+
+
+class _MomentGone(Exception):
+    """A moment is not in the recorder's memory; the text says how far that goes back."""
+
+
 class ReplayTools(Protocol):
     """The tools of a replay (ReplayLink in gui/ros/replay_link.py); each call may block."""
 
-    def copy_memory(self) -> str:
-        """Write the recorder's memory into a bag; return the bag's path."""
+    def copy_memory(self) -> MemoryCopy:
+        """Write the recorder's memory into a bag."""
 
     def start(self, choice: Choice) -> Any:
         """Start a second cell, or change the bag that it plays."""
@@ -172,12 +184,6 @@ class ReplayModel(QObject):
         is_first, self._has_state = not self._has_state, True
         self._begin_s = snapshot.begin_s
         self.playback.take_state(snapshot)
-        if is_first and self._wanted_s < self._begin_s - _LATE_S:
-            end_s = self._begin_s + snapshot.duration_s
-            self._give_up(f'That moment, {age_text(end_s - self._wanted_s)} ago, can no '
-                          "longer be replayed: the recorder's memory begins "
-                          f'{age_text(snapshot.duration_s)} ago')
-            return
         if is_first:
             self.playback.seek(self._wanted_s - self._begin_s)
         self._look_whether_ready()
@@ -207,10 +213,14 @@ class ReplayModel(QObject):
 
     def _started(self, choice: Choice) -> str:
         """Run in the line of tasks."""
-        path = self._tools.copy_memory()
-        self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL, bag=path,
-                                  further_bags=(), left_out=(), is_replay=True))
-        return path
+        copy = self._tools.copy_memory()
+        if self._wanted_s < copy.begin_s - _LATE_S:
+            raise _MomentGone(
+                f'That moment, {age_text(copy.end_s - self._wanted_s)} ago, can no longer be '
+                f"replayed: the recorder's memory begins {age_text(copy.end_s - copy.begin_s)} ago")
+        self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL,
+                                  bag=copy.path, further_bags=(), left_out=(), is_replay=True))
+        return copy.path
 
     def _take_path(self, path: str) -> None:
         self._path = path
@@ -240,6 +250,9 @@ class ReplayModel(QObject):
         self._tasks.run(LINE, work, None, self._fail)
 
     def _fail(self, error: Exception) -> None:
+        if isinstance(error, _MomentGone):
+            self._give_up(str(error))
+            return
         if not isinstance(error, self._refused):
             raise error
         self._give_up(f'There is no replay: {error}')

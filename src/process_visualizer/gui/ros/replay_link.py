@@ -9,10 +9,12 @@ from typing import Callable, Optional, Sequence
 from PyQt5.QtCore import QObject, pyqtSignal
 from std_msgs.msg import String
 
+from process_visualizer.bagio.recording import Recording
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.remote_follower import RemoteFollower
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.generate.choice import Choice
+from process_visualizer.gui.live.replay_model import MemoryCopy
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.launching.replay_cell import ReplayCell
 from process_visualizer.msg import PlayerState
@@ -82,17 +84,19 @@ class ReplayLink(QObject):
         """Return the folder of the bag that the second cell plays."""
         return self._cell.folder
 
-    def copy_memory(self) -> str:
-        """Write the recorder's memory into a bag; return the bag's path.
+    def copy_memory(self) -> MemoryCopy:
+        """Write the recorder's memory into a bag.
 
         Raises:
             RecorderError: the recorder does not answer, or its memory is empty.
             OSError: the bag cannot be given its name.
+            BagError: it cannot be read.
         """
         self._leave_player()  # the player plays the last copy
         path = os.path.join(self._cell.folder, _BAG)
         os.replace(self._copy(self._cell.folder, 'copied'), path)
-        return path
+        with Recording([path]) as recording:
+            return MemoryCopy(path, recording.begin_ns / 1e9, recording.end_ns / 1e9)
 
     def start(self, choice: Choice) -> None:
         """Start the second cell, or change the bag that it plays; see ReplayCell."""
