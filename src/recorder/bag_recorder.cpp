@@ -78,6 +78,7 @@ class BagRecorder {
 
   bool start(Start::Request& request, Start::Response& response);
   bool saveRecent(Start::Request& request, Start::Response& response);
+  bool watchTopics(Start::Request& request, Start::Response& response);
   bool copyRecent(Start::Request& request, Start::Response& response);
   bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
@@ -150,6 +151,9 @@ BagRecorder::BagRecorder()
       advertiseChecked<StartRecording>(
           node_, "save_recent",
           [this](auto& request, auto& response) { return saveRecent(request, response); }),
+      advertiseChecked<StartRecording>(
+          node_, "watch",
+          [this](auto& request, auto& response) { return watchTopics(request, response); }),
       advertiseChecked<StopRecording>(
           node_, "stop", [this](auto& request, auto& response) { return stop(request, response); }),
       advertiseChecked<Mark>(
@@ -208,6 +212,17 @@ bool BagRecorder::start(Start::Request& request, Start::Response& response) {
 bool BagRecorder::saveRecent(Start::Request& request, Start::Response& response) {
   const std::lock_guard<std::mutex> command(command_mutex_);
   return answer(response, [&] { return save(request); });
+}
+
+bool BagRecorder::watchTopics(Start::Request& request, Start::Response& response) {
+  const std::lock_guard<std::mutex> command(command_mutex_);
+  return answer(response, [&] {
+    requireIdle();
+    const TopicChoice choice(request.topics, request.patterns, request.excluded);
+    if (choice.isEmpty()) throw RecordingError("no topic is chosen");
+    watch(choice);
+    return std::string();
+  });
 }
 
 /// Not locked, as it changes nothing that the commands use.

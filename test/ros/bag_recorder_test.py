@@ -113,6 +113,31 @@ class BagRecorderTest(unittest.TestCase):
             self.assertEqual(numbers(saved, topic), list(range(COUNT)))
             self.assertEqual(numbers(path, topic), [COUNT, COUNT + 1])
 
+    def test_other_topics_leave_in_memory_what_is_there(self) -> None:
+        first, second = new_topic(), new_topic()
+        subscriptions = [Subscription(), Subscription()]
+        publishers = [rospy.Publisher(topic, UInt32, it, queue_size=COUNT)
+                      for topic, it in zip((first, second), subscriptions)]
+        with RecorderUnderTest(recent_duration=600, topics=[first]) as recorder:
+            subscriptions[0].wait()
+            publishers[0].publish(1)
+            self.assertIsNotNone(recorder.client.wait_for(
+                lambda state: state.topics[0].messages == 1, TIMEOUT_S))
+            recorder.client.watch([first, second])
+            subscriptions[1].wait()
+            publishers[1].publish(2)
+            self.assertIsNotNone(recorder.client.wait_for(
+                lambda state: {it.name: it.messages for it in state.topics} == {
+                    first: 1, second: 1}, TIMEOUT_S))
+            with self.assertRaisesRegex(RecorderError, 'no topic is chosen'):
+                recorder.client.watch([])
+            saved = recorder.client.copy_recent(recorder.folder, 'both')
+            self.assertEqual([numbers(saved, it) for it in (first, second)], [[1], [2]])
+            recorder.start(name='on')
+            with self.assertRaisesRegex(RecorderError, 'is being recorded'):
+                recorder.client.watch([first])
+            recorder.client.stop()
+
 
 if __name__ == '__main__':
     rospy.init_node('bag_recorder_test')

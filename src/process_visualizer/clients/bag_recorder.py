@@ -57,7 +57,8 @@ _NODE = f'/{BAG_RECORDER}'
 _ANSWER_TIMEOUT_S = 60.0
 """Limit of an answer: writing the memory to a slow disk takes a while."""
 _SERVICES = {'start': StartRecording, 'save_recent': StartRecording,
-             'copy_recent': StartRecording, 'stop': StopRecording, 'mark_at': MarkAt}
+             'copy_recent': StartRecording, 'watch': StartRecording, 'stop': StopRecording,
+             'mark_at': MarkAt}
 
 
 def request_of(options: RecordingOptions) -> StartRecordingRequest:
@@ -114,6 +115,16 @@ class BagRecorder(NodeClient[RecorderState]):
         """
         options = RecordingOptions(folder=folder, name=name, recent_s=recent_s)
         return str(self._answer('copy_recent', request_of(options)).path)
+
+    def watch(self, topics: Sequence[str]) -> None:
+        """Keep the last seconds of exactly these topics in memory from now on.
+
+        What is in memory stays.
+
+        Raises:
+            RecorderError: a recording is in progress, or the recorder does not answer.
+        """
+        self._answer('watch', request_of(RecordingOptions(topics=tuple(topics))))
 
     def stop(self) -> List[str]:
         """Stop recording; return the paths of the bags once everything is written.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import shutil
 from types import SimpleNamespace
-from typing import Any, Iterator, List
+from typing import Any, Dict, Iterator, List
+from unittest.mock import Mock
 
 import pytest
 from held_tasks import HeldTasks
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.cell.model import Mode
-from process_visualizer.generate.plan import Part, Plan, PlanError
+from process_visualizer.generate.plan import BAG_PART, Part, Plan, PlanError
 from process_visualizer.gui.cell import launch_model
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.session import Session
@@ -91,6 +92,27 @@ def test_a_launch_that_fails_leaves_nothing_running(launching: Launching,
     launching.fail(error)
     assert (launching.model.running, launching.model.phase) == (None, LaunchPhase.IDLE)
     assert launching.told == [str(error)]
+
+
+@pytest.mark.parametrize('change, can, kept', [
+    ({}, True, [BAG_PART]), ({}, False, []), ({'bag_folder': '/else'}, True, []),
+    ({'cell': 'another'}, True, []), ({'mode': Mode.PLAYBACK}, True, [])])
+def test_the_recorder_goes_on_with_other_devices(
+        change: Dict[str, Any], can: bool, kept: List[str], launching: Launching,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """Restarted, it would lose what it has in memory."""
+    calls: List[Any] = []
+    plan = Plan(parts={BAG_PART: PART, 'arm': PART})
+    device = SimpleNamespace(topics=(), objects=None)
+    before: Any = SimpleNamespace(mode=Mode.REALTIME, cell='cell', bag_folder='', devices=[device])
+    model = launching.model
+    model._watch = lambda topics: calls.append(('watch', topics)) or can
+    model._launched = Mock(differing=lambda plan: [BAG_PART, 'arm'])
+    monkeypatch.setattr(launch_model, '_plan', lambda choice: plan)
+    model._change(SimpleNamespace(**{**vars(before), **change}), before)
+    model._launched.change.assert_called_once_with(plan, kept)
+    assert model._launched.adopt.called == bool(kept)
+    assert calls == ([] if change else [('watch', [])])
 
 
 def test_beside_another_cell_nothing_is_launched(launching: Launching,

@@ -80,6 +80,15 @@ def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble
     return '\n'.join(filter(None, [text, compared, worst]))
 
 
+def _watches(link: RosLink, topics: Sequence[str]) -> bool:
+    """Return whether the recorder has taken other topics; it need not be restarted then."""
+    try:
+        link.recorder.watch(topics)
+    except RecorderError:
+        return False
+    return True
+
+
 def recorder_activity(phase: RecordingPhase, is_silent: bool) -> str:
     """Return the activity of the recorder."""
     if is_silent:
@@ -126,7 +135,7 @@ class Launcher(QObject):
         self.unsaved = UnsavedModel({'the pose': self.calibration, 'the crop box': self.region},
                                     session, self)
         self.new = NewConfigurationModel(tasks, link.look_at_system, self)
-        self.launch = LaunchModel(tasks, session, self)
+        self.launch = LaunchModel(tasks, session, self, watch=lambda topics: _watches(link, topics))
         self.guard = LaunchGuard(tasks, self.launch.launch, parent=self)
         self.mixture = MixtureModel(tasks, session, parent=self)
         self.warnings = WarningsModel(link.warnings, session, self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from enum import Enum
-from typing import Callable, Collection, Dict, List, Optional, Tuple
+from typing import Callable, Collection, Dict, List, Optional, Sequence, Tuple
 
 import rosgraph
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
@@ -15,7 +15,8 @@ from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
-from process_visualizer.generate.plan import Plan, PlanError
+from process_visualizer.generate.launch_file import recorded_topics
+from process_visualizer.generate.plan import BAG_PART, Plan, PlanError
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.node_history import NodeHistory
@@ -57,9 +58,14 @@ class LaunchModel(QObject):
     _reported = pyqtSignal(object)
 
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
-                 clock_s: Callable[[], float] = time.monotonic) -> None:
+                 clock_s: Callable[[], float] = time.monotonic,
+                 watch: Callable[[Sequence[str]], bool] = lambda _topics: False) -> None:
+        """Take a function that gives the running recorder other topics, and returns if it could.
+
+        It may block.
+        """
         super().__init__(parent)
-        self._tasks, self._clock_s = tasks, clock_s
+        self._tasks, self._clock_s, self._watch = tasks, clock_s, watch
         self.history = NodeHistory()
         self.folder = new_run_folder()
         self._record = RunRecord()
@@ -100,7 +106,7 @@ class LaunchModel(QObject):
         """Switch to another choice; parts that are the same in both keep running."""
         before = self.running
         self._begin(LaunchPhase.LAUNCHING, choice)
-        self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
+        self._tasks.run(_LINE, lambda: self._change(choice, before), self._take_plan,
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
 
     def adopt(self, choice: Choice) -> None:
@@ -152,10 +158,23 @@ class LaunchModel(QObject):
         self._launched.start(plan)
         return plan
 
-    def _change(self, choice: Choice) -> Plan:
+    def _change(self, choice: Choice, before: Optional[Choice]) -> Plan:
         plan = _plan(choice)
-        self._launched.change(plan)
+        keep = [BAG_PART] if before is not None and self._takes_topics(plan, choice, before) else []
+        self._launched.change(plan, keep)
+        if keep:
+            self._launched.adopt(plan)
         return plan
+
+    def _takes_topics(self, plan: Plan, choice: Choice, before: Choice) -> bool:
+        """Return whether the running recorder has taken the topics of other devices.
+
+        Restarted, it would lose what it has in memory, also of the devices that stay.
+        """
+        is_same = (choice.mode is before.mode is Mode.REALTIME and choice.cell == before.cell
+                   and choice.bag_folder == before.bag_folder)
+        return (is_same and BAG_PART in plan.parts and BAG_PART in self._launched.differing(plan)
+                and self._watch(recorded_topics(choice.devices)))
 
     def _take_plan(self, plan: Plan) -> None:
         self.warnings = tuple(plan.warnings)
