@@ -264,7 +264,7 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
             for device, label, text, since_s in departed]
 
 
-DATA_ENDED, QUIT = 'the data ended', 'the nodes were quit'
+NO_DATA, QUIT = 'no data', 'the nodes were quit'
 
 
 def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
@@ -272,7 +272,7 @@ def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
 
     ``lost`` are values that no longer arrive: whether their conditions persist is unknown.
     """
-    return DATA_ENDED if condition.told_by and condition.told_by in lost else condition.end
+    return NO_DATA if condition.told_by and condition.told_by in lost else condition.end
 
 
 def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:

@@ -377,8 +377,8 @@ class Viewer:
 
     def _take_left_out(self, counts: Dict[str, int]) -> None:
         names = ', '.join(sorted(_printable(it) for it in counts))
-        self._tell('thin', f'the link does not carry all of {names}: what is old, or too large, '
-                   'is left out'
+        self._tell('thin', f'the link, or one of the computers, is too slow for all of {names}: '
+                   'what is old, or too large, is left out'
                    if names else ('the link carries everything' if 'thin' in self._said else ''))
 
     def _step(self) -> None:

@@ -209,7 +209,7 @@ def test_a_limit_of_which_nobody_says_anything_any_more_is_not_over(stand: Stand
     stand.now_s += 6.0  # its node hangs: the state is not repeated
     stand.warnings.look()
     assert stand.model.events[-1].text == (
-        'arm: edge is above 335, up to 424: the data ended after 8.0 s')
+        'arm: edge is above 335, up to 424: no data after 8.0 s')
     stand.beyond(True)
     stand.beyond(False)
     assert stand.model.events[-1].text.endswith(': over after 2.0 s')
@@ -230,7 +230,7 @@ def test_a_restart_is_no_new_alarm_of_old_values(stand: Stand) -> None:
     restart(stand)
     assert [it.text.partition(': ')[2] for it in stand.model.events] == [
         'edge is above 335, up to 424',
-        'edge is above 335, up to 424: the data ended after 3.0 s']
+        'edge is above 335, up to 424: no data after 3.0 s']
     stand.beyond(True)
     assert len(stand.model.events) == 3
 
@@ -256,7 +256,7 @@ def test_a_restart_ends_no_silence(stand: Stand) -> None:
     assert 'data resumed' in stand.model.events[-1].text
 
 
-@pytest.mark.parametrize('lost, end', [([], 'over'), (['kinect'], 'the data ended')])
+@pytest.mark.parametrize('lost, end', [([], 'over'), (['kinect'], 'no data')])
 def test_an_object_that_the_sensor_cannot_see_any_more_is_not_gone(
         stand: Stand, lost: List[str], end: str) -> None:
     seen_object = SeenObject(1, 'arm/hand', 0.3, (0.2, 0.2, 0.2), Level.BAD)
@@ -270,7 +270,7 @@ def test_what_was_wrong_in_the_live_cell_is_not_over_in_playback(stand: Stand) -
     stand.beyond(True)
     stand.launch.running = replace(stand.launch.running, mode=Mode.PLAYBACK)
     stand.launch.changed.emit()
-    assert stand.model.events[-1].text.endswith(': the data ended after 2.0 s')
+    assert stand.model.events[-1].text.endswith(': no data after 2.0 s')
 
 
 def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> None:

@@ -115,7 +115,7 @@ class TestOpening:
         assert bench.session.paths == (path,) and bench.model.foreign_paths == (other,)
         assert bench.model.foreign_note == (
             'other.bag has no topic of the ticked devices. It is from another cell. '
-            'a.bag stays open and is played.')
+            'a.bag stays open.')
         bench.model.add_mark(5.0, 'here')
         bench.qtbot.waitUntil(lambda: PlacedMark(5.0, 'here') in bench.marks)
         assert not Path(marks_path(other)).exists()

@@ -275,7 +275,7 @@ def test_it_is_an_alarm() -> None:
     stand.model.set_departed([('arm', 'tool force', '+4.3 N above range', since_s)])
     stand.model.set_departed([], {('arm', 'tool force')})
     assert stand.model.events[-1].text == (
-        'arm: tool force out of range: the data ended after 5.0 s')
+        'arm: tool force out of range: no data after 5.0 s')
     rmtree(stand.launch.folder)
 
 

@@ -29,10 +29,12 @@ def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str
     dialog.button.click()
     qtbot.waitUntil(lambda: 'color' in dialog.lines.toPlainText())
     assert dialog.lines.toPlainText().splitlines() == [
-        'process_visualizer cell view --master=-x', 'no \\x1b[31mcolor']
+        'Looking for the cell on -x…', 'process_visualizer cell view --master=-x',
+        'no \\x1b[31mcolor']
     assert dialog.button.text() == 'Stop watching'
     dialog.button.click()
     qtbot.waitUntil(lambda: dialog.lines.toPlainText().endswith('\nWatching has ended.'))
+    assert 'crash' not in dialog.lines.toPlainText()
     assert not dialog.is_watching
     assert dialog.button.text() == 'Watch'
     assert dialog.host.isEnabled()

@@ -157,7 +157,7 @@ class SecondLauncher(QObject):
 _EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
                 'an RViz of its own; nothing is changed in it. There it has to be started with '
                 '--remote (see docs/remote.md).')
-_ENDED = 'Watching has ended.'
+_LOOKING, _ENDED = 'Looking for the cell on {}…', 'Watching has ended.'
 _MAX_LINES = 500
 
 
@@ -196,8 +196,8 @@ class WatchDialog(QDialog):
         self.button.setDefault(True)
         self.lines, self._process = _command(self, 'watch_lines', self._read, self._update)
         self._process.finished.connect(lambda *_: self.lines.appendPlainText(_ENDED))
-        self._process.errorOccurred.connect(
-            lambda *_: self.lines.appendPlainText(self._process.errorString()))
+        self._process.errorOccurred.connect(self._take_error)
+        self._is_stopping = False
         self.button.clicked.connect(self._toggle)
         self._meaning = MeaningGuard(self.button)
         self.host.textChanged.connect(self._update)
@@ -232,11 +232,18 @@ class WatchDialog(QDialog):
 
     def _toggle(self) -> None:
         if self.is_watching:
+            self._is_stopping = True
             self._process.terminate()
             return
         host = self.host.text().strip()
-        self.lines.clear()
+        self._is_stopping = False
+        self.lines.setPlainText(_LOOKING.format(host))
         self._process.start(self._program, [PACKAGE, 'cell', 'view', f'--master={host}'])
+
+    def _take_error(self, _error: object) -> None:
+        """Report why the command ended; stopped before it listens, it ends by the signal."""
+        if not self._is_stopping:
+            self.lines.appendPlainText(self._process.errorString())
 
     def _read(self) -> None:
         for line in output_lines(self._process):

@@ -15,8 +15,8 @@ from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
-    DATA_ENDED,
     MASTER,
+    NO_DATA,
     QUIT,
     cloud_conditions,
     conflict_conditions,
@@ -177,7 +177,7 @@ class AlarmsModel(QObject):
         if not is_up or (condition.part and condition.part not in self._launch.reports):
             return QUIT
         if condition.told_by and running is not None and running.mode is Mode.PLAYBACK:
-            return DATA_ENDED  # the condition was of the live cell
+            return NO_DATA  # the condition was of the live cell
         lost: Set[Tuple[str, ...]] = {*self._states.lapsed_warnings(), *self._lost_channels,
                                       *self._lost_sensors}
         return end_words(condition, lost)

@@ -403,7 +403,7 @@ class BagModel(QObject):
         if not self.foreign_paths:
             return ''
         played = '' if self._aside is None else (
-            f' {os.path.basename(self.session.paths[0])} stays open and is played.')
+            f' {os.path.basename(self.session.paths[0])} stays open.')
         return (f'{os.path.basename(self.foreign_paths[0])} has no topic of the ticked devices. '
                 f'It is from another cell.{played}')
 

@@ -326,8 +326,9 @@ class FinishedRun(NamedTuple):
 
     @property
     def is_good_in_part(self) -> bool:
-        """Return whether only a part of the run was judged, and nothing was out of range in it."""
-        return not self.is_good and self._replace(seen_from_s=None, unjudged=()).is_good
+        """Return whether a part of the run was not judged, or missing, and the rest was in range."""
+        return not self.is_good and self._replace(
+            seen_from_s=None, unjudged=(), broken_off_s=None).is_good
 
     @property
     def verdict(self) -> str:
