@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
 import time
 from pathlib import Path
 from typing import Any, List
@@ -120,6 +121,21 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
     second._is_asking = False  # RViz is shown
     with qtbot.waitSignal(second.ended):
         second.stale.findChild(QAbstractButton, 'stop_looking_on').click()
+
+
+def test_a_launcher_that_ends_leaves_its_place(qtbot: Any) -> None:
+    other = subprocess.Popen(['sleep', '600'])
+    second = SecondLauncher(owner(user='anna')._replace(process_id=other.pid))
+    second._look_at_owner()
+    assert second.start.isHidden() and 'controls the cell' in second.box.text()
+    other.kill()
+    other.wait()
+    second._look_at_owner()
+    assert second.box.text() == 'The other launcher has ended.'
+    assert second.look_on.isHidden() and not second.start.isHidden()
+    with qtbot.waitSignal(second.ended):
+        second.start.click()
+    assert second.restarts
 
 
 def test_why_one_cannot_look_on(qtbot: Any) -> None:

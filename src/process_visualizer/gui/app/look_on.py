@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Callable, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
-from PyQt5.QtCore import QObject, QProcess, Qt, pyqtSignal
+from PyQt5.QtCore import QObject, QProcess, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QImage, QPixmap
 from PyQt5.QtWidgets import (
     QComboBox,
@@ -30,6 +30,7 @@ from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 from process_visualizer.launching.cell_owner import CELL_NODES, CellOwner
 from process_visualizer.launching.cell_watch import MASTER_OTHER, CellLook, CellWatch
+from process_visualizer.launching.run_record import start_time
 from process_visualizer.ros_names import PACKAGE, RVIZ
 from process_visualizer.rviz.views import onlooker_view, read_view
 from process_visualizer.rviz.window_geometry import Rectangle, moved_aside
@@ -38,6 +39,8 @@ from process_visualizer.shown_text import shown
 _NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
 _LOOK_ON = 'You can look on: an RViz that shows the same and changes nothing.'
 _ELSEWHERE = '"rosrun process_visualizer cell view" shows it here, and changes nothing in it.'
+_OWNER_ENDED = 'The other launcher has ended.'
+_LOOK_MS = 1000
 _OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to another port.'
 
 
@@ -67,9 +70,18 @@ class SecondLauncher(QObject):
         self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
         self.look_on.setObjectName('look_on')
         self.look_on.setEnabled(self._is_launched)
+        self.start: QPushButton = self.box.addButton('Start here', QMessageBox.AcceptRole)
+        self.start.setObjectName('start_here')
+        self.restarts = False
+        """Whether the user wants this launcher to start, as the other one has ended."""
         self.box.addButton(QMessageBox.Close)
         self.box.finished.connect(self._answered)
+        self._owner_began = start_time(owner.process_id) if owner.user else None
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look_at_owner)
+        self._timer.start()
         self.box.open()
+        self.start.hide()  # Qt has shown it
         self._is_asking = True
         print(owner.text, file=sys.stderr, flush=True)
 
@@ -106,6 +118,15 @@ class SecondLauncher(QObject):
             self._folder.cleanup()
             self.ended.emit()
 
+    def _look_at_owner(self) -> None:
+        """Offer to start in place of a launcher on this computer that has ended."""
+        if self._is_asking and self._owner_began is not None and (
+                start_time(self._owner.process_id) != self._owner_began):
+            self._timer.stop()
+            self.box.setText(_OWNER_ENDED)
+            self.look_on.hide()
+            self.start.show()
+
     @property
     def _view(self) -> str:
         return os.path.join(self._owner.folder, RVIZ_FILE)
@@ -121,6 +142,8 @@ class SecondLauncher(QObject):
 
     def _answered(self, _code: int) -> None:
         self._is_asking = False
+        self._timer.stop()
+        self.restarts = self.box.clickedButton() is self.start
         if self.box.clickedButton() is self.look_on:
             self._start()
         else:

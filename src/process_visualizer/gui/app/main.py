@@ -108,6 +108,8 @@ def _look_on(app: QApplication, owner: CellOwner) -> int:
     second.ended.connect(app.quit)
     code = app.exec_()
     signals.close()
+    if second.restarts:
+        os.execv(sys.executable, [sys.executable, *sys.argv])
     return int(code)
 
 
