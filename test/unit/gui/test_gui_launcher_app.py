@@ -341,7 +341,7 @@ def test_the_window_is_not_closed_while_a_recording_goes_on_unless_that_is_wante
         assert window.isVisible()
         question = window.findChild(QMessageBox, 'question')
         assert question.text() == (
-            'A recording is in progress. Finish it, quit all nodes and close?')
+            'A recording is in progress. Finish and keep it, quit all nodes and close?')
         (question.button(button) or window.findChild(QAbstractButton, 'yes')).click()
         assert window.isVisible() is is_open
         qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
@@ -374,7 +374,8 @@ def test_what_is_not_saved_is_asked_about_when_the_window_closes(
     window.close()
     question = window.findChild(QMessageBox, 'question')
     assert question.text() == ('Not saved: the pose of kinect and the crop box of kinect. '
-                               'Close without saving?')
+                               'Close without saving the pose of kinect and the crop box of '
+                               'kinect?')
     assert question.defaultButton() is question.button(QMessageBox.Cancel)
     answer(window, qtbot, is_yes=False)
     assert window.isVisible() and launcher.calibration.pose.xyz[0] == 0.5
@@ -497,7 +498,7 @@ def test_quitting_asks_while_something_is_recorded(
     for is_yes in (False, True):
         quitting.command.quit()
         assert quitting.question() == (
-            'A recording is in progress. Finish it and quit all nodes?')
+            'A recording is in progress. Finish and keep it and quit all nodes?')
         assert window.findChild(QAbstractButton, 'yes').text() == 'Finish and quit'
         answer(window, qtbot, is_yes)
         quitting.wait(GRACE_S + 0.1)

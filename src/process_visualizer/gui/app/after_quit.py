@@ -68,9 +68,9 @@ class AfterQuit(QObject):
         is_writing = self._launcher.compare.is_writing
         stakes = ['A run that is shared is still being written.'] * is_writing + self._at_stake()
         if stakes and not self._is_leaving:
-            is_unsaved = bool(self._launcher.unsaved.unsaved)
-            self._ask(stakes, 'close without saving' if is_unsaved else 'close',
-                      'Close without saving' if is_unsaved else 'close',
+            unsaved = self._launcher.unsaved.unsaved
+            self._ask(stakes, f'close without saving {listing(unsaved)}' if unsaved
+                      else 'close', 'close without saving this' if unsaved else 'close',
                       self._leave_without_saving)
         else:
             self.leave()
@@ -123,7 +123,7 @@ class AfterQuit(QObject):
 
     def _ask(self, stakes: Sequence[str], last: str, yes: str, action: Callable[[], None]) -> None:
         is_recording = self._launcher.recording.is_recording
-        acts = ['finish it'] * is_recording + \
+        acts = ['finish and keep it'] * is_recording + \
             ['quit all nodes'] * (not self._launcher.launch.is_idle or is_recording) + \
             [last] * bool(last)
         question = ask(self._window, f'{" ".join(stakes)} {sentence(listing(acts))}?',

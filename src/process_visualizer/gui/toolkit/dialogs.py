@@ -47,7 +47,7 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the operator presses the button with the text ``yes``.
 
-    ``otherwise`` is called if the question is closed in any other way.
+    The question stays above RViz, and takes the keyboard from it. ``otherwise`` is called if the question is closed in any other way.
 
     Returns the open dialog, so that a question can be closed when it is no longer needed.
     """
@@ -58,7 +58,9 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
     accept.clicked.connect(lambda: action())
     box.addButton(QMessageBox.Cancel)
     box.finished.connect(lambda _code: None if box.clickedButton() is accept else otherwise())
+    box.setWindowFlag(Qt.WindowStaysOnTopHint)
     box.open()
+    box.activateWindow()
     return box
 
 
