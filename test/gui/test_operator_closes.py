@@ -35,7 +35,8 @@ def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
     start_recording(operator)
     operator.window.close()
     assert operator.window.isVisible()
-    assert 'Finish and keep it, quit all nodes and close?' in operator.widget('question', QMessageBox).text()
+    assert 'Finish and keep it, quit all nodes and close?' in operator.widget(
+        'question', QMessageBox).text()
     assert operator.text('yes') == 'Finish and close'
     operator.click('yes')
     operator.wait(lambda: not operator.window.isVisible(), 'the window closes')

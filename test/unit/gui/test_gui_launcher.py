@@ -2,6 +2,8 @@
 """The program without its window: what can be launched, and what would change."""
 from __future__ import annotations
 
+import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Iterator, List
 
@@ -198,6 +200,17 @@ def test_the_status_says_why_the_button_launches_nothing(loaded: Launcher) -> No
     loaded.cell.tick_only({'oven'})
     run(loaded)
     assert 'Cannot launch' not in loaded.status()
+
+
+def test_the_status_says_that_the_nodes_are_those_of_another_file(loaded: Launcher) -> None:
+    """Their errors say nothing about the cell that is shown."""
+    run(loaded)
+    running = loaded.launch.running
+    assert running is not None and 'press Apply' not in loaded.status()
+    loaded.launch.running = replace(running, cell=replace(running.cell, file='/old/press.xml'))
+    assert loaded.status().splitlines()[-1] == (
+        'The nodes are still those of press.xml: press Apply to launch those of '
+        f'{os.path.basename(running.cell.file)}.')
 
 
 def test_all_files_of_a_split_recording_are_played(loaded: Launcher,

@@ -57,6 +57,7 @@ from process_visualizer.launching.ros_master import RosMasterError
 # The status line, in the thesis' words (figures 5.2 to 5.4).
 
 _MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
+_OTHER_CELL = 'The nodes are still those of {}: press Apply to launch those of {}.'
 _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
               RecordingPhase.RECORDING: 'Recording',
               RecordingPhase.STOPPING: 'Finishing the recording'}
@@ -320,6 +321,10 @@ class Launcher(QObject):
             else player_activity(self.session.player, self.playback.state.is_silent,
                                  self.session.has_ended(BAG_PART)))
         trouble = self.states.trouble(() if running is None else running.devices)
+        cell = self.session.cell
+        if running is not None and cell is not None and running.cell.file != cell.file:
+            activity, trouble = '', Line(Level.WARNING, _OTHER_CELL.format(
+                os.path.basename(running.cell.file), os.path.basename(cell.file)))
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         reason = self.blocked_reason() if self.launch.is_idle else ''
         if reason and not self.master.is_lost:

@@ -47,7 +47,8 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the operator presses the button with the text ``yes``.
 
-    The question stays above RViz, and takes the keyboard from it. ``otherwise`` is called if the question is closed in any other way.
+    The question stays above RViz, and takes the keyboard from it. ``otherwise`` is called if it is
+    closed in any other way.
 
     Returns the open dialog, so that a question can be closed when it is no longer needed.
     """

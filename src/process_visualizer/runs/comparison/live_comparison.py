@@ -326,7 +326,7 @@ class FinishedRun(NamedTuple):
 
     @property
     def is_good_in_part(self) -> bool:
-        """Return whether a part of the run was not judged, or missing, and the rest was in range."""
+        """Return whether a part of the run is missing or not judged, and the rest was in range."""
         return not self.is_good and self._replace(
             seen_from_s=None, unjudged=(), broken_off_s=None).is_good
 
