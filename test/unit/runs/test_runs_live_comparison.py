@@ -135,7 +135,8 @@ def test_how_long_values_were_missing_is_counted_once(learned: LiveComparison) -
                                             reference_s[shown], since_s).values())
         since_s = learned.judged_until_s(times_s[shown])
     assert counted_s == pytest.approx(2.3, abs=0.1)  # with what is beside the gap
-    whole_s = learned.unjudged_s(times_s, {}, reference_s, EPOCH_S)
+    assert not learned.unjudged_s(times_s, {}, reference_s, EPOCH_S), 'it has no live curve'
+    whole_s = learned.unjudged_s(times_s, {}, reference_s, EPOCH_S, [KEY])
     assert whole_s[FORCE.name] == pytest.approx(8.5, abs=0.1)
     sparse = np.where(np.arange(len(values)) % 5 == 0, window(9.0)[1], np.nan)
     assert not learned.unjudged_s(times_s, {KEY: sparse}, reference_s, EPOCH_S)

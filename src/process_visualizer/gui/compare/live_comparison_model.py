@@ -294,7 +294,7 @@ class LiveComparisonModel(QObject):
             self._runs.lose()
         elif self._runs is not None and self._has_common:
             self._runs.judge(self._departures, comparison.unjudged_s(
-                times_s, values, self._history.at(times_s), since_s))
+                times_s, values, self._history.at(times_s), since_s, self._live.keys))
         elif self._runs is not None:  # a run without common channels is not of this cell
             over = self._runs.end()
             self._finish(over if over is not None and over.is_judged else None)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import List, Optional, Protocol, Sequence, Tuple
+from typing import FrozenSet, List, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveCurves, LiveWindow, RecentPart
 from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
@@ -102,6 +103,11 @@ class LiveCurvesModel(QObject):
     def window(self) -> Optional[LiveWindow]:
         """Return the values to show; None before the first message."""
         return self._window
+
+    @property
+    def keys(self) -> FrozenSet[Tuple[str, str]]:
+        """Return device and label of all curves that the running devices can have."""
+        return frozenset((it.device, it.channel_label) for it in curve_sources(self._devices))
 
     @property
     def duration_s(self) -> float:

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import json
 from types import MappingProxyType
-from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import (
+    Any,
+    Collection,
+    Dict,
+    FrozenSet,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+)
 
 import numpy as np
 
@@ -121,8 +132,11 @@ class LiveComparison:
                          if it is None or not np.isfinite(it.middle).all())
 
     def unjudged_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
-                   reference_s: np.ndarray, since_s: float) -> Dict[str, float]:
+                   reference_s: np.ndarray, since_s: float,
+                   expected: Collection[Key] = ()) -> Dict[str, float]:
         """Return for how long [s] channels could not be judged, by name, for lack of values.
+
+        Channels without any values count if they are ``expected``; others have no live curve.
 
         What came in the last half second is left out, as later values complete it; so is what was
         before ``since_s``. The rest is as for ``departures``.
@@ -130,6 +144,8 @@ class LiveComparison:
         is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s))
         found = {}
         for key, signal in self._signals.items():
+            if key not in values and key not in expected:
+                continue
             limits = self._limits_at(key, reference_s)
             has_band = is_asked & (False if limits is None else np.isfinite(limits.middle))
             lacks = _lacks_values(signal, times_s, values[key]) if key in values else has_band
