@@ -188,6 +188,14 @@ def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared
     compared.model.restore([*compared.model.settings(), compared.model.settings()[0]])
     assert len(rows()) == before + 1
     assert panel.finished.topLevelItem(1) is chosen is panel.finished.currentItem()
+    bar = panel.finished.verticalScrollBar()
+    compared.model.restore(40 * compared.model.settings()[:1])
+    panel.show()
+    qtbot.waitUntil(lambda: 0 < bar.maximum() == bar.value())
+    bar.setValue(3)
+    compared.model.restore(41 * compared.model.settings()[:1])
+    qtbot.waitUntil(lambda: bar.maximum() > 3)
+    assert bar.value() == 3, 'somebody reads there'
     panel.set_live(False)
     assert panel.finished.isHidden()
 

@@ -100,6 +100,7 @@ class ComparePanel(QWidget):
         self.runs = _RowsTree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.finished = _RowsTree('finished_runs', ('Live run', 'Length', 'Verdict'),
                                   _DEPARTURES_PX)
+        self.finished.keep_end_in_sight()
         self._finished: Sequence[FinishedRun] = ()
         self.departures = _RowsTree('departures', ('What differed', 'From', 'By how much'),
                                     _DEPARTURES_PX)
@@ -357,7 +358,7 @@ class _RowsTree(QTreeWidget):
 
     def __init__(self, name: str, head: Sequence[str], least_px: int) -> None:
         super().__init__()
-        self._takes_room = False
+        self._takes_room = self._is_at_end = False
         self.setItemDelegate(_NameDelegate(self))
         self.setMinimumHeight(least_px)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
@@ -380,13 +381,18 @@ class _RowsTree(QTreeWidget):
         self._fit()
 
     def add_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
-        """Add rows below the others, in sight if the last one was."""
-        bar = self.verticalScrollBar()
-        was_at_end = bar.value() == bar.maximum()
+        """Add rows below the others; the end stays in sight unless it was scrolled away."""
         self.addTopLevelItems(list(items))
         self._fit()
-        if was_at_end:
-            self.scrollToBottom()
+
+    def keep_end_in_sight(self) -> None:
+        """Follow the last row, also of rows that were added while the list was hidden."""
+        bar, self._is_at_end = self.verticalScrollBar(), True
+        bar.valueChanged.connect(self._note_end)
+        bar.rangeChanged.connect(lambda _least, most: self._is_at_end and bar.setValue(most))
+
+    def _note_end(self, value: int) -> None:
+        self._is_at_end = value == self.verticalScrollBar().maximum()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Divide the room among the columns again."""
