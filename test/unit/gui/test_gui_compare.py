@@ -332,6 +332,22 @@ def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch
     assert stand.ghosts == [] and len(stand.followed) == 4
 
 
+def test_only_running_robots_have_a_ghost(stand: Stand, monkeypatch: Any) -> None:
+    """RViz has no frames of the others."""
+    reference, followed = follow_arm(monkeypatch), []
+    monkeypatch.setattr(ghost_model, 'live_reference', lambda cell, _run: (
+        followed.append([it.name for it in cell.devices]) or reference))
+    run(stand.session, Mode.REALTIME)
+    stand.find()
+    stand.tick(0)
+    stand.compare()
+    names = [it.name for it in stand.session.chosen]
+    stand.session.choose(stand.session.chosen[:1])
+    run(stand.session, Mode.REALTIME)
+    stand.tasks.end_all()
+    assert followed == [names, names[:1]] and len(names) > 1
+
+
 def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand: Stand) -> None:
     stand.panel.set_live(True)
     assert stand.panel.state.text().startswith('Add a recording with good runs')

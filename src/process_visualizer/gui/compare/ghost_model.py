@@ -2,11 +2,12 @@
 """The ghost: the reference run moves beside the robots, recorded or live."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Callable, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Cell, Device, Mode
 from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
@@ -54,6 +55,7 @@ class GhostModel(QObject):
         self._tasks, self._compare, self._session = tasks, compare, session
         self._show, self._follow_live = show, follow
         self._mode: Optional[Mode] = None
+        self._devices: Tuple[Device, ...] = ()  # that run: the others have no frames
         self._is_wanted = True
         self._shown: Tuple[Optional[Compared], bool] = (None, True)
         self._may_draw = self._is_unsure = False
@@ -76,9 +78,12 @@ class GhostModel(QObject):
         mode = self._session.running_mode
         if not self._session.runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART):
             mode = None
-        if mode is not self._mode:  # the node may have ended, or may still show earlier tracks
+        running = self._session.running
+        devices = () if running is None else running.devices
+        if mode is not self._mode or devices != self._devices:
+            # the node may have ended, or may still show earlier tracks
             self._shown, self._is_unsure = (None, True), self._may_draw
-        self._mode = mode
+        self._mode, self._devices = mode, devices
         self._follow()
 
     def _follow(self) -> None:
@@ -102,15 +107,19 @@ class GhostModel(QObject):
 
     def _ghost(self, compared: Optional[Compared]
                ) -> Tuple[Tuple[GhostTrack, ...], Tuple[ReferenceArrow, ...]]:
-        cell = self._session.cell
+        cell = self._running_cell()
         if compared is None or cell is None:
             return (), ()
         wanted = cell, compared.good.reference, self._compare.of_recording, robot_models(cell)
         return ghost_tracks(*wanted), ghost_arrows(*wanted)
 
+    def _running_cell(self) -> Optional[Cell]:
+        cell = self._session.cell
+        return None if cell is None else replace(cell, devices=self._devices)
+
     def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
         """Run in the line of tasks."""
-        cell, reference = self._session.cell, LiveReference(())
+        cell, reference = self._running_cell(), LiveReference(())
         if compared is not None and cell is not None:
             reference = live_reference(cell, compared.good.reference)
             if not reference.tracks:
