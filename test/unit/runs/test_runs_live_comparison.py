@@ -12,6 +12,7 @@ from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
     LiveComparison,
     LiveDeparture,
+    _lacks_values,
     beyond_text,
     departure_text,
 )
@@ -140,6 +141,19 @@ def test_how_long_values_were_missing_is_counted_once(learned: LiveComparison) -
     assert whole_s[FORCE.name] == pytest.approx(8.5, abs=0.1)
     sparse = np.where(np.arange(len(values)) % 5 == 0, window(9.0)[1], np.nan)
     assert not learned.unjudged_s(times_s, {KEY: sparse}, reference_s, EPOCH_S)
+
+
+def test_a_variable_that_is_sent_when_it_changes_lacks_nothing() -> None:
+    variable = FORCE._replace(kind=SignalKind.VARIABLE)
+    times_s = np.arange(0.0, 20.0, 1.0 / RATE_HZ)
+    once, changes = np.full((2, len(times_s)), np.nan)
+    once[100] = 1.0
+    changes[200:230] = changes[700:720] = 1.0
+    for values in (once, changes):
+        assert not _lacks_values(variable, times_s, values).any()
+        assert _lacks_values(FORCE, times_s, values).any()
+    steady = np.where((times_s > 8.0) & (times_s < 12.0), np.nan, 1.0)
+    assert _lacks_values(variable, times_s, steady)[450:550].all()
 
 
 def test_values_beside_a_gap_are_not_judged(learned: LiveComparison) -> None:

@@ -214,8 +214,9 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
     known = np.isfinite(values)
     known_s = times_s[known]
     usual_s = period_s(known_s)
+    is_steady = signal.kind in (SignalKind.FORCE, SignalKind.SPEED)
     if usual_s <= 0.0:
-        return ~known
+        return ~known & is_steady
     # in columns, there are steps of several; a robot at rest has a speed only now and then
     gaps = data_gaps(np.append(known_s, times_s[-1]), max(usual_s, _MIN_PERIOD_S))
     lacks = inside(times_s, gaps, _AROUND_GAPS_S)
@@ -223,7 +224,6 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
         rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
         counts = moving_mean(known.astype(float), 2 * rows)
         lacks |= counts < _MIN_SHARE * np.median(counts[known])
-    is_steady = signal.kind in (SignalKind.FORCE, SignalKind.SPEED)
     since_first = lacks[int(known.argmax()):]
     if not is_steady and since_first.mean() > _MAX_LACKING:
         return np.zeros(len(values), bool)
