@@ -156,6 +156,14 @@ def test_a_variable_that_is_sent_when_it_changes_lacks_nothing() -> None:
     assert _lacks_values(variable, times_s, steady)[450:550].all()
 
 
+@pytest.mark.parametrize('rate_hz', [1.3, 1.9, 5.0, 10.0])
+def test_a_slow_sensor_lacks_nothing(rate_hz: float) -> None:
+    times_s = np.arange(0.0, 20.0, 1.0 / RATE_HZ)
+    values = np.full(len(times_s), np.nan)
+    values[np.round(np.arange(0.0, 19.9, 1.0 / rate_hz) * RATE_HZ).astype(int)] = 1.0
+    assert not _lacks_values(FORCE, times_s, values).any()
+
+
 def test_values_beside_a_gap_are_not_judged(learned: LiveComparison) -> None:
     times_s, values, reference_s = window(8.0, 3.0, from_s=7.2)
     values[(reference_s > 7.3) & (reference_s < 7.9)] = np.nan

@@ -34,7 +34,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
 )
 from process_visualizer.runs.run import Key
-from process_visualizer.runs.series import data_gaps, inside, moving_mean, period_s
+from process_visualizer.runs.series import inside, moving_mean, period_s
 
 _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
@@ -48,8 +48,11 @@ _MIN_SHARE = 0.45
 """Minimum number of columns with values in twice the time of a mean, as a share of the usual one.
 
 At a rate like that of the columns, half of them have two values, and the others none."""
-_MIN_PERIOD_S = 0.04
-"""Period of a channel whose gaps are of 0.2 s; that of faster ones is not known better [s]."""
+_MISSED, _MIN_GAP_S = 5.0, 0.2
+"""Number of usual periods without values that make a gap, and minimum duration of one [s].
+
+A robot at rest has a speed only every 0.1 s.
+"""
 _MAX_LACKING = 0.5
 """Share of the time in gaps from which on a variable is one that is sent when it changes."""
 _MAX_BANDS_TEXT = 200_000
@@ -217,9 +220,10 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
     is_steady = signal.kind in (SignalKind.FORCE, SignalKind.SPEED)
     if usual_s <= 0.0:
         return ~known & is_steady
-    # in columns, there are steps of several; a robot at rest has a speed only now and then
-    gaps = data_gaps(np.append(known_s, times_s[-1]), max(usual_s, _MIN_PERIOD_S))
-    lacks = inside(times_s, gaps, _AROUND_GAPS_S)
+    edges_s = np.append(known_s, times_s[-1])
+    begins = np.flatnonzero(np.diff(edges_s) > max(_MISSED * usual_s, _MIN_GAP_S))
+    lacks = inside(times_s, np.stack([edges_s[begins], edges_s[begins + 1]], axis=1),
+                   _AROUND_GAPS_S)
     if signal.kind is SignalKind.FORCE and usual_s < 2.0 * step_s:
         rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
         counts = moving_mean(known.astype(float), 2 * rows)
