@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import deque
-from typing import Deque, List, Optional, Sequence, Tuple
+from typing import Deque, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -60,6 +60,7 @@ def holes(times_s: np.ndarray, quick_s: float) -> np.ndarray:
 
 
 _MAX_SILENT = 0.3  # of the time
+_KEPT_SILENCES = 100
 
 
 class CommonSilences:
@@ -74,7 +75,8 @@ class CommonSilences:
         self._quick_s = quick_s
         self._first_s: Optional[float] = None
         self._last_s = self._silent_s = 0.0
-        self._ends_s: List[float] = []
+        self._ends_s: Deque[float] = deque(maxlen=_KEPT_SILENCES)
+        self._forgotten = 0
 
     def add(self, times_s: np.ndarray) -> None:
         """Add the arrivals (n,) of messages of any topic [s], in any order, none twice."""
@@ -87,13 +89,15 @@ class CommonSilences:
         self._last_s = max(self._last_s, float(times_s[-1]))
         silent = intervals_s > self._quick_s
         self._silent_s += float(intervals_s[silent].sum())
-        self._ends_s.extend(times_s[silent].tolist())
+        for end_s in times_s[silent].tolist():
+            self._forgotten += len(self._ends_s) == _KEPT_SILENCES
+            self._ends_s.append(end_s)
 
     def before(self, time_s: float) -> int:
         """Return the number of silences before a time [s]; 0 if they are a habit."""
         if self._first_s is None or self._silent_s > _MAX_SILENT * (self._last_s - self._first_s):
             return 0
-        return bisect_right(self._ends_s, time_s)
+        return self._forgotten + bisect_right(self._ends_s, time_s)
 
 
 class SendingHabit:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Iterator, List
 
 import pytest
@@ -15,10 +16,11 @@ from session_stand import play
 from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
+from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.generate.choice import RvizStart
-from process_visualizer.generate.plan import BAG_PART
+from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.after_quit import AfterQuit
-from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher import Launcher, _takes_topics
 from process_visualizer.gui.app.main import words_to_go_on
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
@@ -256,6 +258,36 @@ def test_a_recording_of_another_cell_does_not_end_the_player(
     assert loaded.blocked_reason() == 'foreign.bag has no topic of the ticked devices'
     loaded.session.set_mode(Mode.REALTIME)
     assert loaded.blocked_reason() == ''
+
+
+def test_a_recording_of_a_cell_that_does_not_run_yet_waits_for_apply(
+        loaded: Launcher, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The player was restarted with the old cell's topics: "nothing can be played"."""
+    applied: List[Any] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    play(loaded.session, '/a.bag')
+    loaded.session.set_mode(Mode.PLAYBACK)
+    loaded.master.is_connected = True
+    run(loaded)
+    running = loaded.launch.running
+    assert running is not None
+    loaded.session.set_run(replace(running, cell=replace(running.cell, file='/old.xml')), True, {})
+    play(loaded.session, '/b.bag')
+    loaded.bag.chosen.emit()
+    assert applied == []
+    loaded.session.set_run(running, True, {})
+    loaded.bag.chosen.emit()
+    assert [it.bag for it in applied][-1:] == ['/b.bag']
+
+
+def test_a_recorder_that_refuses_other_topics_is_not_restarted(loaded: Launcher) -> None:
+    """Somebody else is recording with it."""
+    def refuse(_topics: Any) -> None:
+        raise RecorderError('/x.bag is being recorded; stop that first')
+
+    link: Any = SimpleNamespace(recorder=SimpleNamespace(watch=refuse))
+    with pytest.raises(PlanError, match='Nothing was changed: /x.bag is being recorded'):
+        _takes_topics(link, ['/a'])
 
 
 def test_the_mode_of_what_runs_is_changed(loaded: Launcher,

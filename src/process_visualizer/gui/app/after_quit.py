@@ -69,9 +69,8 @@ class AfterQuit(QObject):
         stakes = ['A run that is shared is still being written.'] * is_writing + self._at_stake()
         if stakes and not self._is_leaving:
             unsaved = self._launcher.unsaved.unsaved
-            self._ask(stakes, f'close without saving {listing(unsaved)}' if unsaved
-                      else 'close', 'close without saving this' if unsaved else 'close',
-                      self._leave_without_saving)
+            self._ask(stakes, f'close without saving {listing(unsaved)}' if unsaved else 'close',
+                      'close without saving' if unsaved else 'close', self._leave_without_saving)
         else:
             self.leave()
 

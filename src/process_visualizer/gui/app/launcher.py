@@ -12,7 +12,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Device, Mode, changes
-from process_visualizer.clients.bag_recorder import RecorderError
+from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart, Viewers
@@ -81,12 +81,18 @@ def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble
     return '\n'.join(filter(None, [text, compared, worst]))
 
 
-def _watches(link: RosLink, topics: Sequence[str]) -> bool:
-    """Return whether the recorder has taken other topics; it need not be restarted then."""
+def _takes_topics(link: RosLink, topics: Sequence[str]) -> bool:
+    """Return whether the recorder has taken other topics; it need not be restarted then.
+
+    Raises:
+        PlanError: it refuses, as a recording is in progress that a restart would end.
+    """
     try:
         link.recorder.watch(topics)
-    except RecorderError:
+    except RecorderUnreachable:
         return False
+    except RecorderError as error:
+        raise PlanError(f'Nothing was changed: {error}') from error
     return True
 
 
@@ -136,7 +142,7 @@ class Launcher(QObject):
         self.unsaved = UnsavedModel({'the pose': self.calibration, 'the crop box': self.region},
                                     session, self)
         self.new = NewConfigurationModel(tasks, link.look_at_system, self)
-        self.launch = LaunchModel(tasks, session, self, watch=lambda topics: _watches(link, topics))
+        self.launch = LaunchModel(tasks, session, self, watch=lambda topics: _takes_topics(link, topics))
         self.guard = LaunchGuard(tasks, self.launch.launch, parent=self)
         self.mixture = MixtureModel(tasks, session, parent=self)
         self.warnings = WarningsModel(link.warnings, session, self)
@@ -428,10 +434,13 @@ class Launcher(QObject):
         curves.changed.connect(lambda: alarms.set_recorded(curves.alarms))
 
     def _play_other_bag(self) -> None:
-        """Restart the player with another bag; everything else keeps running."""
-        running, paths = self.session.running, self.session.paths
+        """Restart the player with another bag; everything else keeps running.
+
+        A bag of another cell than that which runs waits for *Apply*.
+        """
+        running, paths, cell = self.session.running, self.session.paths, self.session.cell
         if running is not None and running.mode is Mode.PLAYBACK \
-                and paths and paths != (running.bag, *running.further_bags) \
+                and cell is not None and cell.file == running.cell.file and paths and paths != (running.bag, *running.further_bags) \
                 and not self.bag.is_foreign:
             self.launch.apply(self._playing(running))
 

@@ -62,7 +62,7 @@ class LaunchModel(QObject):
                  watch: Callable[[Sequence[str]], bool] = lambda _topics: False) -> None:
         """Take a function that gives the running recorder other topics, and returns if it could.
 
-        It may block.
+        It may block, and raise PlanError if nothing may be changed.
         """
         super().__init__(parent)
         self._tasks, self._clock_s, self._watch = tasks, clock_s, watch
