@@ -142,7 +142,8 @@ class Launcher(QObject):
         self.unsaved = UnsavedModel({'the pose': self.calibration, 'the crop box': self.region},
                                     session, self)
         self.new = NewConfigurationModel(tasks, link.look_at_system, self)
-        self.launch = LaunchModel(tasks, session, self, watch=lambda topics: _takes_topics(link, topics))
+        self.launch = LaunchModel(tasks, session, self,
+                                  watch=lambda topics: _takes_topics(link, topics))
         self.guard = LaunchGuard(tasks, self.launch.launch, parent=self)
         self.mixture = MixtureModel(tasks, session, parent=self)
         self.warnings = WarningsModel(link.warnings, session, self)
@@ -439,9 +440,10 @@ class Launcher(QObject):
         A bag of another cell than that which runs waits for *Apply*.
         """
         running, paths, cell = self.session.running, self.session.paths, self.session.cell
-        if running is not None and running.mode is Mode.PLAYBACK \
-                and cell is not None and cell.file == running.cell.file and paths and paths != (running.bag, *running.further_bags) \
-                and not self.bag.is_foreign:
+        if running is None or cell is None or cell.file != running.cell.file:
+            return
+        if running.mode is Mode.PLAYBACK and paths and not self.bag.is_foreign \
+                and paths != (running.bag, *running.further_bags):
             self.launch.apply(self._playing(running))
 
 
