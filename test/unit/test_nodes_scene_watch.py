@@ -188,6 +188,17 @@ def test_publisher_that_comes_back_with_another_name(watch: Watch, is_killed: bo
     assert watch.words() == 'r: other_2 stopped; this picture is out of date'
 
 
+def test_publisher_that_ends_beside_another_one_is_not_replaced_by_it(watch: Watch) -> None:
+    """The markers of the first one stay in the picture."""
+    watch.processes.running.update(('/first', '/second'))
+    watch.processes.publishers['/r/marker'] = ['/first', '/second']
+    watch.wait(6.0)
+    watch.processes.running.remove('/first')
+    watch.processes.publishers['/r/marker'] = ['/second']
+    watch.wait(6.0)
+    assert watch.words() == 'r: first stopped; this picture is out of date'
+
+
 def test_cloud_that_comes_no_more(watch: Watch) -> None:
     for age_s, words in ((0.7, ''), (2.34, 'c: points 2.3 s old')):
         watch.node.send('/c/points_age', Float32(age_s))

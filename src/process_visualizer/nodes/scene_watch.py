@@ -57,7 +57,7 @@ AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
 NO_CLOUD = 'no cloud comes; the points in the picture are out of date'
 OTHERS_MEANING = 'this picture is out of date'
-MASTER_SILENT = f'{ITSELF}: the ROS master is not responding; robots may stand still'
+ROBOTS_STAND = f'{ITSELF}: the ROS master is not responding; robots may stand still'
 """robot_state_publisher 1.15 asks the master for tf_prefix with each joint state."""
 
 
@@ -79,6 +79,7 @@ class SceneWatch:
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
         self._others: Dict[str, Set[str]] = {}  # the topics of publishers that are not ours
+        self._beside: Dict[str, Set[str]] = {}  # who published the same topics while they lived
         self._replaced: Set[str] = set()  # those that ended, and whose topics have new publishers
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
@@ -148,7 +149,7 @@ class SceneWatch:
         """Return the present problems by device name."""
         found = {device.name: self._problems(device.name) for device in self._devices}
         if self._lookup.is_silent:
-            found[ITSELF].append(MASTER_SILENT)
+            found[ITSELF].append(ROBOTS_STAND)
         return {name: problems for name, problems in found.items() if problems}
 
     def _problems(self, device: str) -> List[str]:
@@ -188,19 +189,25 @@ class SceneWatch:
         self._replace(publishers)
 
     def _replace(self, publishers: Mapping[str, List[str]]) -> None:
-        """Note ended publishers whose topics others publish now; the master may forget them."""
+        """Note ended publishers whose topics new ones publish; the master may forget them.
+
+        One that published beside it already says nothing about its markers, which stay.
+        """
         nodes = self._pulses.nodes
-        present = {topic for topic, names in publishers.items() for it in names
-                   if it in nodes and nodes[it].has_answered and not nodes[it].problem}
+        present = {topic: {it for it in names if it in nodes and nodes[it].has_answered
+                           and not nodes[it].problem} for topic, names in publishers.items()}
         registered = {it for names in publishers.values() for it in names}
         for node, topics in tuple(self._others.items()):
+            beside = self._beside.setdefault(node, set())
             if not nodes[node].problem:
                 self._replaced.discard(node)
-            elif nodes[node].problem == ENDED and topics <= present:
+                beside.update(*(present.get(it, ()) for it in topics))
+            elif nodes[node].problem == ENDED and all(
+                    present.get(it, set()) - beside for it in topics):
                 self._replaced.add(node)
             if node in self._replaced - registered:  # anonymous names never come back
                 self._replaced.discard(node)
-                del self._others[node], nodes[node]
+                del self._others[node], self._beside[node], nodes[node]
                 for meanings in self._meanings.values():
                     if meanings.get(node) == OTHERS_MEANING:
                         del meanings[node]
