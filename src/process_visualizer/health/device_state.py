@@ -43,16 +43,18 @@ class TopicWatch:
         self._usual: Dict[str, _Usual] = {}
 
     def update(self, topic: str, rate_hz: float, silence_s: Optional[float],
-               messages: int, largest_gap_s: float = 0.0) -> TopicActivity:
+               messages: int, largest_gap_s: float = 0.0,
+               is_latched: bool = False) -> TopicActivity:
         """Return the activity for the present counts.
 
         ``messages`` is the number so far, and ``largest_gap_s`` the longest time between two of
-        them (0: unknown); they say what was usual before the first update.
+        them (0: unknown); they say what was usual before the first update. The last message of a
+        latched topic may hold for any time.
         """
         if silence_s is None:
             return TopicActivity(rate_hz, None, False)
         usual = self._usual.setdefault(topic, _Usual())
-        usual.learn(rate_hz, silence_s, messages, largest_gap_s)
+        usual.learn(rate_hz, silence_s, messages, 0.0 if is_latched else largest_gap_s)
         return TopicActivity(rate_hz, silence_s, silence_s > usual.longest_silence_s)
 
 

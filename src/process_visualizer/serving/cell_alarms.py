@@ -93,7 +93,8 @@ class CellAlarms:
             return
         self._recorder = recorder
         self._lines = {it.name: live_line(self._watch.update(
-            it.name, it.rate_hz, it.silence_s, it.messages, it.largest_gap_s), it.is_latched)
+            it.name, it.rate_hz, it.silence_s, it.messages, it.largest_gap_s, it.is_latched),
+            it.is_latched)
             for it in recorder.topics}
 
     def take_objects(self, sensor: str, objects: Sequence[SeenObject], wall_s: float) -> None:

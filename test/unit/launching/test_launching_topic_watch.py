@@ -58,3 +58,7 @@ def test_silence_that_began_before_the_first_look(
         messages: int, largest_gap_s: float, silence_s: float, is_silent: bool) -> None:
     activity = TopicWatch().update(TOPIC, 0.0, silence_s, messages, largest_gap_s)
     assert activity.is_silent is is_silent
+
+
+def test_a_latched_topic_may_have_been_silent_for_long() -> None:
+    assert not TopicWatch().update(TOPIC, 0.0, 900.0, 500, 0.05, is_latched=True).is_silent

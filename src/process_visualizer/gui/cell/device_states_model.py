@@ -114,8 +114,8 @@ class DeviceStatesModel(QObject):
             self._unsure -= 1
             return
         self._lines = {topic.name: live_line(self._watch.update(
-            topic.name, topic.rate_hz, topic.silence_s, topic.messages, topic.largest_gap_s),
-            topic.is_latched) for topic in recorder.topics}
+            topic.name, topic.rate_hz, topic.silence_s, topic.messages, topic.largest_gap_s,
+            topic.is_latched), topic.is_latched) for topic in recorder.topics}
         self.changed.emit()
 
     def _follow_nodes(self) -> None:

@@ -187,7 +187,8 @@ class TopicTicks:
             self._watch = TopicWatch()  # a new run begins
         self._seen = {topic.name: topic for topic in topics}
         self._silent = {it.name for it in topics if self._watch.update(
-            it.name, it.rate_hz, it.silence_s, it.messages, it.largest_gap_s).is_silent}
+            it.name, it.rate_hz, it.silence_s, it.messages, it.largest_gap_s,
+            it.is_latched).is_silent}
 
     def ticked(self) -> Tuple[str, ...]:
         """Return the names of the topics to record."""
