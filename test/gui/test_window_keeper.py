@@ -109,28 +109,23 @@ def test_each_mode_has_its_timeline(desk: Desk, qtbot: Any) -> None:
     desk.launcher.session.set_mode(Mode.PLAYBACK)
     assert desk.dock.isVisible() and desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
-    assert desk.dock.width() == desk.room.width()
     desk.launcher.session.set_mode(Mode.REALTIME)
     assert desk.dock.isVisible() and desk.window.live.isVisible()
     assert not desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
 
 
-def test_only_beside_the_tab_of_playback_is_the_launcher_lower_than_the_screen(
-        desk: Desk, qtbot: Any) -> None:
-    """Lists of runs and sensors need its height; RViz stays where it is."""
-    desk.launcher.session.set_mode(Mode.PLAYBACK)
+def test_no_window_moves_with_mode_and_tab(desk: Desk, qtbot: Any) -> None:
+    """Each button of the timeline is where it was before the tab changed."""
     qtbot.waitUntil(desk.fits)
-    rviz, panels = desk.rviz, desk.window.panels
-    for tab in range(1, panels.count()):
-        panels.setCurrentIndex(tab)
-        qtbot.waitUntil(desk.fits)
-        assert desk.window.playback.timeline.isVisible()
-        assert desk.window.frameGeometry().height() == desk.room.height()
-        assert (desk.rviz, desk.dock.width()) == (rviz, rviz.width())
-    panels.setCurrentIndex(0)
-    qtbot.waitUntil(desk.fits)
-    assert desk.dock.width() == desk.room.width()
+    panels = desk.window.panels
+    at_first = desk.window.frameGeometry(), desk.rviz, desk.dock.geometry()
+    for mode in Mode:
+        desk.launcher.session.set_mode(mode)
+        for tab in range(panels.count()):
+            panels.setCurrentIndex(tab)
+            qtbot.waitUntil(desk.fits)
+            assert (desk.window.frameGeometry(), desk.rviz, desk.dock.geometry()) == at_first
 
 
 def test_the_edge_of_the_timeline_is_dragged(desk: Desk, qtbot: Any) -> None:

@@ -91,7 +91,7 @@ def test_the_nodes_of_a_device_run_on_its_machine(
                       encoding='utf-8')
     environment = {**ros_environment, 'HOME': str(home), 'ROS_MASTER_URI': MASTER_URI,
                    'ROS_IP': CELL_ADDRESS}
-    cell = CellRun(['run', str(config), '--no-rviz', '--remote'], environment,
+    cell = CellRun(['run', str(config), '--no-rviz'], environment,
                    networks.command(networks.cell))
     try:
         cell.wait_for_line('/view_relay: running')

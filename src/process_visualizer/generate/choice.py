@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Iterable, Mapping, Optional, Tuple
+from typing import Any, Iterable, List, Mapping, Optional, Tuple
 
 from process_visualizer.cell.errors import advice
 from process_visualizer.cell.model import Cell, Device, LaunchFile, Mode, Node
@@ -28,6 +28,10 @@ class Viewers:
 
     is_remote: bool = False
     ports: str = ''
+
+    def options(self) -> List[str]:
+        """Return the command-line options that say the same."""
+        return ['--remote'] * self.is_remote + (['--ports', self.ports] if self.ports else [])
 
 
 @dataclass(frozen=True)

@@ -153,10 +153,8 @@ class LaunchFileBuilder:
             self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
 
     def _view_relay(self) -> ProcessorNode:
-        viewers = self._choice.viewers
-        words = [*['--remote'] * viewers.is_remote,
-                 *(['--ports', viewers.ports] if viewers.ports else []),
-                 '--view', f'"{self._folder}/{RVIZ_FILE}"', '--mode', self._choice.mode.value]
+        words = [*self._choice.viewers.options(), '--view', f'"{self._folder}/{RVIZ_FILE}"',
+                 '--mode', self._choice.mode.value]
         states = [f'/{device.name}/{name}' for device in self._choice.devices
                   if device.type is DeviceType.ROBOT for name in ROBOT_OUTPUTS]
         return ProcessorNode(PACKAGE, VIEW_RELAY, VIEW_RELAY, {'topics': states} if states else {},

@@ -79,7 +79,7 @@ def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[s
 MIN_LAUNCHER_PX, MIN_RVIZ_PX = 450, 480
 """Minimum usable widths."""
 MIN_UPPER_PX, MIN_TIMELINE_PX = 300, 220
-"""Minimum heights of the launcher and RViz, and of the timeline below them."""
+"""Minimum heights of RViz and of the timeline below it."""
 _MIN_PART, _MAX_PART = 0.38, 0.42
 """Limits of the timeline's share of the screen's height; within them it gets what is left."""
 _ENOUGH_UPPER_PX = 620
@@ -112,17 +112,12 @@ class WindowPlaces(NamedTuple):
     timeline: Rectangle
 
 
-_MIN_HEIGHT_FOR_WIDE_PX = 900  # of the screen; below it, a panel above the timeline would be cut
-
-
-def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> WindowPlaces:
+def places(room: Rectangle, frame: WindowFrame, sizes: Sizes) -> WindowPlaces:
     """Return places in the usable part of a screen that do not overlap.
 
-    The timeline, which has no frame, is below RViz or, if it is wide, below both. On a low screen
-    it is never wide, because the launcher needs the full height. On a screen that is too small, all
-    windows are smaller than their minimum.
+    The launcher has the full height beside RViz; the timeline, which has no frame, is below RViz.
+    On a screen that is too small, all windows are smaller than their minimum.
     """
-    is_wide = is_wide and room.height >= _MIN_HEIGHT_FOR_WIDE_PX
     lower = _timeline_height(room.height, sizes)
     upper = room.height - lower
     sides = frame.left + frame.right
@@ -130,11 +125,10 @@ def places(room: Rectangle, frame: WindowFrame, sizes: Sizes, is_wide: bool) -> 
                    MIN_RVIZ_PX + sides)
     rest = room.width - width
     x, rviz_x = (rest, 0) if sizes.is_right else (0, width)
-    timeline = Rectangle(room.x + (0 if is_wide else rviz_x), room.y + upper,
-                         max(room.width if is_wide else rest, 1), max(lower, 1))
     return WindowPlaces(
-        _inside(Rectangle(room.x + x, room.y, width, upper if is_wide else room.height), frame),
-        _inside(Rectangle(room.x + rviz_x, room.y, rest, upper), frame), timeline)
+        _inside(Rectangle(room.x + x, room.y, width, room.height), frame),
+        _inside(Rectangle(room.x + rviz_x, room.y, rest, upper), frame),
+        Rectangle(room.x + rviz_x, room.y + upper, max(rest, 1), max(lower, 1)))
 
 
 def followed(sizes: Sizes, room: Rectangle, launcher: Rectangle, asked: Rectangle) -> Sizes:

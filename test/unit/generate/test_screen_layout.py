@@ -52,24 +52,24 @@ def overlap(one: Rectangle, other: Rectangle) -> bool:
 @pytest.mark.parametrize('height, timeline', [
     (700, 266), (1000, 380), (1040, 420), (1080, 454), (2000, 840)])
 def test_the_timeline_has_a_larger_part_of_a_screen_with_room(height: int, timeline: int) -> None:
-    found = places(Rectangle(0, 0, 1600, height), WindowFrame(), Sizes(), is_wide=True)
+    found = places(Rectangle(0, 0, 1600, height), WindowFrame(), Sizes())
     assert found.timeline.height == timeline
 
 
-@given(SCREENS, FRAMES, SIZES, st.booleans())
+@given(SCREENS, FRAMES, SIZES)
 def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: WindowFrame,
-                                                 sizes: Sizes, is_wide: bool) -> None:
-    found = places(room, frame, sizes, is_wide)
+                                                 sizes: Sizes) -> None:
+    found = places(room, frame, sizes)
     windows = framed(found, frame)
     assert all(is_inside(it, room) for it in windows), windows
     assert not any(overlap(*two) for two in itertools.combinations(windows, 2)), windows
     assert sum(it.width * it.height for it in windows) == room.width * room.height
 
 
-@given(SCREENS, FRAMES, SIZES, st.booleans())
+@given(SCREENS, FRAMES, SIZES)
 def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: WindowFrame,
-                                                     sizes: Sizes, is_wide: bool) -> None:
-    launcher, rviz, timeline = places(room, frame, sizes, is_wide)
+                                                     sizes: Sizes) -> None:
+    launcher, rviz, timeline = places(room, frame, sizes)
     sides = frame.left + frame.right
     if room.width >= MIN_LAUNCHER_PX + MIN_RVIZ_PX + 2 * sides:
         assert launcher.width >= MIN_LAUNCHER_PX and rviz.width >= MIN_RVIZ_PX
@@ -79,27 +79,24 @@ def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Win
 
 
 @given(st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(-5, 300), st.integers(-5, 300)),
-       FRAMES, SIZES, st.booleans())
-def test_every_screen_has_an_answer(room: Rectangle, frame: WindowFrame, sizes: Sizes,
-                                    is_wide: bool) -> None:
-    found = places(room, frame, sizes, is_wide)
+       FRAMES, SIZES)
+def test_every_screen_has_an_answer(room: Rectangle, frame: WindowFrame, sizes: Sizes) -> None:
+    found = places(room, frame, sizes)
     assert all(it.width > 0 and it.height > 0 for it in found)
 
 
 @pytest.mark.parametrize('width, height', [(1024, 700), (1600, 1000), (1920, 1080), (960, 540)])
 def test_what_the_operator_chose_is_kept(width: int, height: int) -> None:
     sizes = Sizes(455, 240)
-    launcher, rviz, timeline = places(Rectangle(0, 0, width, height), FRAME, sizes, True)
-    is_low = height < 900
-    assert launcher == Rectangle(0, 0, 455, height - (0 if is_low else 240) - 22)
+    launcher, rviz, timeline = places(Rectangle(0, 0, width, height), FRAME, sizes)
+    assert launcher == Rectangle(0, 0, 455, height - 22)
     assert rviz == Rectangle(457, 0, width - 459, height - 240 - 22)
-    left = 457 if is_low else 0
-    assert timeline == Rectangle(left, height - 240, width - left, 240)
+    assert timeline == Rectangle(457, height - 240, width - 457, 240)
 
 
 def test_launcher_at_the_right() -> None:
     launcher, rviz, timeline = places(Rectangle(10, 30, 1600, 970), WindowFrame(),
-                                      Sizes(timeline_height=300, is_right=True), False)
+                                      Sizes(timeline_height=300, is_right=True))
     assert launcher == Rectangle(1150, 30, 460, 970)
     assert rviz == Rectangle(10, 30, 1140, 670)
     assert timeline == Rectangle(10, 700, 1140, 300)

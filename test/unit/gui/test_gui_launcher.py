@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.bag_recorder import RecorderError
-from process_visualizer.generate.choice import RvizStart
+from process_visualizer.generate.choice import RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.after_quit import AfterQuit
 from process_visualizer.gui.app.launcher import Launcher, _takes_topics
@@ -457,7 +457,8 @@ def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> N
     """It was called with another configuration, mode and recording than are open now."""
     loaded.session.set_mode(Mode.PLAYBACK)
     loaded.cell.tick('oven', False)
-    assert words_to_go_on(loaded.session, [
-        'gui', 'other.xml', '--mode', 'realtime', '--bag', 'b.bag', '--launch', 'a:=1',
-        '__name:=launcher']) == ['gui', '--mode', 'playback', '--devices', 'press',
-                                 '__name:=launcher']
+    assert words_to_go_on(loaded.session, Viewers(True, '50000-50063'), [
+        'gui', 'other.xml', '--mode', 'realtime', '--bag', 'b.bag', '--launch', '--remote',
+        '--ports', '50000-50063', 'a:=1', '__name:=launcher']) == [
+            'gui', '--mode', 'playback', '--devices', 'press', '--remote', '--ports',
+            '50000-50063', '__name:=launcher']

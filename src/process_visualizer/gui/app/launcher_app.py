@@ -208,8 +208,8 @@ class ThemeChoice(QObject):
 
 _MARGIN = 10
 _MIN_DEVICES_PX, _DEVICES_SHARE_OF_SCREEN = 160, 0.17
-"""The height of the devices does not depend on the window's, which is lower while the timeline is
-below it: the buttons below the devices do not move with the mode, or with the timeline's edge."""
+"""The height of the devices does not depend on the window's: the buttons below them do not move
+when its size changes."""
 
 
 class LauncherApp(QMainWindow):

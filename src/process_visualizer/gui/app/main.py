@@ -37,7 +37,8 @@ from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
 from process_visualizer.launching.x_display import NoDisplay, require_display
-from process_visualizer.remote.link_words import not_this_computer
+from process_visualizer.remote.link_words import not_this_computer, ports_of
+from process_visualizer.remote.offer import DEFAULT_PORTS
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 
@@ -95,7 +96,8 @@ def main() -> int:
         watcher.close()
     signals.close()
     if window.restarts:
-        os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.session, sys.argv)])
+        os.execv(sys.executable, [sys.executable, *words_to_go_on(
+            launcher.session, launcher.viewers, sys.argv)])
     return int(code)
 
 
@@ -113,14 +115,15 @@ def _look_on(app: QApplication, owner: CellOwner) -> int:
     return int(code)
 
 
-def words_to_go_on(session: Session, words: Sequence[str]) -> List[str]:
+def words_to_go_on(session: Session, viewers: Viewers, words: Sequence[str]) -> List[str]:
     """Return the command line of a program that continues where this one ends.
 
-    The recording, and the values of the configuration's arguments, are in the settings. Values on
-    the present command line no longer count.
+    Other computers may watch as before. The recording, and the values of the configuration's
+    arguments, are in the settings. Values on the present command line no longer count.
     """
     ticked = ','.join(device.name for device in session.chosen)
     return [words[0], '--mode', session.mode.value, '--devices', ticked,
+            *viewers.options(),
             *(word for word in words[1:] if word.startswith('__'))]  # roslaunch's own
 
 
@@ -166,8 +169,16 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
     parser.add_argument('--remote', nargs='?', const='true', default='',
                         choices=['', 'true', 'false'],
                         help='other computers may watch what is launched, with "cell view"')
+    parser.add_argument('--ports', metavar='FIRST-LAST', default='',
+                        help='of which "cell view" uses one (default: '
+                             f'{DEFAULT_PORTS[0]}-{DEFAULT_PORTS[-1]})')
     parser.add_argument('--launch', action='store_true', help='launch at once')
     options = parser.parse_args(words)
+    if options.ports:
+        try:
+            ports_of(options.ports)
+        except ValueError as error:
+            parser.error(str(error))
     options.mode = options.mode or (Mode.PLAYBACK.value if options.bag else '')
     return options
 
@@ -189,7 +200,7 @@ def make_application() -> QApplication:
 def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
            arguments: Dict[str, str]) -> None:
     """Connect, and open the requested configuration or the last one."""
-    launcher.viewers = Viewers(options.remote == 'true')
+    launcher.viewers = Viewers(options.remote == 'true', options.ports)
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))

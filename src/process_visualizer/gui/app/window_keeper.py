@@ -33,7 +33,7 @@ from process_visualizer.rviz.window_geometry import (
     sizes_from,
 )
 
-# The window below RViz, as wide as the screen, with the buttons and the timeline.
+# The window below RViz, with the buttons and the timeline.
 
 _SIDE = 10
 _GRIP_PX, _MARK_PX = 9, 36
@@ -152,9 +152,8 @@ _CHANGES = (QEvent.Move, QEvent.Resize, QEvent.Show, QEvent.Hide, QEvent.WindowS
 class WindowKeeper(QObject):
     """Places the three windows, at first and whenever the operator changes one of them.
 
-    While playback's own tab is shown, the timeline of the recording is below the others. Otherwise
-    the timeline (in real-time mode, that of the last seconds) is below RViz only, and the launcher
-    has the full height.
+    The timeline (in real-time mode, that of the last seconds) is below RViz, and the launcher has
+    the full height, in every mode and on every tab: no button moves when one of them changes.
     """
 
     def __init__(self, window: LauncherApp, launcher: Launcher, settings: Settings) -> None:
@@ -177,12 +176,10 @@ class WindowKeeper(QObject):
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SETTLED_MS)
         self._timer.timeout.connect(self._follow)
-        self._is_wide = False
         self._show_timeline()
         self._arrange()
         window.installEventFilter(self)
-        launcher.cell.changed.connect(self._follow_mode)
-        window.panels.currentChanged.connect(self._follow_mode)
+        launcher.cell.changed.connect(self._show_timeline)
         for screen in QGuiApplication.screens():
             screen.availableGeometryChanged.connect(lambda _room: self._timer.start())
 
@@ -202,16 +199,9 @@ class WindowKeeper(QObject):
             self._show_dock()
         return False
 
-    def _follow_mode(self) -> None:
-        was_wide = self._is_wide
-        self._show_timeline()
-        if self._is_wide != was_wide:
-            self._arrange()
-
     def _show_timeline(self) -> None:
         """Show the timeline of the mode."""
         window, is_played = self._window, self._launcher.session.mode is Mode.PLAYBACK
-        self._is_wide = is_played and window.panels.currentIndex() == 0
         self._timelines.setCurrentWidget(window.playback.below if is_played else window.live)
 
     def _show_dock(self) -> None:
@@ -277,7 +267,7 @@ class WindowKeeper(QObject):
         self.dock.setGeometry(_rect(found.timeline))
 
     def _places(self) -> WindowPlaces:
-        return places(self._room(), _frame_of(self._window), self._sizes, self._is_wide)
+        return places(self._room(), _frame_of(self._window), self._sizes)
 
     def _room(self) -> Rectangle:
         return _rectangle(self._screen.availableGeometry())
