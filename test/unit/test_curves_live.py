@@ -16,6 +16,7 @@ from recent_parts import part_of, parts_of
 from recorded_rows import Row, stamp
 from recorded_rows import write_bag as rows_bag
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float32MultiArray
 
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recorder_topics import MARKS
@@ -325,3 +326,27 @@ def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(tmp_path: Path)
     [speed] = live.window(5.0).curves
     assert speed.value == pytest.approx(0.5 * 0.6, rel=0.01)
     assert np.isfinite(speed.high).mean() > 0.8
+
+
+@pytest.mark.parametrize('step_s', [0.02, 0.1, 0.5])
+def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_path: Path,
+                                                                        step_s: float) -> None:
+    """Nobody knows when they were measured; the tool moves evenly."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
+        '<base frame="base"/><topic name="tcf" type="tool_center_frame"/></device></visualizer>')
+    rows = []
+    for time_ms in range(0, 8000, 8):
+        late_ms = next((end for end in (5090, 5130, 5300, 5500) if end >= time_ms > 5000), time_ms)
+        if not 5140 < time_ms < 5230:
+            rows.append(Row('/tcf', late_ms, Float32MultiArray(data=[
+                3e-4 * time_ms, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), step_s):
+        live.add(part)
+    [speed] = live.window(8.0).curves
+    known = np.isfinite(speed.low)
+    assert speed.low[known] == pytest.approx(0.3, rel=0.1)
+    assert speed.high[known] == pytest.approx(0.3, rel=0.1)
+    assert known.mean() > 0.8

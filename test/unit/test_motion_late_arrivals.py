@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from process_visualizer.robot.late_arrivals import LateArrivals
+from process_visualizer.robot.recorded_velocity import certain_rows, measuring_times, speeds
 
 STEADY_S = [0.1 * it for it in range(100)]
 
@@ -50,3 +51,44 @@ def test_a_part_may_begin_in_a_silence(since_s: float, count: int) -> None:
     [0.0]])
 def test_what_else_comes_fast_was_not(times_s: List[float]) -> None:
     assert not any(late_of(times_s, 7))
+
+
+PERIOD_S, SPEED_M_S = 0.008, 0.3
+
+
+def starved(measured_s: np.ndarray, lost: bool) -> 'tuple[np.ndarray, np.ndarray]':
+    """Return which messages of a driver arrive, and when, if the recorder is starved for 0.5 s.
+
+    It gets some messages at a time. Meanwhile the driver's queue overflows if some are ``lost``.
+    """
+    arrival_s = measured_s + 0.001
+    for begin_s, end_s in ((5.0, 5.09), (5.09, 5.13), (5.13, 5.3), (5.3, 5.5)):
+        waits = (measured_s > begin_s) & (measured_s <= end_s)
+        arrival_s[waits] = end_s + 1e-5 * np.arange(waits.sum())
+    is_lost = lost & (measured_s > 5.14) & (measured_s < 5.23)
+    return ~is_lost, arrival_s
+
+
+@pytest.mark.parametrize('lost', [False, True])
+def test_a_speed_is_that_of_the_tool_although_messages_came_late(lost: bool) -> None:
+    """Where messages were lost meanwhile, nobody knows when the others were measured."""
+    measured_s = PERIOD_S * np.arange(1250)
+    arrives, arrival_s = starved(measured_s, lost)
+    x = SPEED_M_S * measured_s[arrives]
+    positions = np.column_stack((x, np.zeros((len(x), 2))))
+    arrival_s = arrival_s[arrives]
+    stamps_s = np.full(len(x), np.nan)
+    rows = certain_rows(arrival_s, stamps_s)
+    _, found = speeds(measuring_times(arrival_s, stamps_s)[rows], positions[rows])
+    assert found == pytest.approx(SPEED_M_S, rel=0.06)
+    assert rows.all() or lost
+    late = (arrival_s > 5.0) & (arrival_s < 5.6)
+    assert rows[~late].all()
+
+
+def test_what_is_sent_when_it_changes_is_never_late() -> None:
+    random = np.random.default_rng(3)
+    arrival_s = np.cumsum(random.exponential(0.02, 2000))
+    assert certain_rows(arrival_s, np.full(2000, np.nan)).all()
+    pairs_s = np.sort(np.concatenate((0.04 * np.arange(500), 0.04 * np.arange(500) + 1e-4)))
+    assert certain_rows(pairs_s, np.full(1000, np.nan)).all()

@@ -24,8 +24,12 @@ from process_visualizer.curves.number_columns import NumberColumns, Numbers, joi
 from process_visualizer.curves.samples import Samples, sampled
 from process_visualizer.curves.sending_habit import CommonSilences, SendingHabit
 from process_visualizer.curves.source_locators import SourceLocators, source_locators
-from process_visualizer.robot.late_arrivals import LateConnections
-from process_visualizer.robot.recorded_velocity import WINDOW_S, measuring_times
+from process_visualizer.robot.late_arrivals import LateConnections, is_even, undated
+from process_visualizer.robot.recorded_velocity import (
+    WINDOW_S,
+    measuring_times,
+    sending_period_s,
+)
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 COLUMN_S = 0.02
@@ -106,6 +110,7 @@ class RecentPart(NamedTuple):
         return data
 
 
+_INTERVALS = 1000
 _CONTEXT_S = 2.0  # kept of the past, for the period of a driver and to join the parts of a tool
 
 
@@ -122,6 +127,8 @@ class LiveSeries:
                          for part in locators.parts]
         self._context: List[Numbers] = []  # of each part
         self._known_s = -np.inf  # numbers up to here have been returned
+        self._arrived_s = -np.inf  # of the newest message
+        self._intervals_s = np.empty(0)  # between messages; in two busy seconds few are usual
         self._delay_ns: Optional[int] = None  # from the stamp to the arrival, where that is usual
 
     def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -162,12 +169,31 @@ class LiveSeries:
         numbers = self._locators.joined(self._measured_s, self._context)
         if len(numbers.positions) < 2:
             return np.empty(0), np.empty(0)
+        numbers = self._certain(numbers)
+        if len(numbers.positions) < 2:
+            return np.empty(0), np.empty(0)
         times_s = self._measured_s(numbers) - self._source.latency_s
         middle_s, values = sampled(Samples(self._source, times_s, numbers.values))
         is_new = (middle_s > self._known_s) & (middle_s <= times_s[-1] - 0.45 * WINDOW_S)
         if is_new.any():
             self._known_s = float(middle_s[is_new].max())
         return _finite(middle_s[is_new], values[is_new])
+
+    def _certain(self, numbers: Numbers) -> Numbers:
+        """Return the numbers with known times, up to where messages arrive irregularly now."""
+        if (numbers.stamps_ns > 0).any():
+            return numbers
+        arrival_s = (numbers.positions - self._begin_ns) / 1e9
+        newer_s = arrival_s[np.searchsorted(arrival_s, self._arrived_s):]
+        self._intervals_s = np.concatenate((self._intervals_s, np.diff(newer_s)))[-_INTERVALS:]
+        self._arrived_s = float(arrival_s[-1])
+        period_s = sending_period_s(arrival_s)
+        if not is_even(self._intervals_s, period_s):
+            return numbers
+        found = undated(arrival_s, self._measured_s(numbers), period_s)
+        is_known = ~found.rows
+        is_known[found.open_from:] = False
+        return Numbers(*(column[is_known] for column in numbers))
 
     def _samples(self, numbers: Numbers) -> Samples:
         times_s = (numbers.positions - self._begin_ns) / 1e9 - self._source.latency_s

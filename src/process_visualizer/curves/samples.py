@@ -16,6 +16,7 @@ from process_visualizer.curves.sending_habit import holes
 from process_visualizer.curves.source_locators import (
     SourceLocators,
     certain,
+    dated,
     measured_s,
     source_locators,
 )
@@ -72,7 +73,8 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
         on_progress: is called with the part that is done, 0 to 1.
         is_canceled: is asked often.
         by_stamp: whether numbers belong to the time of their message's stamp, where it has one
-            that can be right, instead of that at which it was recorded.
+            that can be right, instead of that at which it was recorded. Without stamps, that is the
+            time of measurement if they are sent evenly; see ``dated``.
 
     Raises:
         ReadingCanceled: is_canceled() has become true.
@@ -167,11 +169,13 @@ def _samples(recording: Recording, series: Series,
     with np.errstate(over='ignore', invalid='ignore'):  # bogus numbers may overflow
         joined = series.locators.joined(partial(measured_s, recording), numbers)
     if series.source.quantity is Quantity.SPEED:
-        by_stamp, joined = True, certain(recording, joined)
-    by_stamp = by_stamp and (series.source.quantity is Quantity.SPEED or bool(
-        (joined.stamps_ns > 0).any()))
-    times_s = _times_s(recording, by_stamp, joined) - series.source.latency_s
-    return Samples(series.source, times_s, joined.values, holes_s)
+        joined = certain(recording, joined)
+        times_s = measured_s(recording, joined)
+    elif by_stamp:
+        joined, times_s = dated(recording, joined)
+    else:
+        times_s = (recording.index.time_ns[joined.positions] - recording.begin_ns) / 1e9
+    return Samples(series.source, times_s - series.source.latency_s, joined.values, holes_s)
 
 
 def holes_of(recording: Recording) -> np.ndarray:
@@ -182,10 +186,3 @@ def holes_of(recording: Recording) -> np.ndarray:
     if len({it.topic for it in recording.index.connections}) < 2:
         return np.empty((0, 2))
     return holes((recording.index.time_ns - recording.begin_ns) / 1e9, STALE_AFTER_S)
-
-
-def _times_s(recording: Recording, by_stamp: bool, numbers: Numbers) -> np.ndarray:
-    if by_stamp:
-        return measured_s(recording, numbers)
-    result: np.ndarray = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
-    return result

@@ -48,7 +48,12 @@ from process_visualizer.robot.placements import (
     ToolPath,
     interpolated,
 )
-from process_visualizer.robot.recorded_velocity import certain_rows, measuring_times
+from process_visualizer.robot.recorded_velocity import (
+    certain_rows,
+    dated_rows,
+    measuring_times,
+    sent_evenly,
+)
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.robot.tool_frame import pose_frames, tool_frame
 from process_visualizer.robot.velocity import GAP_S
@@ -323,6 +328,19 @@ def certain(recording: Recording, numbers: Numbers, period_s: Optional[float] = 
     """Return the numbers whose measuring times are known; see certain_rows."""
     rows = certain_rows(*_arrivals_and_stamps(recording, numbers), period_s, since_s)
     return Numbers(*(column[rows] for column in numbers))
+
+
+def dated(recording: Recording, numbers: Numbers) -> Tuple[Numbers, np.ndarray]:
+    """Return the numbers whose time is known, and their times (n,) [s from the beginning].
+
+    These are stamps, the times of measurement if numbers are sent evenly, else those of arrival.
+    """
+    arrival_s, stamp_s = _arrivals_and_stamps(recording, numbers)
+    if not np.isfinite(stamp_s).any() and not sent_evenly(arrival_s, stamp_s):
+        return numbers, arrival_s
+    rows = dated_rows(arrival_s, stamp_s)
+    return (Numbers(*(column[rows] for column in numbers)),
+            measuring_times(arrival_s, stamp_s)[rows])
 
 
 def _arrivals_and_stamps(recording: Recording,

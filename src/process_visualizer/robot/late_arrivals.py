@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages that arrived together after a silence: their arrival times say nothing.
+"""Messages that arrived late and together: their arrival times say nothing.
 
 This happens when the recorder hung, its computer stood still, or the network did. Without stamps
 the time of such a message is unknown, and a velocity computed with it would be false.
 """
 from __future__ import annotations
 
-from typing import Dict, Optional
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -112,3 +112,62 @@ class LateConnections:
             rows = np.flatnonzero(numbers == number)
             late[rows] = self._of.setdefault(number, LateArrivals()).find(times_ns[rows])
         return late
+
+
+# Shorter delays. The messages of a driver that sends evenly can be dated if none of them was lost:
+# each was measured a period before the next one. If some were lost, nobody knows between which.
+
+_MAX_EVEN_PERIOD_S = 0.05
+_UNEVEN, _EVEN_MESSAGES = 0.5, 20
+_DELAY_PERIODS, _DELAY_S = 3.0, 0.02
+_LOST_PERIODS, _LOST_S = 1.5, 0.01
+
+
+class Undated(NamedTuple):
+    """Messages whose time of measurement is unknown: a mask (n,).
+
+    Those from row ``open_from`` on arrive irregularly, and what follows may show more.
+    """
+
+    rows: np.ndarray
+    open_from: int
+
+
+def is_even(intervals_s: np.ndarray, period_s: float) -> bool:
+    """Return whether messages with these intervals (n,) [s] are sent with a period, by a timer."""
+    return (len(intervals_s) >= _EVEN_MESSAGES and 0.0 < period_s <= _MAX_EVEN_PERIOD_S and bool(
+        np.median(np.abs(intervals_s - period_s)) <= _UNEVEN * period_s))
+
+
+def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> Undated:
+    """Return the messages between which others were lost while they arrived irregularly.
+
+    Args:
+        arrival_s: the times of arrival (n,), rising.
+        measured_s: the latest possible times of measurement (n,), rising.
+        period_s: of the driver, which is_even.
+    """
+    count = len(arrival_s)
+    delayed = np.flatnonzero(
+        np.diff(arrival_s) > max(_DELAY_PERIODS * period_s, _DELAY_S)) + 1
+    ahead = arrival_s[_WINDOW:] - arrival_s[:-_WINDOW]  # n - 8, or none
+    calm = np.flatnonzero(ahead >= _BUNCHED * _WINDOW * period_s) + _WINDOW
+    ends = np.append(calm, count)[np.searchsorted(calm, delayed + _WINDOW)]
+    rows = np.zeros(count, bool)
+    stretches = _joined(delayed.tolist(), ends.tolist())
+    for begin, end in stretches:
+        last = min(end, count - 1)
+        lost_s = measured_s[last] - measured_s[begin - 1] - (last - begin + 1) * period_s
+        rows[begin:end] = lost_s > max(_LOST_PERIODS * period_s, _LOST_S)
+    is_open = bool(stretches) and stretches[-1][1] == count
+    return Undated(rows, stretches[-1][0] if is_open else count)
+
+
+def _joined(begins: List[int], ends: List[int]) -> List[Tuple[int, int]]:
+    """Return spans in their order, those that touch as one."""
+    found: List[Tuple[int, int]] = []
+    for begin, end in zip(begins, ends):
+        if found and begin <= found[-1][1]:
+            begin = found.pop()[0]
+        found.append((begin, end))
+    return found

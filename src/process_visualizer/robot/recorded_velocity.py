@@ -7,7 +7,7 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tup
 
 import numpy as np
 
-from process_visualizer.robot.late_arrivals import SILENCE_S, LateArrivals
+from process_visualizer.robot.late_arrivals import SILENCE_S, LateArrivals, is_even, undated
 from process_visualizer.robot.rotations import Quaternion, Triple
 from process_visualizer.robot.velocity import GAP_S, TIE_S, slope_of_rotations
 
@@ -172,8 +172,8 @@ def certain_rows(arrival_s: np.ndarray, stamp_s: np.ndarray, period_s: Optional[
                  since_s: float = 0.0) -> np.ndarray:
     """Return a mask (n,) of poses whose measuring times are known; see ``measuring_times``.
 
-    Without stamps, the times of poses that were held up are unknown: see LateArrivals. All poses
-    from ``since_s`` on are given.
+    Without stamps, the times of poses that were held up are unknown: see LateArrivals and
+    ``undated``. All poses from ``since_s`` on are given.
     """
     if np.isfinite(stamp_s).any():
         return np.ones(len(arrival_s), bool)
@@ -181,7 +181,30 @@ def certain_rows(arrival_s: np.ndarray, stamp_s: np.ndarray, period_s: Optional[
         period_s = sending_period_s(arrival_s)
     late = LateArrivals(period_s, round(1e9 * max(since_s, 0.0)))
     result: np.ndarray = ~late.find(np.rint(1e9 * arrival_s).astype(np.int64))
-    return result
+    return result & dated_rows(arrival_s, stamp_s, period_s)
+
+
+def dated_rows(arrival_s: np.ndarray, stamp_s: np.ndarray,
+               period_s: Optional[float] = None) -> np.ndarray:
+    """Return a mask (n,) of messages that have stamps or arrive evenly, or whose delay is known.
+
+    See ``undated``; the arguments are those of ``measuring_times``.
+    """
+    if not sent_evenly(arrival_s, stamp_s, period_s):
+        return np.ones(len(arrival_s), bool)
+    if period_s is None:
+        period_s = sending_period_s(arrival_s)
+    return ~undated(arrival_s, _unbunched(arrival_s, period_s), period_s).rows
+
+
+def sent_evenly(arrival_s: np.ndarray, stamp_s: np.ndarray,
+                period_s: Optional[float] = None) -> bool:
+    """Return whether messages without stamps are sent by a timer; see ``is_even``."""
+    if np.isfinite(stamp_s).any():
+        return False
+    if period_s is None:
+        period_s = sending_period_s(arrival_s)
+    return is_even(np.diff(arrival_s), period_s)
 
 
 def _held_up(arrival_s: np.ndarray, stamp_s: np.ndarray, usable: np.ndarray) -> np.ndarray:

@@ -20,8 +20,9 @@ from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.generate.choice import RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.after_quit import AfterQuit
+from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher, _takes_topics
-from process_visualizer.gui.app.main import words_to_go_on
+from process_visualizer.gui.app.main import store_changes, words_to_go_on
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
@@ -451,6 +452,13 @@ def test_playback_has_the_recording_of_the_last_time(loaded: Launcher, qtbot: An
     assert not loaded.bag.is_loading
     loaded.session.set_mode(Mode.PLAYBACK)
     qtbot.waitUntil(lambda: loaded.session.paths == (path,))
+
+
+def test_the_name_of_recordings_is_stored_at_once(loaded: Launcher, tmp_path: Path) -> None:
+    path = str(tmp_path / 'launcher.conf')
+    store_changes(loaded, Settings(path))
+    loaded.recording.choices.set_prefix('seam')
+    assert Settings(path).value('recording')['prefix'] == 'seam'
 
 
 def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> None:

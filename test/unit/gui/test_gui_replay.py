@@ -9,6 +9,7 @@ from typing import Any, Callable, List
 import pytest
 from held_tasks import Refused
 from playback_stand import PAUSED, PlaybackStand
+from PyQt5.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 from session_stand import run
 
@@ -109,6 +110,24 @@ def test_a_moment_of_the_memory_is_shown_when_everything_is_there(stand: Stand) 
     assert stand.replay.phase is ReplayPhase.SHOWN
     stand.tell(20.0)
     assert stand.replay.time_s == 990.0
+
+
+def test_it_is_shown_with_what_the_devices_show(stand: Stand) -> None:
+    """Objects that are sought by a node that still starts would be missing."""
+    stand.report('kinect', PartState.STARTING)
+    stand.begin()
+    assert stand.replay.phase is ReplayPhase.PREPARING
+    stand.report('kinect', PartState.RUNNING)
+    stand.tasks.end_all()
+    assert stand.replay.phase is ReplayPhase.SHOWN
+
+
+def test_a_device_that_never_starts_is_not_waited_for(stand: Stand) -> None:
+    stand.report('kinect', PartState.STARTING)
+    stand.begin()
+    stand.replay.findChild(QTimer).timeout.emit()
+    stand.tasks.end_all()
+    assert stand.replay.phase is ReplayPhase.SHOWN
 
 
 def test_the_newest_wish_counts_while_it_is_prepared(stand: Stand) -> None:

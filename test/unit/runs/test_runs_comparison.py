@@ -223,6 +223,27 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         assert not any(it.departed.any() for it in bands.values())
 
 
+@pytest.mark.parametrize('begin_s, end_s', [(3.1, 3.9), (4.5, 5.3), (8.2, 9.1)])
+def test_a_gap_in_the_reference_is_no_fault_of_a_run(begin_s: float, end_s: float) -> None:
+    """The motion alone is missing: the means of the force behind the gap are of both."""
+    reference = made_run()
+    motion, = reference.motions
+    kept = (motion.times_s < begin_s) | (motion.times_s > end_s)
+    reference = reference._replace(motions=(motion._replace(
+        times_s=motion.times_s[kept], positions=motion.positions[kept]),))
+    assert GoodRuns(reference).compare(made_run(77)).departures == ()
+
+
+def test_a_value_that_is_the_same_behind_a_gap_was_not_stuck(learned: GoodRuns) -> None:
+    run = made_run(77)
+    force, *others = run.channels
+    kept = (force.times_s < 7.3) | (force.times_s > 7.9)
+    rounded = force._replace(times_s=force.times_s[kept], values=np.where(
+        np.abs(force.times_s - 7.6) < 0.42, 5.0, force.values)[kept])
+    found = learned.compare(run._replace(channels=(rounded, *others)))
+    assert found.departures == ()
+
+
 def test_a_short_hole_in_the_motion_leaves_little_unjudged(learned: GoodRuns) -> None:
     run = made_run(77)
     missing = [it._replace(times_s=np.delete(it.times_s, hole), positions=np.delete(

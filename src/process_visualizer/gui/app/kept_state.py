@@ -129,10 +129,11 @@ class Settings:
 
     def store(self, name: str, value: Any) -> None:
         """Remember a number, text, truth value, list or dictionary."""
+        text = json.dumps(value)
         if self._settings is None:
-            self._unsaved[name] = json.dumps(value)
-        else:
-            self._settings.setValue(name, json.dumps(value))
+            self._unsaved[name] = text
+        elif self._settings.value(name) != text:  # Qt would write the file in any case
+            self._settings.setValue(name, text)
 
     def sync(self) -> None:
         """Write everything into the file now; otherwise Qt does, when the program is idle."""

@@ -85,8 +85,7 @@ def main() -> int:
                     launcher.live_comparison.run_finished):
         changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
-    for changed in (launcher.cell.changed, launcher.bag.chosen):  # also in case of a crash
-        changed.connect(lambda: _store(launcher, settings))
+    store_changes(launcher, settings)
     if not options.config and not _last_configuration(settings):
         window.new.offer()
     code = app.exec_()
@@ -234,6 +233,13 @@ def _last_configuration(settings: Settings) -> Dict[str, Any]:
 def _remember(keeper: WindowKeeper, launcher: Launcher, settings: Settings) -> None:
     keeper.remember()
     _store(launcher, settings)
+
+
+def store_changes(launcher: Launcher, settings: Settings) -> None:
+    """Store what the operator chose when it changes: the program may be killed."""
+    for changed in (launcher.cell.changed, launcher.bag.chosen, launcher.recording.choices.changed,
+                    launcher.bag.curves.choices.changed):
+        changed.connect(lambda: _store(launcher, settings))
 
 
 def _store(launcher: Launcher, settings: Settings) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from enum import Enum
 from typing import Any, Callable, Dict, NamedTuple, Optional, Protocol, Tuple, Type
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
@@ -19,6 +19,8 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 LINE = 'replay'
 _END_TIMEOUT_S = 60.0
+_OTHERS_MS = 8000
+"""Time that the picture waits for the nodes of devices: without them, objects would be missing."""
 _LATE_S = 2.0  # maximum loss at the memory's beginning until it has been copied
 
 
@@ -101,6 +103,8 @@ class ReplayModel(QObject):
         self._path = ''
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
+        self._others = QTimer(self, interval=_OTHERS_MS, singleShot=True)
+        self._others.timeout.connect(self._open)
         self._moves = NewestCall[bool](tasks, LINE, self._move, lambda: None, self._fail)
         session.run_changed.connect(lambda: self._follow_run(session.running_mode))
 
@@ -133,6 +137,7 @@ class ReplayModel(QObject):
 
     def leave(self) -> None:
         """Return to the running cell."""
+        self._others.stop()
         before, self._phase = self._phase, ReplayPhase.LIVE
         view = self._reports.get(RVIZ_PART)
         if before is ReplayPhase.SHOWN:
@@ -231,8 +236,17 @@ class ReplayModel(QObject):
         if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
                 or view is None or view.state is not PartState.RUNNING:
             return
-        self._is_opening = True
-        self._tasks.run(LINE, self._tools.show, self._take_shown, self._fail)
+        if all(it.state is not PartState.STARTING for it in self._reports.values()):
+            self._open()
+        elif not self._others.isActive():
+            self._others.start()
+
+    def _open(self) -> None:
+        """Show RViz; whatever still starts has been waited for long enough."""
+        self._others.stop()
+        if self._phase is ReplayPhase.PREPARING and not self._is_opening:
+            self._is_opening = True
+            self._tasks.run(LINE, self._tools.show, self._take_shown, self._fail)
 
     def _take_shown(self, _nothing: object) -> None:
         if self._phase is ReplayPhase.PREPARING:

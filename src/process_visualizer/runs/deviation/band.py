@@ -475,20 +475,21 @@ class LearnedSignal:
     def _margin(self, values: np.ndarray) -> float:
         """Return the minimum margin around good runs, in the signal's unit.
 
-        Many good runs show what may differ, while a single one needs a wider margin.
+        Many good runs show what may differ, while a single one needs a wider margin. Places deviate
+        slowly, so two runs may agree by chance all the way: n runs say as much as n - 1.
         """
         given = self.signal.tolerance
         if given is not None:
             return given
-        runs = len(values)
+        freedom = max(len(values) - 1, 1)
         whole = math.hypot(signal_tolerance(self.signal, self._values, self._relative),
                            _CHANCES * self.signal.chance)
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
-        margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
+        margin = whole * max(1.0 / freedom if is_exact else 1.0 / math.sqrt(len(values)), least)
         if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
-            return max(margin, _TURNED_DEG_OF_ONE / runs)
-        if runs > 1:
+            return max(margin, _TURNED_DEG_OF_ONE / freedom)
+        if len(values) > 1:
             return margin
         return max(margin, _NOISE_SPREADS * _fine_spread(values))
 

@@ -25,6 +25,8 @@ _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKi
 _SLOWEST_S = 0.1
 """Signals slower than this may repeat a value a few times by chance [s]."""
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
+_MAX_MEANS = 3.0
+"""Longest time between two messages that counts, in mean ones."""
 _NEAR_ROWS = int(0.5 * RATE_HZ)
 _KNOWN_S, _BESIDE_S = 0.02, 0.2
 
@@ -106,8 +108,9 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
 def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return how long (t,) [s] messages have had the same value at times of the run (t,).
 
-    Also return whether this is known (t,): for a value that has not changed since the first
-    message, it is only a lower bound.
+    Gaps between messages do not count: the value may have been another one there. Also return
+    whether this is known (t,): for a value that has not changed since the first message, it is only
+    a lower bound.
     """
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
@@ -115,7 +118,9 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.nd
         return np.full(len(run_s), np.nan), np.zeros(len(run_s), bool)
     is_new = np.concatenate(([True], np.diff(values) != 0.0))
     changed = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
-    return (held_at(run_s, times_s, times_s - times_s[changed]),
+    mean_s = (times_s[-1] - times_s[0]) / max(len(times_s) - 1, 1)
+    seen_s = np.concatenate(([0.0], np.cumsum(np.minimum(np.diff(times_s), _MAX_MEANS * mean_s))))
+    return (held_at(run_s, times_s, seen_s - seen_s[changed]),
             held_at(run_s, times_s, np.where(changed > 0, 1.0, 0.0)) > 0.0)
 
 

@@ -197,14 +197,13 @@ def signals(reference: Run, run: Run, time_map: TimeMap, usual: Optional[TimeMap
                 angle = _direction(force, by_device[force.device], times_s, run_s)
                 found[Signal(force.device, label, '°', SignalKind.FORCE)] = angle
     theirs, waits = run.by_key, _waits(reference, times_s, _NEAR_WAIT_S)
-    if own is None and run is not reference:
+    if own is None:
         own = own_columns(reference)
     for channel in reference.channels:
         if channel.key in theirs:
             values = _channel(channel, theirs[channel.key], run_s)
             _without_noise(values, waits)
-            found.update(values if _is_slow(channel) else _with_means(
-                {} if own is None or run is reference else own[channel.key], values))
+            found.update(values if _is_slow(channel) else _with_means(own[channel.key], values))
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
