@@ -8,6 +8,7 @@ import sys
 import time
 from typing import Optional, Set
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.alarm_board import AlarmBoard
@@ -38,10 +39,14 @@ from process_visualizer.launching.run_record import (
     require_log_folder,
 )
 from process_visualizer.launching.x_display import require_display
-from process_visualizer.remote.link_words import not_this_computer
+from process_visualizer.remote.link_words import (
+    HOW_TO_WATCH,
+    not_this_computer,
+    unnamed_here,
+)
 from process_visualizer.shown_text import say
 
-_SHOWN = ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]', OVER)
+_SHOWN = ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]', OVER, HOW_TO_WATCH)
 _NODE_TAIL = 6  # last lines of a failed required node
 _LOG_TAIL = 20  # last lines of roslaunch if it could start nothing
 
@@ -61,6 +66,10 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     wrong_address = not_this_computer(os.environ)
     if wrong_address is not None:
         say(wrong_address)
+    if choice.cell.machines and choice.mode is Mode.REALTIME:
+        note = unnamed_here(os.environ)
+        if note is not None:
+            say(f'note: {note}')
     refuse_other_cell()
     require_log_folder()
     if choice.rviz is not RvizStart.NONE:

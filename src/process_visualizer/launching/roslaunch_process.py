@@ -174,23 +174,26 @@ class RoslaunchProcess:
         if self.exit_code() is None:
             self._process.kill()
             self._process.wait()
-            for computer in lost:
-                tell(f'could not be stopped: {computer}, which does not answer; end it there, or '
-                     'restart that computer')
+        for computer in lost:
+            tell(f'could not be stopped: {computer}, which does not answer; end it there, or '
+                 'restart that computer')
         return end_processes(self._run_id)
 
     def _wait_after(self, number: int, timeout_s: float, tell: Callable[[str], None],
                     far: Sequence[FarComputer]) -> List[FarComputer]:
-        """Send a signal and wait for the end; return the silent computers if only they are left."""
+        """Send a signal and wait for the end; return the silent computers if only they are left.
+
+        roslaunch may give them up by itself.
+        """
         if self.exit_code() is None:
             self._process.send_signal(number)
             continue_processes(self._run_id)
         if far and self._has_ended(_FAR_S):
             return []
-        lost = silent(far)
-        for computer in lost:
+        without_answer = silent(far)
+        for computer in without_answer:
             tell(f'no answer: {computer}; waiting some seconds for its end')
-        period_s = _LOST_PERIOD_S if lost else _TELL_PERIOD_S
+        period_s = _LOST_PERIOD_S if without_answer else _TELL_PERIOD_S
         while timeout_s > 0.0 and not self._has_ended(min(timeout_s, period_s)):
             timeout_s -= period_s
             left = processes_of_run(self._run_id)
@@ -199,7 +202,7 @@ class RoslaunchProcess:
             if lost:
                 return lost
             tell(f'waiting for the end of {", ".join(sorted(set(names_of(left))))}')
-        return []
+        return silent(without_answer) if without_answer else []
 
     def _has_ended(self, timeout_s: float) -> bool:
         try:

@@ -26,7 +26,7 @@ from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
-from process_visualizer.remote.link_words import listening_address, ports_of
+from process_visualizer.remote.link_words import how_to_watch, listening_address, ports_of
 from process_visualizer.remote.offer import (
     DEFAULT_PORTS,
     MAX_MESH_BYTES,
@@ -295,6 +295,8 @@ def main() -> None:
         spin_to_end()
     rospy.set_param('~address', relay.address)
     rospy.loginfo('"cell view" can connect to %s', relay.address)
+    if options.remote:
+        print(how_to_watch(relay.address), file=sys.stderr, flush=True)  # "cell run" shows it
     relay.run()
     spin_to_end(relay.close)
 

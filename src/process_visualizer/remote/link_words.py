@@ -99,9 +99,29 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
         value = environment.get(name, '').strip()
         if value and not is_here(value):
             return (f'{name} is {value}, which is no address of this computer: nodes cannot reach '
-                    'each other there, and the start does not end. Set it to one that '
-                    '"hostname -I" prints, or unset it')
+                    'each other there. Set it to one that "hostname -I" prints, or unset it')
     return None
+
+
+def unnamed_here(environment: Mapping[str, str]) -> Optional[str]:
+    """Return a message if nodes on other computers know this one by its host name only."""
+    if any(environment.get(name, '').strip() for name in ('ROS_IP', 'ROS_HOSTNAME')):
+        return None
+    return (f'nodes on other computers (<machine>) know this one as "{socket.gethostname()}". If '
+            'they do not start, that name is not known there: set ROS_IP to an address that '
+            '"hostname -I" prints, here and in the env-loader script there')
+
+
+HOW_TO_WATCH = 'others can watch with'
+
+
+def how_to_watch(listens: str) -> str:
+    """Return how others can watch a cell whose relay listens at an address (HOST:PORT)."""
+    host, _, port = listens.rpartition(':')
+    shown = socket.gethostname() if host in (_EVERYWHERE, '::') else host
+    usual = int(port) == DEFAULT_PORTS[0]
+    return (f'{HOW_TO_WATCH} "cell view --master {shown}{"" if usual else f":{port}"}" '
+            f'(port {port} has to be open)')
 
 
 def is_here(host: str) -> bool:
@@ -133,6 +153,11 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
         return (f'{address} does not answer: the computer is off or in another network ("ping '
                 f'{address.host}"), or a firewall drops the connection; on the cell\'s computer, '
                 f'"sudo ufw allow {address.port}/tcp" opens the port of {what}')
+    if isinstance(error, (ConnectionResetError, BrokenPipeError)) and is_loopback(address.host):
+        return (f'{address} accepts the connection and closes it. If that is a tunnel, nothing '
+                'listens at its other end: is the cell running there? If it has ROS_IP or '
+                'ROS_HOSTNAME set, the tunnel has to lead to that address instead of localhost: '
+                f'"ssh -N -L {address.port}:ADDRESS:{DEFAULT_PORTS[0]} …"')
     if isinstance(error, ConnectionRefusedError):
         return f'port {address.port} of {address.host} is closed: {what} does not listen there'
     return f'{address} cannot be reached: {error.strerror or error}'
@@ -147,15 +172,23 @@ def only_small_packets(host: str) -> str:
     """Return the message that large packets are lost without any notice."""
     return ('only small packets arrive: a part of the way carries less than its ends believe '
             '(MTU). Set it on both computers, such as "sudo ip link set dev NAME mtu 1280", with '
-            f'the NAME that "ip route get {host}" prints behind "dev"; a VPN has a setting of its '
-            'own')
+            f'the NAME that "ip route get {_address(host)}" prints behind "dev"; a VPN has a '
+            'setting of its own')
 
 
-def closed_to_others(host: str, port: int) -> str:
-    """Return the message that a cell lets only its own computer watch."""
+def _address(host: str) -> str:
+    """Return an address of a host for commands that take no names."""
+    try:
+        return str(socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0])
+    except (OSError, UnicodeError):
+        return host
+
+
+def closed_to_others(host: str, listens: str, port: int) -> str:
+    """Return the message that a cell lets only its own computer watch, at a loopback address."""
     return (f'the cell on {host} listens to its own computer only: start it with "cell run '
-            '--remote" or the launcher with --remote, or set ROS_IP there to the address that '
-            f'you reach; or use a tunnel: "ssh -N -L {port}:localhost:{port} {host}", and then '
+            '--remote" or the launcher with remote:=true, or set ROS_IP there to the address that '
+            f'you reach; or use a tunnel: "ssh -N -L {port}:{listens}:{port} {host}", and then '
             f'"cell view --master localhost:{port}"')
 
 
@@ -174,7 +207,7 @@ def relay_silent(host: str, listens: str, error: OSError) -> str:
     """
     address, _, port = listens.rpartition(':')
     if is_loopback(address):
-        return closed_to_others(host, int(port))
+        return closed_to_others(host, 'localhost' if address == LOCAL else address, int(port))
     return unreachable(Address(host, int(port)), error, 'the cell for viewers') + (
         '' if address in ('0.0.0.0', host) else f' (it listens at {address}, its ROS_IP or '
         f'ROS_HOSTNAME; "cell view --master {address}" tries that)')
@@ -183,7 +216,7 @@ def relay_silent(host: str, listens: str, error: OSError) -> str:
 def no_cell(master_uri: str) -> str:
     """Return the message that there is a master without a cell."""
     return (f'there is a ROS master at {master_uri}, but no cell of this program that lets others '
-            'watch: start it with "cell run" or the launcher, of a version that has "cell view"')
+            'watch: start it with "cell run --remote" or the launcher with remote:=true')
 
 
 def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[str, ...]:
@@ -193,7 +226,8 @@ def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[st
                 f'{address.port or MASTER_PORT}) nor a cell for viewers (port '
                 f'{DEFAULT_PORTS[0]}): '
                 'is the cell running there? It lets other computers watch if it is started with '
-                '"cell run --remote" or the launcher with --remote',)
+                '"cell run --remote" or the launcher with remote:=true. If it says another port '
+                f'when it starts, add that: --master {address.host}:PORT',)
     if not isinstance(relay, ConnectionRefusedError):  # the one port that has to be open
         return (unreachable(Address(address.host, DEFAULT_PORTS[0]), relay,
                             'the cell for viewers'),)

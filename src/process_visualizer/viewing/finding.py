@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import time
 from http.client import HTTPException
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Set, Tuple
 from xmlrpc.client import Error, ServerProxy
 
 from process_visualizer.launching.ros_api import CALLER_ID, LimitedTransport
@@ -120,16 +120,27 @@ def _asked(uri: str) -> _Said:
     try:
         with ServerProxy(uri, transport=LimitedTransport(_ANSWER_S, _WHOLE_S)) as master:
             answers: List[Any] = [master.getParam(CALLER_ID, ADDRESS_PARAMETER),
-                                  master.lookupNode(CALLER_ID, _NODE)]
+                                  master.getSystemState(CALLER_ID)]
     except (HTTPException, Error, ValueError) as error:
         raise ConnectionError(0, 'what answers is not a ROS master '
                                  f'({shown_in_line(error)[:200]})') from None
+    # The parameter stays when the relay ends, and so may the node's address, but no topic of it.
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]
-    listens = texts[0] if isinstance(texts[0], str) and texts[1] else ''
+    listens = texts[0] if isinstance(texts[0], str) and _NODE in _registered(texts[1]) else ''
     port = listens.rpartition(':')[2]
     return _Said(listens if port.isdecimal() and len(port) <= len(str(_MAX_PORT))
                  and int(port) <= _MAX_PORT else None)
+
+
+def _registered(state: object) -> Set[str]:
+    """Return the nodes that have topics or services, in a master's state of whatever form."""
+    return {node for kind in _list(state) for topic in _list(kind)
+            for nodes in _list(topic)[1:2] for node in _list(nodes) if isinstance(node, str)}
+
+
+def _list(value: object) -> List[Any]:
+    return value if isinstance(value, list) else []
 
 
 class _Stated(ConnectionError):

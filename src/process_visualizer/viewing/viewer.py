@@ -172,6 +172,9 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 
 
 _STEP_S = 0.25
+_THIN_S = 20.0
+"""Time without loss after which a link carries everything [s]; else it would be said in turns."""
+_MAX_THINNED = 100
 _STALE_AFTER_S = 1.0
 """Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
@@ -199,6 +202,8 @@ class Viewer:
         self._scene = OwnScene(self._changed_wants)
         self._connection = RelayConnection(address, self, find)
         self._said: Dict[str, str] = {}
+        self._losses: Set[str] = set()  # what has been said of the present loss
+        self._left_out_s: Dict[str, float] = {}  # when a topic was last thinned
         self._offer: Optional[Offer] = None
         self._run: Optional[LaunchRun] = None
         self._watch = CellWatch(self._running, lambda look: self._events.put(
@@ -371,12 +376,17 @@ class Viewer:
     def _take_loss(self, reason: str, heard_s: float) -> None:
         if self._lost_s is None:
             self._lost_s = heard_s
-        if self._said.get('lost') != reason:
+        if reason not in self._losses:
             self._say(f'no connection to {self._name}: {_printable(reason)}; trying again')
-        self._said['lost'] = reason
+        self._losses.add(reason)
 
     def _take_left_out(self, counts: Dict[str, int]) -> None:
-        names = ', '.join(sorted(_printable(it) for it in counts))
+        """Tell which topics are thinned; each one until it has come whole for some time."""
+        now_s = time.monotonic()
+        self._left_out_s.update(dict.fromkeys(counts, now_s))
+        recent = [it for it in self._left_out_s.items() if now_s - it[1] < _THIN_S]
+        self._left_out_s = dict(recent[-_MAX_THINNED:])  # a relay may invent names
+        names = ', '.join(sorted(_printable(it) for it in self._left_out_s))
         self._tell('thin', f'the link, or one of the computers, is too slow for all of {names}: '
                    'what is old, or too large, is left out'
                    if names else ('the link carries everything' if 'thin' in self._said else ''))
@@ -390,7 +400,7 @@ class Viewer:
         if lost_for_s > _STALE_AFTER_S and self._frame:
             self._scene.tell(no_connection(self._name, lost_for_s), self._frame)
         elif self._lost_s is None:
-            self._said.pop('lost', None)
+            self._losses.clear()
         if self._connection.clock.is_known:
             sentence = clocks_apart(self._connection.clock.ahead_s)
             if sentence and 'clock' not in self._said:

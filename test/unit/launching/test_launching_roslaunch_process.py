@@ -93,15 +93,18 @@ def test_child_is_not_interrupted_with_the_terminal(start: Start) -> None:
     assert process.wait() == -signal.SIGTERM
 
 
+@pytest.mark.parametrize('script', [
+    "trap '' INT TERM; echo ready; exec sleep 1000",
+    "trap 'sleep 0.5; exit 0' INT; echo ready; while :; do sleep 0.05; done"])
 def test_a_computer_that_does_not_answer_is_told_and_left(
-        start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
-    """roslaunch itself would wait for it for minutes."""
+        start: Start, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
+    """roslaunch itself waits for it for minutes, or gives it up without a word."""
     far = FarComputer('far', '10.0.0.9', 22, ('/oven/driver',))
     for name in ('_FAR_S', '_LOST_PERIOD_S'):
         monkeypatch.setattr(roslaunch_process, name, 0.1)
     monkeypatch.setattr(roslaunch_process, 'silent', list)
     told: List[str] = []
-    process = start("trap '' INT TERM; echo ready; exec sleep 1000")
+    process = start(script)
     assert process.output.readline() == 'ready\n'
     assert process.stop(told.append, [far]) == []
     assert [it.partition(': ')[::2] for it in told] == [

@@ -91,3 +91,25 @@ def test_what_a_cell_sends_waits_until_there_is_time(tmp_path: Path) -> None:
     it._is_closing = True
     flooding.join(PATIENCE_S)
     assert not flooding.is_alive()
+
+
+def test_a_loss_and_a_slow_link_are_not_told_in_turns(tmp_path: Path,
+                                                      monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the link was cut, two reasons alternated ten times."""
+    now_s = [100.0]
+    monkeypatch.setattr(viewer.time, 'monotonic', lambda: now_s[0])
+    said: List[str] = []
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), said.append,
+                False)
+    for _ in range(5):
+        it._take_loss('no answer', now_s[0])
+        it._take_loss('No route to host', now_s[0])
+    assert len(said) == 2
+    for _ in range(5):
+        it._take_left_out({'/cloud': 3})
+        now_s[0] += 2.0
+        it._take_left_out({})
+    assert len(said) == 3 and 'too slow for all of /cloud' in said[2]
+    now_s[0] += 30.0
+    it._take_left_out({})
+    assert said[3:] == ['the link carries everything']

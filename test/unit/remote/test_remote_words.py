@@ -12,14 +12,17 @@ from process_visualizer.remote.link_words import (
     Address,
     address_of,
     clocks_apart,
+    how_to_watch,
     listening_address,
     no_connection,
     not_this_computer,
     nothing_there,
+    only_small_packets,
     ports_of,
     relay_silent,
     types_differ,
     unknown_name,
+    unnamed_here,
     unreachable,
     versions_differ,
 )
@@ -80,10 +83,35 @@ def test_each_obstacle_has_its_own_sentence() -> None:
     assert '--remote' in relay_silent('cell', '127.0.0.1:11411', REFUSED)
     assert 'ssh -N -L 11411:localhost:11411 cell' in relay_silent('cell', '127.0.0.1:11411',
                                                                   REFUSED)
+    assert 'ssh -N -L 11411:127.0.1.1:11411 cell' in relay_silent('cell', '127.0.1.1:11411',
+                                                                  REFUSED)
     assert 'its ROS_IP' in relay_silent('cell', '10.0.0.1:11411', REFUSED)
     assert 'ROS_IP' not in relay_silent('cell', '0.0.0.0:11411', REFUSED)
     assert 'is the cell running there?' in nothing_there(Address('cell', None), REFUSED,
                                                          REFUSED)[0]
+
+
+@pytest.mark.parametrize('error', [ConnectionResetError(errno.ECONNRESET, 'Connection reset'),
+                                   BrokenPipeError(errno.EPIPE, 'Broken pipe')])
+def test_a_tunnel_into_nothing_is_told(error: OSError) -> None:
+    assert 'If that is a tunnel, nothing listens at its other end' in unreachable(
+        Address('localhost', 11411), error, 'x')
+    assert 'tunnel' not in unreachable(Address('192.0.2.1', 11411), error, 'x')
+
+
+def test_how_others_watch() -> None:
+    here = socket.gethostname()
+    assert f'"cell view --master {here}" (port 11411 ' in how_to_watch('0.0.0.0:11411')
+    assert '"cell view --master 10.0.0.5:50000" (port 50000 ' in how_to_watch('10.0.0.5:50000')
+
+
+def test_computers_of_devices_have_to_find_this_one() -> None:
+    assert 'set ROS_IP' in str(unnamed_here({}))
+    assert unnamed_here({'ROS_IP': '10.0.0.5'}) is None
+
+
+def test_the_command_for_small_packets_has_an_address() -> None:
+    assert '"ip route get 127.0.0.1"' in only_small_packets('localhost')
 
 
 def test_clocks() -> None:
