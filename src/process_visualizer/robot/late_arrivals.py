@@ -120,7 +120,9 @@ class LateConnections:
 _MAX_EVEN_PERIOD_S = 0.05
 _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
-_LOST_PERIODS, _LOST_S = 1.5, 0.01
+_MAX_DELAY_S = 0.3
+"""Delay after which it is not known whether the driver itself stood still [s]."""
+_LOST_PERIODS, _LOST_S = 4.0, 0.05
 
 
 class Undated(NamedTuple):
@@ -158,7 +160,9 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
     for begin, end in stretches:
         last = min(end, count - 1)
         lost_s = measured_s[last] - measured_s[begin - 1] - (last - begin + 1) * period_s
-        rows[begin:end] = lost_s > max(_LOST_PERIODS * period_s, _LOST_S)
+        longest_s = float(np.diff(arrival_s[begin - 1:end]).max(initial=0.0))
+        rows[begin:end] = longest_s > _MAX_DELAY_S or lost_s > max(
+            _LOST_PERIODS * period_s, _LOST_S)
     is_open = bool(stretches) and stretches[-1][1] == count
     return Undated(rows, stretches[-1][0] if is_open else count)
 

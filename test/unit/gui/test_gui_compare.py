@@ -161,7 +161,7 @@ def test_where_there_is_no_data_the_verdict_says_so(stand: Stand, tmp_path: Path
     verdicts = column(stand.panel.runs, 2)
     assert [verdicts[1], verdicts[3]] == ['in range, no data in places', 'in range']
     hint = stand.panel.runs.topLevelItem(1).toolTip(2)
-    assert 'not judged: anything from 0:1' in hint and 'the motion lacks data' in hint
+    assert 'not judged: anything from 0:1' in hint and 'messages of the motion are missing' in hint
 
 
 def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:

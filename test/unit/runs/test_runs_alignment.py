@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from made_runs import made_run
 
 from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned
+from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
 from process_visualizer.runs.alignment.time_map import common_events, time_map
 from process_visualizer.runs.run import Run, RunEvent, ToolMotion
 
@@ -168,3 +169,16 @@ def test_events_of_one_moment_are_no_disorder() -> None:
     for run in (both, other):
         found = common_events(both, run)
         assert found.notes == () and len(found.run_s) == 3
+
+
+def test_a_gap_does_not_take_in_what_lies_before_it() -> None:
+    """A run of a recording begins later, and has a gap soon after: a free way led through it."""
+    rows = np.arange(80)
+    reference = np.column_stack((np.cos(0.05 * rows), np.sin(0.05 * rows)))
+    run = reference[7:].copy()
+    run[9:20] = np.nan
+    found = warp(reference, run, band_around(np.full(80, 40.0), np.full(80, 41.0)),
+                 0.02 * float(np.var(reference, axis=0).sum()))
+    known = np.isfinite(run[found[1], 0])
+    assert np.abs((found[0] - found[1])[known] - 7).max() <= 2
+    assert found[1][0] == 0

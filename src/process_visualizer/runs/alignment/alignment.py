@@ -24,7 +24,15 @@ from process_visualizer.runs.alignment.time_map import (
     time_map,
 )
 from process_visualizer.runs.run import Run, part_of
-from process_visualizer.runs.series import States, edits, is_sequence, spans, states
+from process_visualizer.runs.series import (
+    States,
+    data_gaps,
+    edits,
+    inside,
+    is_sequence,
+    spans,
+    states,
+)
 
 _MIN_ROUGH_ROWS, _MAX_ROUGH_ROWS = 50, 3000
 _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 5.0, 12.5, 50.0
@@ -110,7 +118,7 @@ class Alignment(NamedTuple):
 
 def aligned(reference: Run, run: Run) -> Alignment:
     """Return the alignment of a run with a reference; the judged signals do not influence it."""
-    events = common_events(reference.events, run.events)
+    events = _dated_events(reference, run)
     by_motion = motion_alignment(reference, run, events)
     if by_motion is not None:
         return Alignment(by_motion, AlignmentMethod.MOTION, events.notes)
@@ -119,6 +127,29 @@ def aligned(reference: Run, run: Run) -> Alignment:
             time_map(events.reference_s, events.run_s), AlignmentMethod.EVENTS, events.notes
         )
     return Alignment(shift(0.0), AlignmentMethod.BEGIN, events.notes)
+
+
+_MIN_GAP_S, _AFTER_GAP_S = 0.3, 0.1
+
+
+def _dated_events(reference: Run, run: Run) -> CommonEvents:
+    """Return the common events, but for those in gaps: they may have happened long before.
+
+    A threshold that was passed in a gap is noticed with the first message after it.
+    """
+    events = common_events(reference.events, run.events)
+    is_dated = ~(_in_gaps(reference, events.reference_s) | _in_gaps(run, events.run_s))
+    return events._replace(reference_s=events.reference_s[is_dated], run_s=events.run_s[is_dated])
+
+
+def _in_gaps(run: Run, times_s: np.ndarray) -> np.ndarray:
+    """Return which times (n,) are in a gap of the motion of all tools, or just after one."""
+    found = np.zeros(len(times_s), bool)
+    gaps = [data_gaps(it.times_s) for it in run.motions if len(it.times_s)]
+    if gaps and len(times_s):
+        found[:] = np.logical_and.reduce([inside(times_s, np.column_stack((
+            it[:, 0], it[:, 1] + _AFTER_GAP_S))[it[:, 1] - it[:, 0] >= _MIN_GAP_S]) for it in gaps])
+    return found
 
 
 # Moments of two runs that correspond because the operator says so.
@@ -254,7 +285,7 @@ def _with_states(reference: Run, run: Run, found: TimeMap) -> TimeMap:
     the last motion, events do.
     """
     orders = _common_orders(reference, run)
-    events = common_events(reference.events, run.events)
+    events = _dated_events(reference, run)
     at_events = list(zip(events.reference_s.tolist(), events.run_s.tolist()))
     points = list(zip(found.reference_s.tolist(), found.run_s.tolist()))
     begin = next((it for it in at_events if _is_between(it, None, points[0])), None)

@@ -44,15 +44,16 @@ def warp(reference: np.ndarray, run: np.ndarray, band: WarpBand,
     """Return the rows (k,), (k,) of the best path through the squared distances; empty without one.
 
     Args:
-        reference: (n, d); NaN where unknown, which costs nothing.
+        reference: (n, d); NaN where unknown.
         run: (m, d); NaN as in the reference.
         band: of n rows.
-        skipped: cost of a row of the reference that corresponds to no row of the run.
+        skipped: cost of a row of the reference that corresponds to no row of the run. Where
+            nothing is known, a row costs as much: otherwise a gap would take in everything.
     """
     search = _Search(band, len(run), skipped)
     for begin in range(0, len(reference), _block_rows(band)):
         block = slice(begin, begin + _block_rows(band))
-        for costs in _costs(reference[block], run, band, block):
+        for costs in _costs(reference[block], run, band, block, skipped):
             search.add_row(costs)
     return search.path()
 
@@ -61,7 +62,8 @@ def _block_rows(band: WarpBand) -> int:
     return max(_BLOCK_CELLS // band.width, 1)
 
 
-def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice) -> np.ndarray:
+def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice,
+           unknown: float) -> np.ndarray:
     """Return the costs of some rows in all columns; infinite outside the run and the reach."""
     columns = np.arange(band.width)
     places = band.first[block, np.newaxis] + columns
@@ -69,8 +71,11 @@ def _costs(reference: np.ndarray, run: np.ndarray, band: WarpBand, block: slice)
     inside &= np.abs(columns - band.width // 2) <= np.ceil(band.reach[block, np.newaxis])
     near = run[np.clip(places, 0, len(run) - 1)]
     difference = near - reference[:, np.newaxis, :]
-    difference[~np.isfinite(difference)] = 0.0
-    return np.where(inside, np.einsum('ijk,ijk->ij', difference, difference), np.inf)
+    is_known = np.isfinite(difference)
+    difference[~is_known] = 0.0
+    costs = np.einsum('ijk,ijk->ij', difference, difference)
+    costs[~is_known.any(axis=2)] = unknown
+    return np.where(inside, costs, np.inf)
 
 
 class _Search:

@@ -127,7 +127,8 @@ class Missing(Enum):
     """The reason why a signal is not judged, as a text."""
 
     DATA = 'no data'
-    MOTION = 'the motion lacks data there, so the moment of the process is unknown'
+    MOTION = ('messages of the motion are missing or came late there, so the moment of the process '
+              'is unknown')
     SELDOM = 'fewer than two values a second'
 
 

@@ -14,8 +14,10 @@ from process_visualizer.runs.run import Channel, ChannelKind, Key, Run
 from process_visualizer.runs.series import (
     FINE_S,
     ROUGH_S,
+    data_gaps,
     fine_part,
     held_at,
+    inside,
     is_sequence,
     moving_maximum,
     period_s,
@@ -53,12 +55,12 @@ class StuckSensors:
     def departures(self, run: Run, time_map: TimeMap) -> Iterator[Departure]:
         """Yield a departure for each stuck channel, from the last change of its value on."""
         run_s = time_map.to_run(self._times_s)
-        inside = (run_s >= 0.0) & (run_s <= run.duration_s)
+        is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
         for channel in _measured(run.channels):
             usual_s = self._longest_s.get(channel.key)
             if usual_s is not None:
-                found = _departure(channel, np.where(inside, _unchanged_s(channel, run_s)[0], 0.0),
-                                   usual_s, self._times_s, time_map, run_s)
+                held_s = np.where(is_there, _unchanged_s(channel, run_s)[0], 0.0)
+                found = _departure(channel, held_s, usual_s, self._times_s, time_map, run_s)
                 if found is not None:
                     yield found
 
@@ -108,9 +110,9 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
 def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return how long (t,) [s] messages have had the same value at times of the run (t,).
 
-    Gaps between messages do not count: the value may have been another one there. Also return
-    whether this is known (t,): for a value that has not changed since the first message, it is only
-    a lower bound.
+    NaN in gaps between messages, which do not count: the value may have been another one there.
+    Also return whether this is known (t,): for a value that has not changed since the first
+    message, it is only a lower bound.
     """
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
@@ -120,7 +122,8 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.nd
     changed = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
     mean_s = (times_s[-1] - times_s[0]) / max(len(times_s) - 1, 1)
     seen_s = np.concatenate(([0.0], np.cumsum(np.minimum(np.diff(times_s), _MAX_MEANS * mean_s))))
-    return (held_at(run_s, times_s, seen_s - seen_s[changed]),
+    held_s = held_at(run_s, times_s, seen_s - seen_s[changed])
+    return (np.where(inside(run_s, data_gaps(times_s)), np.nan, held_s),
             held_at(run_s, times_s, np.where(changed > 0, 1.0, 0.0)) > 0.0)
 
 
