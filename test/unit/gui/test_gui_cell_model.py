@@ -55,6 +55,19 @@ def test_ticks_stay_when_the_file_is_read_again(model: CellModel, qtbot: Any,
     assert names(model) == ['press', 'saw']
 
 
+def test_values_of_arguments_stay_with_their_configuration(model: CellModel, qtbot: Any,
+                                                           config: Path) -> None:
+    other = config.with_name('other.xml')
+    for path in (config, other):
+        path.write_text(f'<visualizer><arg name="rate" default="30"/>{DEVICES}</visualizer>')
+    with qtbot.waitSignal(model.loaded):
+        model.open(str(config), {'rate': '5'})
+    load(model, qtbot, other)
+    assert model.arguments == {}
+    load(model, qtbot, config)
+    assert model.arguments == {'rate': '5'}
+
+
 def test_broken_file_keeps_the_configuration_before(model: CellModel, qtbot: Any,
                                                     config: Path) -> None:
     load(model, qtbot, config)

@@ -111,6 +111,14 @@ class TestTexts:
     def test_values(self, at_position: float, at_mouse: float, texts: tuple) -> None:
         assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts
 
+    def test_a_column_with_several_values_has_no_value_that_nobody_sent(self) -> None:
+        """An edge jumped from 253 to 424: in between there was never a 338."""
+        lane = Lane('a', '', (1.0, 0.0, 0.0), np.array([253.0]), np.array([424.0]))
+        assert lane_texts(lane, 300.0, 253.0, lane.range_at(0.5)) == (
+            '253', '253 to 424', 'Δ +0 to +171')
+        assert lane_texts(lane, 300.0, 253.0, (253.1, 253.2)) == ('253', '253', 'Δ +0')
+        assert lane_texts(lane, 300.0, 253.0, (NAN, NAN)) == ('253', 'no data', 'Δ –')
+
     def test_what_good_runs_have_is_beside_the_value(self) -> None:
         found = lane_texts(self.LANE, 20.0, 19.24, None, 17.7).at_position
         assert found == '19.2 N  (reference 17.7, Δ +1.5)'

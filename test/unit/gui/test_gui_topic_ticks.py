@@ -79,3 +79,22 @@ def test_what_is_slow_or_was_latched_is_not_silent(ticks):
     ticks.take([seen('/robot/q_act', rate_hz=1.0, silence_s=0.1, messages=1)])
     ticks.take([seen('/robot/q_act', rate_hz=0.0, silence_s=60.0, messages=1)])
     assert health(ticks) is TopicHealth.GOOD
+
+
+def test_ticks_are_those_of_the_last_session(ticks: TopicTicks) -> None:
+    ticks.tick('/kinect/image', False)
+    ticks.tick('/robot/q_act', True)  # as in the configuration
+    assert ticks.changed == {'/kinect/image': False}
+    later = TopicTicks()
+    later.restore(ticks.changed)
+    later.set_devices(devices())
+    assert later.ticked() == ('/robot/q_act', '/robot/tcf')
+
+
+def test_what_is_not_recorded_does_not_count_as_coming_in(ticks: TopicTicks) -> None:
+    """Images that were not ticked made the disk full in half an hour instead of four days."""
+    image = seen('/kinect/image', 30.0)._replace(bytes=1000 * 614_400)
+    ticks.take([seen('/robot/q_act'), image, seen('/other', 1.0)])
+    assert ticks.ticked_share() == pytest.approx(1.0)
+    ticks.tick('/kinect/image', False)
+    assert ticks.ticked_share() == pytest.approx(126.0 * 60.0 / (126.0 * 60.0 + 30.0 * 614_400.0))

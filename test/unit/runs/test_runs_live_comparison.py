@@ -2,7 +2,7 @@
 """What of a running cell is out of the band now, and since when."""
 from __future__ import annotations
 
-from typing import Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import pytest
@@ -94,6 +94,25 @@ def test_what_is_back_is_told_no_longer_and_a_moment_not_at_all(learned: LiveCom
     assert departure(learned, 8.0, 3.0, from_s=7.9) is None
     back = departure(learned, 8.0, 3.0, 6.0, until_s=7.96)
     assert back is not None, 'it may swing back for a moment'
+
+
+def test_what_came_and_went_between_two_judgments_counts_once(learned: LiveComparison) -> None:
+    """On a busy computer a late feed of 0.35 s was in range, though its curve was red."""
+    def passed(since_s: float, until_s: float = 6.35) -> List[float]:
+        times_s, values, reference_s = window(8.0, 3.0, from_s=6.0, until_s=until_s)
+        return [it.since_s - EPOCH_S for it in learned.passed(
+            times_s, {KEY: values}, reference_s, EPOCH_S + since_s)]
+    assert passed(5.0) == pytest.approx([6.0], abs=0.1)
+    assert passed(6.2) == pytest.approx([6.0], abs=0.1)
+    assert passed(6.5) == passed(5.0, until_s=6.1) == passed(5.0, until_s=7.9) == []
+
+
+def test_a_gap_does_not_make_a_departure_last(learned: LiveComparison) -> None:
+    """It began just before a gap, and seemed to last until its end."""
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)
+    values[(reference_s > 6.2) & (reference_s < 7.82)] = np.nan
+    found = learned.departures(times_s, {KEY: values}, reference_s)
+    assert found == ()
 
 
 def test_what_has_no_values_or_no_moment_is_not_judged(learned: LiveComparison) -> None:

@@ -192,7 +192,8 @@ class Launcher(QObject):
         """Return the ticks, good runs, comparisons and edits, for ``restore``."""
         return {'unticked': self.cell.unticked, 'compare': self.compare.settings(),
                 'finished': self.live_comparison.settings(),
-                'unsaved': self.unsaved.settings()}
+                'unsaved': self.unsaved.settings(),
+                'recorded': self.recording.choices.changed_ticks}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
         """Take the ticks, comparisons and edits of an earlier session.
@@ -203,6 +204,7 @@ class Launcher(QObject):
         self.compare.restore(settings['compare'])
         self.live_comparison.restore(settings.get('finished', []))
         self.unsaved.restore(settings.get('unsaved', {}))
+        self.recording.choices.restore_ticks(settings.get('recorded', {}))
         self.cell.set_unticked(settings['unticked'])
 
     def choice(self) -> Choice:

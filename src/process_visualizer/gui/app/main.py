@@ -82,7 +82,7 @@ def main() -> int:
     kept.failed.connect(launcher.failed)
     kept.restore()
     for changed in (launcher.cell.changed, launcher.compare.changed, launcher.unsaved.changed,
-                    launcher.live_comparison.run_finished):
+                    launcher.live_comparison.run_finished, launcher.recording.choices.changed):
         changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
     store_changes(launcher, settings)

@@ -132,7 +132,7 @@ class CellModel(QObject):
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks, self.session = tasks, session
-        self._arguments: Dict[str, str] = {}
+        self._arguments_of: Dict[str, Dict[str, str]] = {}  # by path
         self._unticked: Dict[str, Set[str]] = {}  # by configuration
         self.files = FileWatch(tasks, self)
         self.path = ''
@@ -142,16 +142,17 @@ class CellModel(QObject):
         session.cell_changed.connect(self.changed)
 
     def open(self, path: str, arguments: Optional[Mapping[str, str]] = None) -> None:
-        """Load another configuration with values for its ``<arg>`` elements."""
+        """Load a configuration with values for its ``<arg>`` elements; default: its last ones."""
         self.path = os.path.abspath(path)
-        self._arguments = dict(arguments or {})
+        if arguments is not None:
+            self._arguments_of[self.path] = dict(arguments)
         self.reload()
 
     def reload(self) -> None:
         """Read the file again."""
         self.is_loading = True
         self.changed.emit()
-        path, arguments = self.path, dict(self._arguments)
+        path, arguments = self.path, self.arguments
         self._tasks.run('files', lambda: _load(path, arguments), self._take)
 
     def is_ticked(self, name: str) -> bool:
@@ -184,12 +185,12 @@ class CellModel(QObject):
     @property
     def arguments(self) -> Dict[str, str]:
         """The values for the <arg> elements of the configuration."""
-        return dict(self._arguments)
+        return dict(self._arguments_of.get(self.path, {}))
 
     @property
     def source(self) -> Dict[str, Any]:
         """The path and the arguments, for the settings."""
-        return {'path': self.path, 'arguments': self._arguments}
+        return {'path': self.path, 'arguments': self.arguments}
 
     @property
     def unticked(self) -> Dict[str, List[str]]:

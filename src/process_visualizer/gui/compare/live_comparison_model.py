@@ -280,9 +280,10 @@ class LiveComparisonModel(QObject):
         self._now_s = float(times_s[-1])
         self._values_since_s = self._values_since_s or self._now_s
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
+        reference_s = self._history.at(times_s)
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._departures = _earliest(self._departures, comparison.departures(
-            times_s, values, self._history.at(times_s)))
+            times_s, values, reference_s))
         lost = comparison.lost(times_s, values)
         self._known_s = comparison.known_s(times_s, values) or self._known_s
         self._is_stale = self._has_common and lost.issuperset(comparison.keys) and any(
@@ -293,8 +294,9 @@ class LiveComparisonModel(QObject):
         if self._runs is not None and self._is_stale:
             self._runs.lose()
         elif self._runs is not None and self._has_common:
-            self._runs.judge(self._departures, comparison.unjudged_s(
-                times_s, values, self._history.at(times_s), since_s, self._live.keys))
+            passed = comparison.passed(times_s, values, reference_s, since_s)
+            self._runs.judge((*self._departures, *passed), comparison.unjudged_s(
+                times_s, values, reference_s, since_s, self._live.keys))
         elif self._runs is not None:  # a run without common channels is not of this cell
             over = self._runs.end()
             self._finish(over if over is not None and over.is_judged else None)

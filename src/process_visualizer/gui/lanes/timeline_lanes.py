@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -67,9 +67,19 @@ class Lane:
         return (self.unit,) if self.unit else self.key
 
     def at(self, share: float) -> float:
-        """Return the value at a share (0 to 1) of the recording; NaN without a value there."""
+        """Return the middle of the values at a share (0 to 1) of the recording; NaN without any."""
+        low, high = self.range_at(share)
+        return 0.5 * (low + high)
+
+    def range_at(self, share: float) -> Tuple[float, float]:
+        """Return the least and the greatest value of the column at a share of the recording.
+
+        Both are NaN without a value there.
+        """
         column = min(int(share * len(self.low)), len(self.low) - 1)
-        return float(self.low[column] + self.high[column]) / 2 if column >= 0 else float('nan')
+        if column < 0:
+            return float('nan'), float('nan')
+        return float(self.low[column]), float(self.high[column])
 
     def good_at(self, share: float) -> Optional[float]:
         """Return the middle of the band at a share (0 to 1) of the recording; None without one."""
@@ -136,14 +146,19 @@ class LaneTexts(NamedTuple):
     difference: str = ''
 
 
+Range = Tuple[float, float]
+
+
 def lane_texts(lane: Lane, span: float, at_position: Optional[float],
-               at_mouse: Optional[float], good: Optional[float] = None,
+               at_mouse: Union[None, float, Range], good: Optional[float] = None,
                silent_s: float = math.inf) -> LaneTexts:
     """Return a curve's values as texts, in its unit, for a scale with a ``span`` of values.
 
-    A missing value is NaN. None means at the position: not known yet; at the mouse: no mouse. The
-    ``good`` value at the position follows the value, with the difference. Missing data is reported
-    with the time since the last value ``silent_s`` [s], if that is finite.
+    A missing value is NaN. None means at the position: not known yet; at the mouse: no mouse. There
+    may be several values at the mouse, as a column has a width: a range then, not their middle,
+    which nobody may have sent. The ``good`` value at the position follows the value, with the
+    difference. Missing data is reported with the time since the last value ``silent_s`` [s], if
+    that is finite.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else _value_text(at_position, decimals)
@@ -152,10 +167,12 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
             known += '' if math.isinf(silent_s) else f' for {_seconds_text(silent_s)}'
         unit = '' if known.startswith(_NO_DATA) else lane.unit
         return LaneTexts(f'{known} {unit}'.rstrip() + _beside_good(at_position, good, decimals))
-    difference = math.nan if at_position is None else (
-        round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers as displayed
-    return LaneTexts(known, _value_text(at_mouse, decimals),
-                     f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
+    ends = at_mouse if isinstance(at_mouse, tuple) else (at_mouse, at_mouse)
+    base = math.nan if at_position is None else round(at_position, decimals)
+    there = dict.fromkeys(_value_text(it, decimals) for it in ends)
+    away = dict.fromkeys(  # of the numbers as displayed
+        number_text(round(it, decimals) - base, decimals, '+') for it in ends)
+    return LaneTexts(known, ' to '.join(there), f'Δ {" to ".join(away)} {lane.unit}'.rstrip())
 
 
 def _value_text(value: float, decimals: int) -> str:

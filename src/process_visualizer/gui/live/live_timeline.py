@@ -168,7 +168,7 @@ class LiveTimeline(LanesTimeline):
         good = curve.good_at(_newest_share(curve, self._duration_s))
         if self._duration_s > 0.0:
             if hover_s is not None:
-                at_mouse = curve.at(1.0 + hover_s / self._duration_s)
+                at_mouse = curve.range_at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
                 share, silent_s = 1.0 + self._replay_s / self._duration_s, math.inf
                 if not 0.0 <= share <= 1.0:  # not in the picture

@@ -207,7 +207,8 @@ class TimelineView(LanesTimeline):
         """Return a curve's value at the position, its value at the mouse, and their difference."""
         curve, length_s = self.stack.lanes[row].curves[number], self.zoom.shown.length_s
         time_s = self.hover_s
-        at_mouse = None if time_s is None or not length_s else curve.at(time_s / length_s)
+        at_mouse = None if time_s is None or not length_s else curve.range_at(
+            time_s / length_s)
         good = curve.good_at(self._playback.position_s / length_s) if length_s else None
         return lane_texts(curve, self.stack.pictures.scale(row, number).span,
                           self._value_of(curve.key), at_mouse, good)

@@ -194,6 +194,24 @@ class TopicTicks:
         """Return the names of the topics to record."""
         return tuple(name for name in self._topics if self._is_ticked(name))
 
+    @property
+    def changed(self) -> Dict[str, bool]:
+        """The operator's ticks that differ from the configuration's; for ``restore``."""
+        return {name: is_ticked for name, is_ticked in self._changed.items()
+                if name not in self._topics or is_ticked != self._topics[name][1]}
+
+    def restore(self, changed: Mapping[str, bool]) -> None:
+        """Take the operator's ticks of an earlier session."""
+        self._changed = {str(name): bool(is_ticked) for name, is_ticked in changed.items()}
+
+    def ticked_share(self) -> float:
+        """Return the share of the bytes that arrive now on topics to record."""
+        rates = {it.name: it.rate_hz * it.bytes / max(it.messages, 1) for it in self._seen.values()}
+        wanted = sum(rate for name, rate in rates.items()
+                     if name not in self._topics or self._is_ticked(name))
+        total = sum(rates.values())
+        return wanted / total if total > 0.0 else 1.0
+
     def rows(self) -> List[TopicRow]:
         """Return all topics, in the order of the devices."""
         return [self._row(name) for name in self._topics]
@@ -339,6 +357,24 @@ class RecordingChoices(QObject):
         """Tick the topics that the configuration records."""
         self._ticks.preset()
         self.changed.emit()
+
+    @property
+    def changed_ticks(self) -> Dict[str, bool]:
+        """The operator's ticks that differ from the configuration's, by topic."""
+        return self._ticks.changed
+
+    def restore_ticks(self, changed: Mapping[str, bool]) -> None:
+        """Take the operator's ticks of an earlier session.
+
+        Raises:
+            AttributeError: these are not such ticks.
+        """
+        self._ticks.restore(changed)
+        self.changed.emit()
+
+    def ticked_share(self) -> float:
+        """Return the share of the bytes that arrive now on topics to record."""
+        return self._ticks.ticked_share()
 
     def take_topics(self, topics: Sequence[TopicSnapshot]) -> None:
         """Take the recorder's report on topics; the caller emits ``changed``."""

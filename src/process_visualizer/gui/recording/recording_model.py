@@ -151,7 +151,15 @@ class RecordingModel(QObject):
     @property
     def room(self) -> DiskRoom:
         """The room for recording on the disk."""
-        return disk_room(self.phase, self._state.snapshot, self.choices.free_bytes)
+        snapshot = self._state.snapshot
+        if not self.is_recording:
+            snapshot = snapshot._replace(rate=self.incoming)
+        return disk_room(self.phase, snapshot, self.choices.free_bytes)
+
+    @property
+    def incoming(self) -> float:
+        """What arrives now of the topics to record [bytes per s]."""
+        return self._state.snapshot.rate * self.choices.ticked_share()
 
     def _follow_choices(self) -> None:
         self._enter(self._state.chosen(self.choices.options()))

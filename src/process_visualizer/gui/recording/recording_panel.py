@@ -135,7 +135,7 @@ class RecordBar(QFrame):
 
     def _show_figures(self) -> None:
         state = self._model.state
-        figures, incoming = state.figures, state.snapshot.rate
+        figures, incoming = state.figures, self._model.incoming
         is_known = figures is not None and state.phase is not RecordingPhase.STARTING
         color(self._clock, 'text' if state.is_busy or is_known else 'quiet')
         if figures is None or not is_known:

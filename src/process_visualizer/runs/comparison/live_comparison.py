@@ -23,7 +23,7 @@ from process_visualizer.bagio.json_text import finite_number, parsed_json
 from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBand
 from process_visualizer.runs.comparison.wording import clock, quantity
-from process_visualizer.runs.deviation.band import SignalBand, widened
+from process_visualizer.runs.deviation.band import SignalBand, beyond, widened
 from process_visualizer.runs.deviation.departures import outside, outside_since
 from process_visualizer.runs.deviation.signals import (
     FORCE_DIRECTION,
@@ -34,12 +34,13 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
 )
 from process_visualizer.runs.run import Key
-from process_visualizer.runs.series import inside, moving_mean, period_s
+from process_visualizer.runs.series import inside, moving_mean, period_s, spans
 
 _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
 _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
+_LONGEST_STEP_S = 0.06
 _AROUND_GAPS_S = 0.15
 """Time around a gap in which means and speeds lack values [s]."""
 _COMPLETE_AFTER_S = 0.5
@@ -171,22 +172,46 @@ class LiveComparison:
         rows = np.flatnonzero(np.any(known, axis=0)) if known else np.zeros(0, int)
         return float(times_s[rows[-1]]) if len(rows) else None
 
+    def passed(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
+               reference_s: np.ndarray, since_s: float) -> Tuple[LiveDeparture, ...]:
+        """Return the departures that ended after ``since_s``, but for the last half second.
+
+        A departure may come and go between two judgments. The rest is as for ``departures``.
+        """
+        found = []
+        for key in self._signals:
+            if key not in values:
+                continue
+            rows, away = self._beyond(key, times_s, values[key], reference_s)
+            for begin, end in spans(away != 0.0):
+                ended_s = times_s[rows[end - 1]]
+                if end < len(rows) and since_s < ended_s <= self.judged_until_s(times_s) and \
+                        _lasting_s(times_s[rows], begin, end) >= _REPORTED_AFTER_S:
+                    worst = begin + int(np.abs(away[begin:end]).argmax())
+                    found.append(LiveDeparture(self._signals[key], float(times_s[rows[begin]]),
+                                               float(away[worst])))
+        return tuple(found)
+
     def _departure(self, key: Key, times_s: np.ndarray, values: np.ndarray,
                    reference_s: np.ndarray) -> Optional[LiveDeparture]:
+        rows, away = self._beyond(key, times_s, values, reference_s)
+        if not len(rows) or times_s[rows[-1]] < times_s[-1] - _NEWEST_S:
+            return None
+        since = outside_since(away != 0.0)
+        if since is None or _lasting_s(times_s[rows], since, len(rows)) < _REPORTED_AFTER_S:
+            return None
+        return LiveDeparture(self._signals[key], float(times_s[rows[since]]),
+                             float(away[np.flatnonzero(away)[-1]]))
+
+    def _beyond(self, key: Key, times_s: np.ndarray, values: np.ndarray,
+                reference_s: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the rows (k,) of this run that can be judged, and how far they are out; 0: in."""
         limits = self._limits_at(key, reference_s)
         assert limits is not None
         deviation = _means(self._signals[key], times_s, values) - limits.middle
         rows = _of_this_run(np.flatnonzero(np.isfinite(deviation)), reference_s)
-        if not len(rows) or times_s[rows[-1]] < times_s[-1] - _NEWEST_S:
-            return None
-        is_out = np.abs(deviation[rows]) > limits.half_width[rows]
-        since = outside_since(is_out)
-        if since is None or times_s[rows[-1]] - times_s[rows[since]] < _REPORTED_AFTER_S:
-            return None
-        worst = rows[np.flatnonzero(is_out)[-1]]
-        beyond = abs(deviation[worst]) - limits.half_width[worst]
-        return LiveDeparture(self._signals[key], float(times_s[rows[since]]),
-                             float(np.copysign(beyond, deviation[worst])))
+        half_width = limits.half_width[rows]
+        return rows, beyond(deviation[rows], -half_width, half_width)
 
     def _limits_at(self, key: Key, reference_s: np.ndarray) -> Optional[SignalBand]:
         limits = self._limits.get(key)
@@ -194,6 +219,15 @@ class LiveComparison:
             return None
         return SignalBand(*(np.interp(reference_s, self._times_s, it, np.nan, np.nan)
                             for it in limits[:2]))
+
+
+def _lasting_s(times_s: np.ndarray, begin: int, end: int) -> float:
+    """Return how long judged rows from ``begin`` to before ``end`` last [s]; gaps do not count."""
+    steps_s = np.diff(times_s)
+    if not len(steps_s):
+        return 0.0
+    longest_s = max(_LONGEST_STEP_S, 1.5 * float(np.median(steps_s)))
+    return float(np.minimum(steps_s[begin:end - 1], longest_s).sum())
 
 
 def _means(signal: Signal, times_s: np.ndarray, values: np.ndarray,
