@@ -125,6 +125,22 @@ def test_a_pause_counts_as_behind() -> None:
     assert alignment.behind_s == pytest.approx(5.0, abs=0.1)
 
 
+@pytest.mark.parametrize('is_first', [True, False])
+def test_an_event_that_is_noticed_after_a_gap_does_not_tell_the_delay(is_first: bool) -> None:
+    """The run went on while all data was missing: it is not ahead of the reference."""
+    alignment = alignment_of(there_and_back)
+    times_s = np.arange(-2.0, 6.0, 1.0 / RATE_HZ)
+    for time_s, place in zip(times_s, there_and_back(GO_S + times_s)):
+        if not -1.0 < time_s < 1.5:
+            if is_first and abs(time_s - 1.5) < 0.5 / RATE_HZ:
+                alignment.take_event('go', float(time_s))
+            alignment.advance(float(time_s), place)
+        if not is_first and abs(time_s - 1.52) < 0.5 / RATE_HZ:
+            alignment.take_event('go', float(time_s))
+    assert alignment.phase_s == pytest.approx(GO_S + 6.0, abs=0.1)
+    assert math.isnan(alignment.behind_s)
+
+
 @pytest.mark.parametrize('path', [there_and_back, eight])
 def test_without_events_it_is_found_where_it_moves(path: Path) -> None:
     live = follow(alignment_of(path, events=False), path, begin_s=5.0)

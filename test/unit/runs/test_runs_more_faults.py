@@ -54,6 +54,23 @@ def test_a_stuck_sensor_explains_why_its_value_is_wrong_later() -> None:
     assert found[0].severity > 1.0
 
 
+def test_a_value_that_changes_late_is_not_stuck() -> None:
+    """Good runs stay the same just as long before: it was dated where all of them began to."""
+    def made(seed: int, late_s: float) -> Run:
+        run = made_run(seed)
+        times_s, values = run.channels[0].times_s, np.zeros(len(run.channels[0].times_s))
+        moves = times_s > 7.0 + late_s
+        noise = np.random.default_rng(seed).standard_normal(int(moves.sum()))
+        values[moves] = np.minimum(3.0 * (times_s[moves] - 7.0 - late_s), 3.0) + 0.01 * noise
+        return run._replace(channels=(*run.channels, Channel(
+            'machine', 'feed', 'm/s', ChannelKind.VARIABLE, times_s, values)))
+    good = GoodRuns(made(1, 0.0), [made(seed, 0.0) for seed in (2, 3, 4)])
+    found = good.compare(made(9, 1.0)).departures
+    assert {it.signal.label for it in found} >= {'feed'}
+    assert not any('stays' in it.words for it in found)
+    assert found[0].onset_s == pytest.approx(7.0, abs=0.3)
+
+
 def test_a_value_that_is_wrong_when_the_sensor_works_again_is_told() -> None:
     def stuck(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         held = (process_s > 5.2) & (process_s < 8.8)

@@ -154,6 +154,8 @@ _WRONG_S = 1.0
 """A shorter step back in the reference is noise; a longer one corrects an error [s]."""
 _LATE_S = 0.5
 """Maximum age of a place compared with the last event [s]; beyond it, the clock was set back."""
+_UNSEEN_S, _RESUMES_S = 0.3, 0.1
+"""Time without places in which an event may have come unnoticed, and after which it is seen [s]."""
 _MAX_GAP_S = 5.0
 """Time without data after which the run may be anywhere [s]."""
 
@@ -178,6 +180,7 @@ class LiveAlignment:
         self._tracker = PhaseTracker(reference, period_s)
         self._events, self._span = events, span
         self._last_s: Optional[float] = None
+        self._seen_s = self._resumed_s = -math.inf  # last place; first one after a gap
         self._place = np.full(reference.shape[1:], np.nan)
         self._phase_s = 0.0
         self._forget()
@@ -197,7 +200,10 @@ class LiveAlignment:
 
     @property
     def elapsed_s(self) -> float:
-        """Return the time since the run's begin event [s]; NaN if the event was not seen."""
+        """Return the time since the run's begin event [s].
+
+        NaN if the event was not seen, or noticed after a gap in which it may have come at any time.
+        """
         if self._begun_s is None or self._last_s is None or not self._is_known:
             return math.nan
         return self._last_s - self._begun_s
@@ -233,6 +239,10 @@ class LiveAlignment:
         if not 0.0 <= elapsed_s <= _MAX_GAP_S:
             self._forget()
             elapsed_s = 0.0
+        if np.isfinite(place).any():
+            if _UNSEEN_S < time_s - self._seen_s < math.inf:
+                self._resumed_s = time_s
+            self._seen_s = time_s
         self._last_s, self._place = time_s, place
         self._tracker.advance(elapsed_s, place)
         found_s = self._tracker.phase_s
@@ -258,7 +268,9 @@ class LiveAlignment:
     def _begin(self, time_s: float) -> None:
         self._forget()
         self._tracker.begin_at(self._begin_s())
-        self._begun_s, self._is_known = time_s, True
+        is_dated = time_s - self._resumed_s > _RESUMES_S and not (
+            _UNSEEN_S < time_s - self._seen_s < math.inf)
+        self._begun_s, self._is_known = time_s if is_dated else None, True
         self._phase_s = self._tracker.phase_s
         self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
 

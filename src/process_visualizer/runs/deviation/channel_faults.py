@@ -27,6 +27,7 @@ _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKi
 _SLOWEST_S = 0.1
 """Signals slower than this may repeat a value a few times by chance [s]."""
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
+_AS_LONG = 0.8
 _MAX_MEANS = 3.0
 """Longest time between two messages that counts, in mean ones."""
 _NEAR_ROWS = int(0.5 * RATE_HZ)
@@ -48,6 +49,7 @@ class StuckSensors:
                 before = self._longest_s.get(channel.key, np.nan)
                 self._longest_s[channel.key] = np.fmax(before, found)
                 known[channel.key] = known.get(channel.key, False) | is_known
+        self._at_least_s = {key: np.nan_to_num(it) for key, it in self._longest_s.items()}
         self._longest_s = {
             key: moving_maximum(np.where(known[key] | np.isnan(it), np.nan_to_num(it), np.inf),
                                 _NEAR_ROWS) for key, it in self._longest_s.items()}
@@ -61,8 +63,17 @@ class StuckSensors:
             if usual_s is not None:
                 held_s = np.where(is_there, _unchanged_s(channel, run_s)[0], 0.0)
                 found = _departure(channel, held_s, usual_s, self._times_s, time_map, run_s)
-                if found is not None:
+                if found is not None and not self._is_late(channel.key, found):
                     yield found
+
+    def _is_late(self, key: Key, found: Departure) -> bool:
+        """Return whether good runs had stayed the same as long, and then changed: the band shows.
+
+        What good runs did before they begin does not count.
+        """
+        passed_s = self._times_s - found.onset_s
+        before = (passed_s > _MIN_S) & (self._times_s < found.left_s)
+        return bool((self._at_least_s[key] >= _AS_LONG * passed_s)[before].any())
 
 
 def explains(stuck: Departure, other: Departure) -> bool:
