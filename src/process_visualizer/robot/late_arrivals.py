@@ -122,7 +122,7 @@ _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
 _MAX_DELAY_S = 0.3
 """Delay after which it is not known whether the driver itself stood still [s]."""
-_LOST_PERIODS, _LOST_S = 4.0, 0.05
+_LOST_PERIODS, _LOST_S = 4.0, 0.03
 
 
 class Undated(NamedTuple):
