@@ -16,7 +16,7 @@ from recent_parts import part_of, parts_of
 from recorded_rows import Row, stamp
 from recorded_rows import write_bag as rows_bag
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float32MultiArray
+from std_msgs.msg import Float32, Float32MultiArray
 
 from process_visualizer.bagio.message_definition import Connection
 from process_visualizer.bagio.recorder_topics import MARKS
@@ -350,3 +350,18 @@ def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_pa
     assert speed.low[known] == pytest.approx(0.3, rel=0.1)
     assert speed.high[known] == pytest.approx(0.3, rel=0.1)
     assert known.mean() > 0.8
+
+
+def test_a_topic_that_changes_its_rate_is_where_it_was_recorded(tmp_path: Path) -> None:
+    """By its period of most of the time, quick messages would be some seconds earlier."""
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="other" name="o"><base frame="o"/>'
+        '<variable topic="heat" frame="o"/></device></visualizer>')
+    times_ms = [*range(0, 20_000, 50), *range(20_000, 22_000, 10), *range(22_000, 30_000, 50)]
+    path = rows_bag(tmp_path / 'a.bag', [Row('/heat', it, Float32(float(it))) for it in times_ms])
+    devices = XmlParser().parse(str(tmp_path / 'cell.xml')).devices
+    with Recording([path]) as recording:
+        [found] = read_samples(recording, found_series(recording, curve_sources(devices), devices),
+                               by_stamp=True)
+    assert found.times_s == pytest.approx(found.values[:, 0] / 1e3, abs=1e-6)
+    assert len(found.times_s) == len(times_ms)

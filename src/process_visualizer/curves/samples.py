@@ -73,8 +73,8 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
         on_progress: is called with the part that is done, 0 to 1.
         is_canceled: is asked often.
         by_stamp: whether numbers belong to the time of their message's stamp, where it has one
-            that can be right, instead of that at which it was recorded. Without stamps, that is the
-            time of measurement if they are sent evenly; see ``dated``.
+            that can be right, instead of that at which it was recorded. Without stamps, numbers
+            are left out where nobody knows how late they came; see ``dated``.
 
     Raises:
         ReadingCanceled: is_canceled() has become true.

@@ -52,7 +52,6 @@ from process_visualizer.robot.recorded_velocity import (
     certain_rows,
     dated_rows,
     measuring_times,
-    sent_evenly,
 )
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.robot.tool_frame import pose_frames, tool_frame
@@ -333,14 +332,13 @@ def certain(recording: Recording, numbers: Numbers, period_s: Optional[float] = 
 def dated(recording: Recording, numbers: Numbers) -> Tuple[Numbers, np.ndarray]:
     """Return the numbers whose time is known, and their times (n,) [s from the beginning].
 
-    These are stamps, the times of measurement if numbers are sent evenly, else those of arrival.
+    These are stamps, else arrivals: a topic may change its rate, so its period dates nothing.
     """
     arrival_s, stamp_s = _arrivals_and_stamps(recording, numbers)
-    if not np.isfinite(stamp_s).any() and not sent_evenly(arrival_s, stamp_s):
-        return numbers, arrival_s
+    if np.isfinite(stamp_s).any():
+        return numbers, measuring_times(arrival_s, stamp_s)
     rows = dated_rows(arrival_s, stamp_s)
-    return (Numbers(*(column[rows] for column in numbers)),
-            measuring_times(arrival_s, stamp_s)[rows])
+    return Numbers(*(column[rows] for column in numbers)), arrival_s[rows]
 
 
 def _arrivals_and_stamps(recording: Recording,

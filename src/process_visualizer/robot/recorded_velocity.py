@@ -190,21 +190,11 @@ def dated_rows(arrival_s: np.ndarray, stamp_s: np.ndarray,
 
     See ``undated``; the arguments are those of ``measuring_times``.
     """
-    if not sent_evenly(arrival_s, stamp_s, period_s):
+    if period_s is None:
+        period_s = sending_period_s(arrival_s)
+    if np.isfinite(stamp_s).any() or not is_even(np.diff(arrival_s), period_s):
         return np.ones(len(arrival_s), bool)
-    if period_s is None:
-        period_s = sending_period_s(arrival_s)
     return ~undated(arrival_s, _unbunched(arrival_s, period_s), period_s).rows
-
-
-def sent_evenly(arrival_s: np.ndarray, stamp_s: np.ndarray,
-                period_s: Optional[float] = None) -> bool:
-    """Return whether messages without stamps are sent by a timer; see ``is_even``."""
-    if np.isfinite(stamp_s).any():
-        return False
-    if period_s is None:
-        period_s = sending_period_s(arrival_s)
-    return is_even(np.diff(arrival_s), period_s)
 
 
 def _held_up(arrival_s: np.ndarray, stamp_s: np.ndarray, usable: np.ndarray) -> np.ndarray:

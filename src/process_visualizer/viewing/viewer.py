@@ -174,7 +174,7 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 _STEP_S = 0.25
 _THIN_S = 20.0
 """Time without loss after which a link carries everything [s]; else it would be said in turns."""
-_MAX_THINNED = 100
+_MAX_THINNED, _MAX_REASONS = 100, 20
 _STALE_AFTER_S = 1.0
 """Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
@@ -376,9 +376,9 @@ class Viewer:
     def _take_loss(self, reason: str, heard_s: float) -> None:
         if self._lost_s is None:
             self._lost_s = heard_s
-        if reason not in self._losses:
+        if reason not in self._losses and len(self._losses) < _MAX_REASONS:
             self._say(f'no connection to {self._name}: {_printable(reason)}; trying again')
-        self._losses.add(reason)
+            self._losses.add(reason)
 
     def _take_left_out(self, counts: Dict[str, int]) -> None:
         """Tell which topics are thinned; each one until it has come whole for some time."""
