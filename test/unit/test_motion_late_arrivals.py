@@ -92,3 +92,13 @@ def test_what_is_sent_when_it_changes_is_never_late() -> None:
     assert certain_rows(arrival_s, np.full(2000, np.nan)).all()
     pairs_s = np.sort(np.concatenate((0.04 * np.arange(500), 0.04 * np.arange(500) + 1e-4)))
     assert certain_rows(pairs_s, np.full(1000, np.nan)).all()
+
+
+@pytest.mark.parametrize('periods_s', [(0.05, 0.008, 0.05), (0.008, 0.05, 0.008)])
+def test_a_driver_that_sends_less_often_at_times_is_not_late(
+        periods_s: 'tuple[float, float, float]') -> None:
+    begins_s = (0.0, 8.0, 13.0, 20.0)
+    measured_s = np.concatenate([np.arange(begin_s, end_s, period_s) for begin_s, end_s, period_s
+                                 in zip(begins_s, begins_s[1:], periods_s)])
+    arrival_s = measured_s + np.random.default_rng(4).uniform(0.0, 0.003, len(measured_s))
+    assert certain_rows(arrival_s, np.full(len(arrival_s), np.nan)).all()

@@ -120,6 +120,8 @@ class LateConnections:
 _MAX_EVEN_PERIOD_S = 0.05
 _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
+_AT_ONCE, _BUNCHES = 0.3, 0.5
+"""Share of a period below which messages came together, and their fewest number for each delay."""
 _MAX_DELAY_S = 0.3
 """Delay after which it is not known whether the driver itself stood still [s]."""
 _LOST_PERIODS, _LOST_S = 4.0, 0.03
@@ -150,8 +152,8 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
         period_s: of the driver, which is_even.
     """
     count = len(arrival_s)
-    delayed = np.flatnonzero(
-        np.diff(arrival_s) > max(_DELAY_PERIODS * period_s, _DELAY_S)) + 1
+    delay_s = max(_DELAY_PERIODS * period_s, _DELAY_S)
+    delayed = np.flatnonzero(np.diff(arrival_s) > delay_s) + 1
     ahead = arrival_s[_WINDOW:] - arrival_s[:-_WINDOW]  # n - 8, or none
     calm = np.flatnonzero(ahead >= _BUNCHED * _WINDOW * period_s) + _WINDOW
     ends = np.append(calm, count)[np.searchsorted(calm, delayed + _WINDOW)]
@@ -160,7 +162,11 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
     for begin, end in stretches:
         last = min(end, count - 1)
         lost_s = measured_s[last] - measured_s[begin - 1] - (last - begin + 1) * period_s
-        longest_s = float(np.diff(arrival_s[begin - 1:end]).max(initial=0.0))
+        steps_s = np.diff(arrival_s[begin - 1:end])
+        longest_s = float(steps_s.max(initial=0.0))
+        if np.count_nonzero(steps_s < _AT_ONCE * period_s) < _BUNCHES * np.count_nonzero(
+                steps_s > delay_s):
+            continue  # the driver sends less often here: nothing came late
         rows[begin:end] = longest_s > _MAX_DELAY_S or lost_s > max(
             _LOST_PERIODS * period_s, _LOST_S)
     is_open = bool(stretches) and stretches[-1][1] == count
