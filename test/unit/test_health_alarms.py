@@ -241,9 +241,10 @@ def test_a_part_that_has_failed() -> None:
 
 
 def test_silent_topics() -> None:
-    lines = {'/q': Line(Level.WARNING, 'silent for 2.2 s'), '/f': Line(Level.GOOD, '90 Hz'),
-             '/n': Line(Level.WAITING, 'no message yet')}
-    assert [it.text for it in topic_conditions('arm', lines)] == ['No data from /q']
+    lines = {'/q': Line(Level.WARNING, 'no data for 2.2 s', for_s=2.5),
+             '/f': Line(Level.GOOD, '90 Hz'), '/n': Line(Level.WAITING, 'no message yet')}
+    found, = topic_conditions('arm', lines, 100.0)
+    assert (found.text, found.since_s) == ('No data from /q', 97.5)
 
 
 def test_variables_beyond_their_limits() -> None:

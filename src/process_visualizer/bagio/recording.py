@@ -28,6 +28,11 @@ from process_visualizer.bagio.chunk_store import Chunk, ChunkStore, chunk_at, de
 from process_visualizer.bagio.index_reader import read_index
 from process_visualizer.bagio.message_definition import Connection, definition_problem
 
+_EVER_SILENT = 0.5
+"""Share of the shortest hole beyond which no other silence of all topics may last."""
+_MAX_HOLES = 0.02  # of all intervals
+_REMARKED_S, _BEGUN_S = 2.0, 1.0  # before that, a latched message may be all there is
+
 
 class Recording:
     """Bags (as from `rosbag record --split`) on one timeline: their index and their messages.
@@ -95,7 +100,27 @@ class Recording:
         used = [it for number, it in enumerate(self.index.connections)
                 if len(self.index.positions(number))]
         lacking = dict.fromkeys(map(definition_problem, used))
-        return (*map(str, self.index.strays), *filter(None, lacking))
+        return (*map(str, self.index.strays), *filter(None, lacking), *_stood_still(
+            self.holes(_REMARKED_S)))
+
+    def holes(self, shortest_s: float) -> np.ndarray:
+        """Return the holes (m, 2) [s from the beginning] that last longer than ``shortest_s``.
+
+        They reach from the last message before to the first one after. In a hole nothing was
+        recorded, as the recorder or its computer stood still. So no value holds there, not even one
+        that is sent only when it changes. A recording of which all topics are silent now and then
+        has no holes; neither has one with a single topic, whose sender may be silent.
+        """
+        if len({it.topic for it in self.index.connections}) < 2:
+            return np.empty((0, 2))
+        times_s = (self.index.time_ns - self.begin_ns) / 1e9
+        intervals_s = np.diff(times_s)
+        begins = np.flatnonzero(intervals_s > shortest_s)
+        others_s = intervals_s[intervals_s <= shortest_s]
+        if len(begins) > _MAX_HOLES * len(others_s) \
+                or others_s.max(initial=0.0) > _EVER_SILENT * shortest_s:
+            return np.empty((0, 2))
+        return np.stack([times_s[begins], times_s[begins + 1]], axis=1)
 
     @property
     def size_bytes(self) -> int:
@@ -376,3 +401,15 @@ def _joined(parts: Sequence[RecordBatch]) -> RecordBatch:
                        np.concatenate([part.positions for part in parts]),
                        np.concatenate([part.begin + at for part, at in zip(parts, offsets)]),
                        np.concatenate([part.end + at for part, at in zip(parts, offsets)]))
+
+
+def _stood_still(holes_s: np.ndarray) -> Iterator[str]:
+    """Yield a remark on holes (m, 2) [s from the beginning], if there are any."""
+    holes_s = holes_s[holes_s[:, 0] > _BEGUN_S]
+    if len(holes_s):
+        begin_s, end_s = holes_s[np.diff(holes_s)[:, 0].argmax()].tolist()
+        minutes, seconds = divmod(begin_s, 60.0)
+        longest = '' if len(holes_s) == 1 else f'{len(holes_s)} times, the longest time '
+        yield (f'nothing was recorded {longest}for {end_s - begin_s:.1f} s from '
+               f'{minutes:.0f}:{seconds:04.1f} on; if the recorder or its computer stood still '
+               'then, messages that came just after are late')

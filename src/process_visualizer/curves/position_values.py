@@ -14,7 +14,7 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.number_columns import Numbers
-from process_visualizer.curves.samples import holes_of, part_numbers
+from process_visualizer.curves.samples import part_numbers
 from process_visualizer.curves.source_locators import certain, measured_s, source_locators
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
 from process_visualizer.parameters.reading import STALE_AFTER_S
@@ -62,7 +62,7 @@ class PositionValues:
             BagError: a file cannot be read as a bag.
         """
         self._recording = Recording(paths)
-        holes_s = holes_of(self._recording)
+        holes_s = self._recording.holes(STALE_AFTER_S)
         self._topics = [topic for source in curve_sources(devices)
                         for topic in [_Topic(self._recording, source, devices, holes_s)]
                         if topic.is_there]

@@ -12,7 +12,6 @@ from process_visualizer.bagio.recording import Recording, record_batches
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.curves.sending_habit import holes
 from process_visualizer.curves.source_locators import (
     SourceLocators,
     certain,
@@ -84,7 +83,7 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
                      for part in one.locators.parts) for one in series]
     _collect(recording, [part for parts in columns for part in parts], most,
              on_progress or (lambda _: None), is_canceled)
-    holes_s = holes_of(recording)
+    holes_s = recording.holes(STALE_AFTER_S)
     return [_samples(recording, one, parts, by_stamp, holes_s)
             for one, parts in zip(series, columns)]
 
@@ -178,11 +177,3 @@ def _samples(recording: Recording, series: Series,
     return Samples(series.source, times_s - series.source.latency_s, joined.values, holes_s)
 
 
-def holes_of(recording: Recording) -> np.ndarray:
-    """Return the holes (m, 2) of a recording [s from its beginning]; see holes.
-
-    The silence of a single topic may be that of its sender.
-    """
-    if len({it.topic for it in recording.index.connections}) < 2:
-        return np.empty((0, 2))
-    return holes((recording.index.time_ns - recording.begin_ns) / 1e9, STALE_AFTER_S)

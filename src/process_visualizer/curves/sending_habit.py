@@ -35,30 +35,6 @@ def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
     return _SLACK * slow_s[-1] if is_even else math.inf
 
 
-_EVER_SILENT = 0.5  # of the shortest hole
-_MAX_HOLES = 0.02  # of all intervals
-
-
-def holes(times_s: np.ndarray, quick_s: float) -> np.ndarray:
-    """Return the holes (m, 2) of a recording, from the last message before to the first after [s].
-
-    In a hole nothing was recorded, as the recorder or the computer stood still. So no value holds
-    there, not even one that is sent only when it changes. A recording of which all topics are
-    silent now and then has no holes.
-
-    Args:
-        times_s: (n,), those of the messages of all topics, ascending.
-        quick_s: the duration of the shortest hole.
-    """
-    intervals_s = np.diff(times_s)
-    begins = np.flatnonzero(intervals_s > quick_s)
-    others_s = intervals_s[intervals_s <= quick_s]
-    if len(begins) > _MAX_HOLES * len(others_s) \
-            or others_s.max(initial=0.0) > _EVER_SILENT * quick_s:
-        return np.empty((0, 2))
-    return np.stack([times_s[begins], times_s[begins + 1]], axis=1)
-
-
 _MAX_SILENT = 0.3  # of the time
 _KEPT_SILENCES = 100
 

@@ -94,6 +94,22 @@ class Session(QObject):
         return self.running_mode or self.mode
 
     @property
+    def awaits_apply(self) -> bool:
+        """Whether the running nodes are those of another configuration than the open one."""
+        return (self.running is not None and self.cell is not None
+                and self.running.cell.file != self.cell.file)
+
+    @property
+    def played_devices(self) -> Tuple[Device, ...]:
+        """The devices whose recording is shown.
+
+        While the nodes of another configuration play, these are its devices, not the ticked ones.
+        """
+        if self.running is not None and self.running.mode is Mode.PLAYBACK and self.awaits_apply:
+            return self.running.devices
+        return self.chosen
+
+    @property
     def live_devices(self) -> Tuple[Device, ...]:
         """The devices of the nodes in real-time mode; without any, those that would be launched.
 

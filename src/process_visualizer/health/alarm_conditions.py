@@ -100,10 +100,14 @@ _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RECORDER: _end_of_recorder, _RVIZ: _end_of_window}
 
 
-def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
-    """Return a condition for each silent topic of a running device; its text has no duration."""
+def topic_conditions(device: str, lines: Mapping[str, Line], now_s: float) -> List[Condition]:
+    """Return a condition for each silent topic of a running device; its text has no duration.
+
+    ``now_s`` is the time since the epoch [s]; a silence began with the last message before it.
+    """
     return [Condition(device, name, f'No data from {name}', Level.WARNING,
-                      (Action.RESTART_DEVICE,), device, end='data resumed')
+                      (Action.RESTART_DEVICE,), device, since_s=now_s - line.for_s,
+                      end='data resumed')
             for name, line in lines.items() if line.level is Level.WARNING]
 
 

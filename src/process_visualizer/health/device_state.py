@@ -101,11 +101,15 @@ class Level(IntEnum):
 
 
 class Line(NamedTuple):
-    """A state in words; ``short`` replaces a long ``text`` where there is little room."""
+    """A state in words; ``short`` replaces a long ``text`` where there is little room.
+
+    ``for_s`` is how long data has been missing [s].
+    """
 
     level: Level
     text: str
     short: str = ''
+    for_s: float = 0.0
 
 
 _OFF, _IDLE = Line(Level.OFF, ''), Line(Level.OFF, 'no nodes in this mode')
@@ -183,7 +187,8 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_silent:
-        return Line(Level.WARNING, f'no data for {activity.silence_s:.1f} s')
+        return Line(Level.WARNING, f'no data for {activity.silence_s:.1f} s',
+                    for_s=activity.silence_s)
     return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 
 

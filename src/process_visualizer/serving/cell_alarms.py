@@ -134,7 +134,7 @@ class CellAlarms:
             own = [it for it in present if _is_of(it, name)]
             lines = {it.name: self._lines[it.name] for it in device.topics
                      if it.name in self._lines}
-            found += [*topic_conditions(name, lines),
+            found += [*topic_conditions(name, lines, wall_s),
                       *limit_conditions(name, own, wall_s - clock_s),
                       *conflict_conditions(name, own), *message_conditions(name, own, clock_s)]
         recorder = self._recorder

@@ -23,7 +23,7 @@ from std_msgs.msg import Float32, String
 from process_visualizer.bagio.marks import marks_path
 from process_visualizer.bagio.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Mode, Topic
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
 from process_visualizer.gui.playback import bag_model
 from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
 from process_visualizer.gui.playback.bag_view import BagView
@@ -113,14 +113,38 @@ class TestOpening:
             bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
         bench.open(other)
         assert bench.session.paths == (path,) and bench.model.foreign_paths == (other,)
-        assert bench.model.foreign_note == (
+        assert bench.model.waiting_note == (
             'other.bag has no topic of the ticked devices. It is from another cell. '
             'a.bag stays open.')
         bench.model.add_mark(5.0, 'here')
         bench.qtbot.waitUntil(lambda: PlacedMark(5.0, 'here') in bench.marks)
         assert not Path(marks_path(other)).exists()
         choose(bench.session, [machine('/strange')])  # its configuration is used
-        assert bench.session.paths == (other,) and bench.model.foreign_note == ''
+        assert bench.session.paths == (other,) and bench.model.waiting_note == ''
+
+    def test_until_apply_all_is_of_the_recording_that_is_played(
+            self, bench: Bench, tmp_path: Path, path: str) -> None:
+        """Its configuration is open, but the picture and the position are still the old ones."""
+        curves = bench.model.curves
+        devices = (machine('/feed_rate'),)
+        bench.session.set_cell(Cell('/old.xml', 'world', devices), devices)
+        bench.open(path)
+        run(bench.session, Mode.PLAYBACK)
+        other = str(tmp_path / 'other.bag')
+        with rosbag.Bag(other, 'w') as bag:
+            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        bench.open(other)
+        new = (machine('/strange'),)
+        bench.session.set_cell(Cell('/new.xml', 'world', new), new)
+        assert bench.session.paths == (path,) and bench.model.next_paths == (other,)
+        assert bench.session.played_devices == devices
+        assert not bench.model.is_foreign and bench.model.missing == {}
+        assert bench.model.waiting_note == (
+            'other.bag is played once you press Apply. Until then a.bag is shown.')
+        assert curves.reading is None
+        run(bench.session, Mode.PLAYBACK)  # of the new configuration
+        assert bench.session.paths == (other,) and bench.model.waiting_note == ''
+        assert bench.session.played_devices == new
 
     @pytest.mark.parametrize('closes', [False, True])
     def test_what_had_to_wait_is_open_when_nothing_is_played(
@@ -139,7 +163,7 @@ class TestOpening:
         open_one = path if closes else other
         assert bench.session.paths == (open_one,)
         assert bench.model.settings() == {'recent': [[other], [path]], 'open': [open_one]}
-        assert bench.model.foreign_note.endswith('It is from another cell.') is not closes
+        assert bench.model.waiting_note.endswith('It is from another cell.') is not closes
 
     @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
     def test_what_is_no_bag_is_told_and_the_open_one_stays(

@@ -211,9 +211,25 @@ def test_the_status_says_that_the_nodes_are_those_of_another_file(loaded: Launch
     running = loaded.launch.running
     assert running is not None and 'press Apply' not in loaded.status()
     loaded.launch.running = replace(running, cell=replace(running.cell, file='/old/press.xml'))
+    loaded.launch.changed.emit()
     assert loaded.status().splitlines()[-1] == (
         'The nodes are still those of press.xml: press Apply to launch those of '
         f'{os.path.basename(running.cell.file)}.')
+
+
+def test_another_configuration_and_its_recording_wait_for_apply(loaded: Launcher) -> None:
+    """Apply is offered even if all devices are the same."""
+    play(loaded.session, '/a.bag')
+    loaded.session.set_mode(Mode.PLAYBACK)
+    run(loaded)
+    running = loaded.launch.running
+    assert running is not None and loaded.pending() == ''
+    name = os.path.basename(running.cell.file)
+    loaded.launch.running = replace(running, cell=replace(running.cell, file='/old/press.xml'))
+    loaded.launch.changed.emit()
+    assert loaded.pending() == f'use {name}'
+    play(loaded.session, '/b.bag')
+    assert loaded.pending() == 'play b.bag'
 
 
 def test_all_files_of_a_split_recording_are_played(loaded: Launcher,

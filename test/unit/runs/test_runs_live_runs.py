@@ -85,6 +85,17 @@ def test_a_run_that_is_broken_off(following: Following) -> None:
     assert following.runs.end() is None
 
 
+def test_a_run_that_is_no_longer_watched_is_not_called_broken_off(following: Following) -> None:
+    """*Apply* and *Quit all nodes* end the comparison; the process goes on."""
+    following.pass_(4.1, 0.0, beyond=3.0)
+    ended = following.runs.end(is_watched=False)
+    assert ended is not None and ended.verdict.endswith(', not compared after 0:04.00')
+    assert not ended.is_good and finished_run(json.loads(json.dumps(ended.settings()))) == ended
+    following.pass_(LENGTH_S, 0.0)
+    ended = following.runs.end(is_watched=False)
+    assert ended is not None and ended.verdict == 'in range'
+
+
 def test_a_run_that_was_not_compared_from_its_beginning(following: Following) -> None:
     following.pass_(LENGTH_S - 4.0, 4.0)
     following.pass_(LENGTH_S, 0.0)

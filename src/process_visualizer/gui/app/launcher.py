@@ -220,7 +220,7 @@ class Launcher(QObject):
 
     def _playing(self, choice: Choice) -> Choice:
         """Return a choice with the open recording, and the topics that are left out of it."""
-        bag, *others = self.session.paths or (None,)
+        bag, *others = self.bag.next_paths or (None,)
         return replace(choice, bag=bag, further_bags=tuple(others),
                        left_out=self.bag.played.left_out)
 
@@ -330,10 +330,9 @@ class Launcher(QObject):
             else player_activity(self.session.player, self.playback.state.is_silent,
                                  self.session.has_ended(BAG_PART)))
         trouble = self.states.trouble(() if running is None else running.devices)
-        cell = self.session.cell
-        if running is not None and cell is not None and running.cell.file != cell.file:
+        if running is not None and self.session.awaits_apply:
             activity, trouble = '', Line(Level.WARNING, _OTHER_CELL.format(
-                os.path.basename(running.cell.file), os.path.basename(cell.file)))
+                os.path.basename(running.cell.file), os.path.basename(self.session.file)))
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         reason = self.blocked_reason() if self.launch.is_idle else ''
         if reason and not self.master.is_lost:
@@ -441,8 +440,8 @@ class Launcher(QObject):
 
         A bag of another cell than that which runs waits for *Apply*.
         """
-        running, paths, cell = self.session.running, self.session.paths, self.session.cell
-        if running is None or cell is None or cell.file != running.cell.file:
+        running, paths = self.session.running, self.session.paths
+        if running is None or self.session.awaits_apply:
             return
         if running.mode is Mode.PLAYBACK and paths and not self.bag.is_foreign \
                 and paths != (running.bag, *running.further_bags):
@@ -466,5 +465,8 @@ def _difference(before: Choice, after: Choice) -> str:
     words = [('start', [name for name in new if name not in old]),
              ('stop', [name for name in old if name not in new]),
              ('restart', [name for name in new if name in old and name in changed]
-              + ['the player'] * (before.left_out != after.left_out))]
+              + ['the player'] * (before.left_out != after.left_out)),
+             ('play', [os.path.basename(it) for it in (after.bag,) if it and it != before.bag])]
+    if before.cell.file != after.cell.file and not any(names for _, names in words):
+        words = [('use', [os.path.basename(after.cell.file)])]
     return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

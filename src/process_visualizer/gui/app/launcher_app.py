@@ -394,7 +394,7 @@ class LauncherApp(QMainWindow):
         bag.changed.connect(self._show_launch)
         bag.noted.connect(self.tell)
         self._launcher.recording.finished.connect(bag.add_recent)
-        self._launcher.recording.changed.connect(self._show_mode_choice)
+        self._launcher.recording.changed.connect(self._show_possible_changes)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
         self.compare.refused.connect(self.tell)
         self._launcher.compare.changed.connect(
@@ -439,19 +439,21 @@ class LauncherApp(QMainWindow):
         can_launch = reason == '' or launcher.master.is_lost  # then the button offers a remedy
         self.launch.show_phase(launcher.launch.phase, can_launch, reason,
                                self._after_quit.grace.left_s)
-        self._show_mode_choice()
+        self._show_possible_changes()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
-        pending = launcher.pending()
-        self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
         self._keys.enable()
         self._show_status()
 
-    def _show_mode_choice(self) -> None:
+    def _show_possible_changes(self) -> None:
         launcher, launch = self._launcher, self._launcher.launch
         obstacle = '' if launch.is_idle else launcher.lost_master()
-        if launcher.recording.is_recording:
+        is_recording, pending = launcher.recording.is_recording, launcher.pending()
+        if is_recording:
             obstacle = 'Stop the recording before you change the mode'
         self.launch.show_mode_choice(launch.is_idle or launch.is_running, obstacle)
+        self.launch.show_changes(
+            f'Apply: {pending}' if pending else '', pending,
+            f'Stop the recording first, then apply: {pending}' if is_recording else '')
 
     def _show_states(self) -> None:
         for device in self._launcher.session.devices:

@@ -203,7 +203,8 @@ class AlarmsModel(QObject):
 
     def _silences(self, device: Device, report: PartReport) -> List[Condition]:
         """Return the silent topics of a device; a restart alone does not end a silence."""
-        silent = self._missing(topic_conditions(device.name, self._states.silent(device)))
+        silent = self._missing(topic_conditions(
+            device.name, self._states.silent(device), self._wall_s()))
         return self._known(silent) if report.state is PartState.STOPPED else silent
 
     def _missing(self, found: List[Condition]) -> List[Condition]:

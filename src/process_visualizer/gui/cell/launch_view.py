@@ -160,12 +160,15 @@ class LaunchView(QWidget):
             button.setToolTip(plain_tip(
                 obstacle or 'The same devices, view and place, in another mode'))
 
-    def show_changes(self, text: str, hint: str) -> None:
-        """Offer to apply the present ticks and configuration; an empty text offers nothing."""
-        self.apply.setEnabled(bool(text))
+    def show_changes(self, text: str, hint: str, obstacle: str = '') -> None:
+        """Offer to apply the present ticks and configuration; an empty text offers nothing.
+
+        An ``obstacle`` says why it cannot be done now.
+        """
+        self.apply.setEnabled(bool(text) and not obstacle)
         self.apply.setText(text or 'Apply')
         self.apply.setToolTip(plain_tip(
-            hint or 'Bring the running nodes up to date with what is ticked'))
+            (text and obstacle) or hint or 'Bring the running nodes up to date with the ticks'))
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
         button = QRadioButton(text)

@@ -231,7 +231,7 @@ class LiveComparisonModel(QObject):
         compared = self._compare.compared
         good = None if compared is None else compared.good
         if good is not self._good:
-            self._finish(None if self._runs is None else self._runs.end())
+            self._finish(None if self._runs is None else self._runs.end(is_watched=False))
             self._good = good
             self._comparison = None if good is None else LiveComparison(good)
             self._runs = None if good is None else LiveRuns(
@@ -240,7 +240,7 @@ class LiveComparisonModel(QObject):
         is_running, was_running = self._live.is_running, self._was_running
         self._was_running = is_running
         if not is_running and self._newest is not None:
-            self._finish(None if self._runs is None else self._runs.end())
+            self._finish(None if self._runs is None else self._runs.end(is_watched=False))
             self._forget()
         elif is_running != was_running and self._comparison is not None:
             self._change()

@@ -102,7 +102,10 @@ def _area_picture(part: VisiblePart, rect: QRectF, scale: ValueScale, dots: floa
 
 
 def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
-    """Draw a red line above departures; in a shared lane also one in the curve's color below."""
+    """Draw a red line above departures; in a shared lane also one in the curve's color below.
+
+    They are below the names, which would cover them.
+    """
     rect = look.curve_rect
     count, is_shared = max(int(rect.width() * look.dots), 0), bool(lane.overlaid)
     for row, curve in enumerate(lane.curves):
@@ -111,7 +114,7 @@ def draw_departures(painter: QPainter, lane: Lane, look: LaneLook) -> None:
         _, departed = extremes(curve.band.departed, curve.band.departed, count, look.shares)
         step = rect.width() / count
         for begin, end in _stretches(departed > 0.0):
-            place = QRectF(rect.left() + begin * step, rect.top() - _DEPARTED_PX,
+            place = QRectF(rect.left() + begin * step, rect.top(),
                            max((end - begin) * step, 1.0), _DEPARTED_PX)
             painter.fillRect(place, QColor(theme().bad))
             if is_shared:

@@ -195,7 +195,8 @@ class CurvesModel(QObject):
         self._alarms: Tuple[RecordedAlarm, ...] = ()
         self._reading: Optional[TaskProgress] = None
         self._is_canceled = False
-        session.cell_changed.connect(self._follow_cell)
+        for changed in (session.cell_changed, session.run_changed):
+            changed.connect(self._follow_cell)
 
     @property
     def curves(self) -> Tuple[Curve, ...]:
@@ -218,7 +219,7 @@ class CurvesModel(QObject):
         return self._is_canceled
 
     def _follow_cell(self) -> None:
-        sources = curve_sources(self._session.chosen)
+        sources = curve_sources(self._session.played_devices)
         if sources != self._sources:
             self._sources = sources
             self.read()
@@ -229,7 +230,7 @@ class CurvesModel(QObject):
         """Read all curves again."""
         self._stop()
         self._curves, self._alarms, self._is_canceled = (), (), False
-        paths, devices = self._session.paths, self._session.chosen
+        paths, devices = self._session.paths, self._session.played_devices
         if paths and self._sources:
             self._reading = progress = TaskProgress(self)
             self._tasks.run(
@@ -249,7 +250,7 @@ class CurvesModel(QObject):
     def _judge(self) -> bool:
         """Find the alarms again, as limits may have changed; return whether they differ."""
         before = self._alarms
-        self._alarms = recorded_alarms(self._session.chosen, self._curves)
+        self._alarms = recorded_alarms(self._session.played_devices, self._curves)
         return self._alarms != before
 
     def _stop(self) -> None:
@@ -353,7 +354,7 @@ class BagModel(QObject):
         self._reindexing: Optional[TaskProgress] = None
         self._gone: Paths = ()
         self._holds_configuration = False
-        self._aside: Optional[Catalog] = None  # a recording of another cell, opened during playback
+        self._aside: Optional[Catalog] = None  # opened during playback, and waits for its cell
         self._last: Paths = ()  # open when the window was closed, and not reopened yet
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
@@ -370,13 +371,23 @@ class BagModel(QObject):
     @property
     def missing(self) -> Dict[str, Tuple[str, ...]]:
         """By device, the topics that it would play and that the recording lacks."""
-        found = self.session.recording
+        found = self._next
         return {} if found is None else missing_topics(found, self.session.chosen)
 
     @property
     def is_foreign(self) -> bool:
         """Return whether the ticked devices have topics, but the recording has none of them."""
-        return self._is_of_another_cell(self.session.recording)
+        return self._is_of_another_cell(self._next)
+
+    @property
+    def next_paths(self) -> Paths:
+        """The files that are played after the next launch or *Apply*."""
+        return () if self._next is None else self._next.paths
+
+    @property
+    def _next(self) -> Optional[Catalog]:
+        waits = self._aside is not None and not self._is_of_another_cell(self._aside)
+        return self._aside if waits else self.session.recording
 
     def _is_of_another_cell(self, found: Optional[Catalog]) -> bool:
         wanted = {topic.name for device in self.session.chosen for topic in device.topics
@@ -388,22 +399,24 @@ class BagModel(QObject):
         """Return why nothing of the recording can be played; empty if something can."""
         if not self.is_foreign:
             return ''
-        return f'{os.path.basename(self.session.paths[0])} has no topic of the ticked devices'
+        return f'{os.path.basename(self.next_paths[0])} has no topic of the ticked devices'
 
     @property
     def foreign_paths(self) -> Paths:
         """The files of a recording of another cell that is open or waits to be opened."""
-        if self._aside is not None:
+        if self._aside is not None and self._is_of_another_cell(self._aside):
             return self._aside.paths
-        return self.session.paths if self.is_foreign else ()
+        return self.next_paths if self.is_foreign else ()
 
     @property
-    def foreign_note(self) -> str:
-        """Return a note that a recording is of another cell, and what is played instead; or ''."""
+    def waiting_note(self) -> str:
+        """Return why the recording that was opened last is not the one that is shown; or ''."""
+        shown = os.path.basename((*self.session.paths, '')[0])
         if not self.foreign_paths:
-            return ''
-        played = '' if self._aside is None else (
-            f' {os.path.basename(self.session.paths[0])} stays open.')
+            return '' if self._aside is None else (
+                f'{os.path.basename(self._aside.paths[0])} is played once you press Apply. '
+                f'Until then {shown} is shown.')
+        played = '' if self._aside is None else f' {shown} stays open.'
         return (f'{os.path.basename(self.foreign_paths[0])} has no topic of the ticked devices. '
                 f'It is from another cell.{played}')
 
@@ -524,9 +537,9 @@ class BagModel(QObject):
             self._put_in_force(found)
 
     def _must_wait(self, found: Catalog) -> bool:
-        """Return whether a recording is of another cell and must wait for the end of playback."""
+        """Return whether a recording has to wait, as nodes of another cell play another one."""
         is_played = self.session.running_mode is Mode.PLAYBACK and bool(self.session.paths)
-        return is_played and self._is_of_another_cell(found)
+        return is_played and (self.session.awaits_apply or self._is_of_another_cell(found))
 
     def _follow_run(self) -> None:
         """Open a waiting recording once its configuration is in use, or nothing is played."""

@@ -200,7 +200,7 @@ class BagView(QWidget):
 
 
 class ForeignRow(QWidget):
-    """A note that a recording is of another cell; offers its configuration, or to make one."""
+    """A note on a recording that waits or is of another cell; offers a configuration for it."""
 
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -216,13 +216,14 @@ class ForeignRow(QWidget):
 
     def _show(self) -> None:
         bag = self._bag
-        self.text.setText(bag.foreign_note)
+        self.text.setText(bag.waiting_note)
         self.make.setText('Use the configuration in it…' if bag.holds_configuration
                           else 'Make a configuration from it…')
         self.make.setToolTip('Writes it into a file that you name, and opens that. What it would '
                              'start on this computer is left out' if bag.holds_configuration else
                              'Writes one for its topics into a file that you name, and opens that')
-        self.setVisible(bool(bag.foreign_paths))
+        self.make.setVisible(bool(bag.foreign_paths))
+        self.setVisible(bool(bag.waiting_note))
 
 
 class UnindexedRow(QWidget):

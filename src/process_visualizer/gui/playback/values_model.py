@@ -54,14 +54,15 @@ class ValuesModel(QObject):
         self._reads = NewestCall(tasks, LINE, self._read_values, lambda: None, _raise)
         self._rest = QTimer(self, interval=PERIOD_MS, singleShot=True)
         self._rest.timeout.connect(self._follow)
-        for changed in (playback.moved, session.recording_changed, session.cell_changed):
+        for changed in (playback.moved, session.recording_changed, session.cell_changed,
+                        session.run_changed):
             changed.connect(self._follow)
 
     def value(self, key: Key) -> Optional[float]:
         """Return a curve's value at the position; NaN without a value, None if not yet known."""
         found, session = self._found, self._session
-        if found is None or (found.wish.paths, found.wish.devices) != (session.paths,
-                                                                       session.chosen):
+        if found is None or (found.wish.paths, found.wish.devices) != (
+                session.paths, session.played_devices):
             return None
         held_s = _HELD_S * abs(self._playback.rate) if self._playback.state.is_playing else 0.0
         if abs(found.wish.position_s - self._playback.position_s) > held_s + _SAME_S:
@@ -71,7 +72,8 @@ class ValuesModel(QObject):
 
     def _follow(self) -> None:
         """Request the values at the position, after a rest if others were requested just now."""
-        wish = _Wish(self._session.paths, self._session.chosen, self._playback.position_s)
+        wish = _Wish(self._session.paths, self._session.played_devices,
+                     self._playback.position_s)
         if wish != self._asked and not self._rest.isActive() and wish.paths:
             self._asked = wish
             self._rest.start()

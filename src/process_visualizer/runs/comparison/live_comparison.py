@@ -356,10 +356,11 @@ _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 class FinishedRun(NamedTuple):
     """A run that is over; times in s since the epoch. ``departed`` names what was out of range.
 
-    Three moments of the reference [s] may be None: ``broken_off_s``, at which the run ended too
+    Four moments of the reference [s] may be None: ``broken_off_s``, at which the run ended too
     early; ``seen_from_s``, from which on it was compared, if not from the beginning;
-    ``lost_from_s``, from which on there were no values until its end. ``unjudged`` names channels
-    that lacked values for a part of the run, each with how long.
+    ``lost_from_s``, from which on there were no values until its end; ``watched_until_s``, at which
+    the comparison ended, while the run may have gone on. ``unjudged`` names channels that lacked
+    values for a part of the run, each with how long.
     """
 
     began_s: float
@@ -370,24 +371,28 @@ class FinishedRun(NamedTuple):
     broken_off_s: Optional[float] = None
     seen_from_s: Optional[float] = None
     lost_from_s: Optional[float] = None
+    watched_until_s: Optional[float] = None
     unjudged: Tuple[str, ...] = ()
 
     @property
     def is_good(self) -> bool:
         """Return whether the whole run was judged, and nothing was out of range."""
         return (self.is_judged and not self.departed and self.broken_off_s is None
-                and self.seen_from_s is None and not self.unjudged)
+                and self.seen_from_s is None and self.watched_until_s is None
+                and not self.unjudged)
 
     @property
     def is_good_in_part(self) -> bool:
         """Return whether a part of the run is missing or not judged, and the rest was in range."""
         return not self.is_good and self._replace(
-            seen_from_s=None, unjudged=(), broken_off_s=None).is_good
+            seen_from_s=None, unjudged=(), broken_off_s=None, watched_until_s=None).is_good
 
     @property
     def verdict(self) -> str:
         """Return the verdict in words."""
         end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
+        if self.watched_until_s is not None:
+            end.append(f'not compared after {clock(self.watched_until_s)}')
         if not self.is_judged:
             return ', '.join(['no data', *end])
         if self.lost_from_s is not None:
@@ -411,12 +416,13 @@ def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
     Raises:
         KeyError, TypeError, ValueError: these are not the settings of a run.
     """
-    broken_off_s, seen_from_s, lost_from_s = (
-        None if it is None else float(it) for it in (
-            settings['broken_off_s'], settings.get('seen_from_s'), settings.get('lost_from_s')))
+    broken_off_s, seen_from_s, lost_from_s, watched_until_s = (
+        None if it is None else float(it) for it in (settings['broken_off_s'], *(
+            settings.get(it) for it in ('seen_from_s', 'lost_from_s', 'watched_until_s'))))
     return FinishedRun(float(settings['began_s']), float(settings['ended_s']),
                        str(settings['reference']), tuple(str(it) for it in settings['departed']),
                        bool(settings['is_judged']), broken_off_s, seen_from_s, lost_from_s,
+                       watched_until_s,
                        tuple(str(it) for it in settings.get('unjudged', ())))
 
 
@@ -498,8 +504,11 @@ class LiveRuns:
         """
         self._is_lost, self._is_judged = True, bool(self._departed)
 
-    def end(self) -> Optional[FinishedRun]:
-        """End the current run, and return it; None without one."""
+    def end(self, is_watched: bool = True) -> Optional[FinishedRun]:
+        """End the current run, and return it; None without one.
+
+        If it is no longer ``is_watched``, it is not over by itself: it is not called broken off.
+        """
         run, departed, is_judged = self._run, self._departed, self._is_judged
         lost, self._lost = self._lost, None
         unjudged_s, self._unjudged_s = self._unjudged_s, {}
@@ -507,12 +516,13 @@ class LiveRuns:
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
-        is_whole = run.reference_s > self._duration_s - _OPEN_END_S
+        is_whole = run.reference_s > self._duration_s - _OPEN_END_S or lost is not None
         return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,
                            self._reference, tuple(texts), is_judged,
-                           None if is_whole or lost is not None else run.reference_s,
+                           run.reference_s if is_watched and not is_whole else None,
                            run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None,
                            None if lost is None else lost.reference_s,
+                           None if is_watched or is_whole else run.reference_s,
                            tuple(f'{name} for {it:.1f} s' for name, it in unjudged_s.items()
                                  if it > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
                                      run.last_s - run.began_s))))
