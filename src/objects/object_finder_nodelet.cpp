@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/param.h>
 #include <ros/ros.h>
+#include <ros/spinner.h>
 #include <tf2/buffer_core.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
-#include <tf2_ros/transform_listener.h>
+#include <tf2_ros/buffer.h>
 
 #include <boost/make_shared.hpp>
 #include <cmath>
@@ -32,6 +34,7 @@
 #include "process_visualizer/objects/object_tracks.hpp"
 #include "process_visualizer/objects/played_recording.hpp"
 #include "process_visualizer/objects/point_image.hpp"
+#include "process_visualizer/objects/pose_gaps.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -46,6 +49,7 @@ constexpr double kCheckPeriod = 1;      // s: of comparing robots with what is s
 constexpr int kContradictions = 3;      // in a row, until it is said
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
 constexpr int kStaticPublishers = 100;  // each of which has a latched message
+constexpr int kPoses = 100;             // that may wait in /tf
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
 constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
 constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
@@ -195,6 +199,45 @@ std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_
 
 }  // namespace
 
+/// Takes /tf in a thread of its own, as the nodelet waits for poses that are still to come.
+class PoseListener {
+ public:
+  PoseListener(tf2_ros::Buffer& buffer, PoseGaps& gaps) : buffer_(buffer), gaps_(gaps) {
+    buffer.setUsingDedicatedThread(true);
+    node_handle_.setCallbackQueue(&queue_);
+    moving_ = subscribeChecked<tf2_msgs::TFMessage>(
+        node_handle_, "/tf", kPoses,
+        [this](const tf2_msgs::TFMessage::ConstPtr& poses) { take(*poses, false); },
+        ros::TransportHints().tcpNoDelay());
+    fixed_ = subscribeChecked<tf2_msgs::TFMessage>(
+        node_handle_, "/tf_static", kStaticPublishers,
+        [this](const tf2_msgs::TFMessage::ConstPtr& poses) { take(*poses, true); });
+    spinner_.start();
+  }
+
+ private:
+  void take(const tf2_msgs::TFMessage& poses, bool are_static) {
+    const ros::Time now = ros::Time::now();
+    if (now < last_) {  // a simulation has begun again
+      buffer_.clear();
+      gaps_.clear();
+    }
+    last_ = now;
+    for (const auto& pose : poses.transforms) {
+      if (!are_static) gaps_.add(pose);  // first, as whoever waits takes the pose at once
+      buffer_.setTransform(pose, "/tf", are_static);
+    }
+  }
+
+  tf2_ros::Buffer& buffer_;
+  PoseGaps& gaps_;
+  ros::Time last_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_handle_;
+  ros::Subscriber moving_, fixed_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+};
+
 /// Nodelet that finds what nobody modeled in the clouds on `~input`: `~objects` (for each cloud),
 /// `~markers` for RViz, and `~unknown`, the points that belong to no model.
 class ObjectFinderNodelet : public nodelet::Nodelet {
@@ -213,6 +256,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void find(const sensor_msgs::PointCloud2& cloud, const Scene& scene);
   Eigen::Isometry3d transform(const std::string& target, const std_msgs::Header& header) const;
   void follow(const PlayerState& state);
+  void requirePosesAround(const std_msgs::Header& header) const;
   void subscribeToPoses(ros::NodeHandle& node_handle);
   void takePoses(const tf2_msgs::TFMessage& poses, bool are_static);
   void complainOfNoise(const std::optional<Sight>& sight) const;
@@ -225,7 +269,8 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   tf2_ros::Buffer tf_buffer_;
   tf2::BufferCore restored_poses_;  ///< with the stamps of clouds that are restored
   sensor_msgs::PointCloud2::ConstPtr waiting_, last_;
-  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
+  PoseGaps gaps_;
+  std::unique_ptr<PoseListener> pose_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
   ros::WallTime next_try_, missing_since_, next_check_;
@@ -237,7 +282,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
 
 void ObjectFinderNodelet::onInit() {
   replaceLoggerServices();  // of the manager, in whose process this runs
-  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
+  pose_listener_ = std::make_unique<PoseListener>(tf_buffer_, gaps_);
   ros::NodeHandle& node_handle = getPrivateNodeHandle();
   objects_publisher_ = node_handle.advertise<DetectedObjects>("objects", 1);
   marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
@@ -381,7 +426,24 @@ std::optional<Scene> ObjectFinderNodelet::sceneOf(const std_msgs::Header& header
   } else if (!is_late && recording_.isAwaited(header.stamp, ros::WallTime::now())) {
     return std::nullopt;
   }
-  return sceneWith([&](const std::string& target) { return transform(target, header); });
+  const Scene scene =
+      sceneWith([&](const std::string& target) { return transform(target, header); });
+  if (!recording_.isJustAfter(header.stamp)) requirePosesAround(header);
+  return scene;
+}
+
+/// Throws if anything moved while its poses were missing, and the cloud is of that time.
+void ObjectFinderNodelet::requirePosesAround(const std_msgs::Header& header) const {
+  std::vector<std::string> frames{withoutLeadingSlash(header.frame_id)};
+  for (const KnownBody& body : finder_->bodies()) frames.push_back(body.frame);
+  for (const FramedBox& box : parameters_.expected) frames.push_back(box.frame);
+  for (std::string frame : frames) {
+    do {
+      if (const auto gap = gaps_.around(frame, header.stamp))
+        throw tf2::ExtrapolationException(frame + " moved during " + std::to_string(*gap) +
+                                          " s without a pose");
+    } while (tf_buffer_._getParent(frame, header.stamp, frame));
+  }
 }
 
 /// A clear cell must not look alike if somebody's hand could lie in it.
@@ -437,6 +499,7 @@ Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
 void ObjectFinderNodelet::follow(const PlayerState& state) {
   if (recording_.follow(state, ros::WallTime::now())) {
     tracks_.reset();
+    gaps_.clear();
     // The cloud behind the jump may have been here first.
     if (!waiting_ && last_ && recording_.isJustAfter(last_->header.stamp)) take(last_);
   }

@@ -12,6 +12,7 @@
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 #include "process_visualizer/objects/played_recording.hpp"
+#include "process_visualizer/objects/pose_gaps.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -440,6 +441,39 @@ TEST(ObjectMessages, AClearCellShowsNothing) {
   const auto markers = markersOf(messageOf({}, {0.4, 0.2}, {})).markers;
   ASSERT_EQ(markers.size(), 1U);
   EXPECT_EQ(markers[0].action, visualization_msgs::Marker::DELETEALL);
+}
+
+geometry_msgs::TransformStamped poseAt(double stamp, double x) {
+  geometry_msgs::TransformStamped pose;
+  pose.header.stamp = ros::Time(stamp);
+  pose.child_frame_id = "tool";
+  pose.transform.translation.x = x;
+  pose.transform.rotation.w = 1;
+  return pose;
+}
+
+TEST(PoseGaps, AFrameThatMovedWithoutPosesHasAGap) {
+  PoseGaps gaps;
+  for (int count = 0; count < 10; ++count) gaps.add(poseAt(10 + 0.03 * count, 0));
+  gaps.add(poseAt(14, 0.2));
+  EXPECT_NEAR(gaps.around("tool", ros::Time(12)).value_or(0), 3.73, 1e-6);
+  EXPECT_FALSE(gaps.around("tool", ros::Time(14)));
+  EXPECT_FALSE(gaps.around("tool", ros::Time(10.2)));
+  EXPECT_FALSE(gaps.around("other", ros::Time(12)));
+  gaps.clear();
+  EXPECT_FALSE(gaps.around("tool", ros::Time(12)));
+}
+
+TEST(PoseGaps, AFrameAtRestHasNone) {
+  PoseGaps gaps;
+  for (const double stamp : {10.0, 10.03, 10.06, 14.0}) gaps.add(poseAt(stamp, 0.1));
+  EXPECT_FALSE(gaps.around("tool", ros::Time(12)));
+}
+
+TEST(PoseGaps, AFrameThatIsSentSlowlyHasNone) {
+  PoseGaps gaps;
+  for (int count = 0; count < 300; ++count) gaps.add(poseAt(10 + count, 0.1 * count));
+  EXPECT_FALSE(gaps.around("tool", ros::Time(300.5)));
 }
 
 }  // namespace

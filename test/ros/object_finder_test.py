@@ -190,6 +190,23 @@ class ObjectFinderTest(unittest.TestCase):
             self.assertEqual(len(self.first_since(begin, found).objects), 1)
         self.player.publish(PlayerState(segment=20))
 
+    def test_4_a_cloud_without_poses_around_it_is_left_out(self) -> None:
+        """Between two poses that are a second apart, the arm was not on the straight line."""
+        def later(cloud: PointCloud2, by_s: float) -> None:
+            cloud.header.stamp += rospy.Duration(by_s)
+            stamps.append(cloud.header.stamp)
+
+        stamps: List[rospy.Time] = []
+        with Listener('/finder/objects', DetectedObjects) as found:
+            wait_until(lambda: bool(found.messages), 'the cell before',
+                       lambda: self.publish([], arm_m=-0.4))
+            self.publish([THING], lambda it: later(it, 1.0), arm_m=0.3, pose_late_s=1.1)
+            self.publish([], lambda it: later(it, 1.2), arm_m=0.3, pose_late_s=1.2)
+            wait_until(lambda: any(it.header.stamp == stamps[1] for it in found.messages),
+                       'the cloud after the gap')
+            self.assertNotIn(stamps[0], [it.header.stamp for it in found.messages])
+        self.player.publish(PlayerState(segment=30))
+
     def pause(self) -> None:
         """Let the finder know that playback is paused: it draws again without clouds then."""
         with Listener('/finder/markers', MarkerArray) as drawn:

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/time.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+namespace process_visualizer::objects {
+
+/// The times without poses of frames that moved meanwhile; safe for several threads.
+///
+/// A pose that is interpolated over such a time is where the frame never was: parts of a robot
+/// would be objects beside it. A frame that is usually sent that slowly, or did not move, has no
+/// gaps.
+class PoseGaps {
+ public:
+  /// Takes the next pose of a frame, as it comes on /tf.
+  void add(const geometry_msgs::TransformStamped& pose) {
+    const std::lock_guard lock(mutex_);
+    Frame& frame = frames_[pose.child_frame_id];
+    const Eigen::Isometry3d place = placeOf(pose.transform);
+    const double step = (pose.header.stamp - frame.stamp).toSec();
+    if (!frame.stamp.isZero() && step > std::max(kShortest, kPeriods * frame.period)) {
+      if (isApart(frame.place, place)) frame.gaps.push_back({frame.stamp, pose.header.stamp});
+      if (frame.gaps.size() > kKept) frame.gaps.pop_front();
+      frame.period += kSlow * (step - frame.period);
+    } else if (!frame.stamp.isZero() && step > 0.0) {
+      frame.period += (frame.period > 0.0 ? kShare : 1.0) * (step - frame.period);
+    }
+    frame.stamp = pose.header.stamp;
+    frame.place = place;
+  }
+
+  /// How long the gap of a frame around a time is, s; nothing without a gap there.
+  std::optional<double> around(const std::string& frame, ros::Time time) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = frames_.find(frame);
+    if (found == frames_.end()) return std::nullopt;
+    for (const Gap& gap : found->second.gaps)
+      if (gap.begin < time && time < gap.end) return (gap.end - gap.begin).toSec();
+    return std::nullopt;
+  }
+
+  /// Forgets all poses, as playback has jumped.
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    frames_.clear();
+  }
+
+ private:
+  static constexpr double kShortest = 0.5;  // s
+  static constexpr double kPeriods = 4;     // that are usual; more are a gap
+  static constexpr double kShare = 0.1;     // of a new step in the usual period
+  static constexpr double kSlow = 0.02;     // likewise, of a gap: it may become usual
+  static constexpr std::size_t kKept = 20;
+  static constexpr double kShift = 0.005;         // m
+  static constexpr double kTurn = 0.5 * 0.01745;  // rad: 1 cm at the end of an arm
+
+  struct Gap {
+    ros::Time begin, end;
+  };
+
+  struct Frame {
+    ros::Time stamp;
+    Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+    double period = 0;  // s, usual
+    std::deque<Gap> gaps;
+  };
+
+  static Eigen::Isometry3d placeOf(const geometry_msgs::Transform& pose) {
+    Eigen::Isometry3d place(
+        Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z));
+    place.translation() << pose.translation.x, pose.translation.y, pose.translation.z;
+    return place;
+  }
+
+  static bool isApart(const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) {
+    const Eigen::Isometry3d step = before.inverse() * after;
+    return step.translation().norm() > kShift || Eigen::AngleAxisd(step.linear()).angle() > kTurn;
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Frame> frames_;
+};
+
+}  // namespace process_visualizer::objects
