@@ -133,6 +133,11 @@ class PartReport:
         return tuple(node for node in self.nodes if node.state is NodeState.FAILED
                      or node.state is NodeState.EXITED and node.exit_code != 0)
 
+    @property
+    def has_died(self) -> bool:
+        """Whether the part, or one of its nodes, has failed."""
+        return self.state is PartState.FAILED or bool(self.dead_nodes)
+
     def starting(self, nodes: Iterable[str]) -> 'PartReport':
         """Return the report of a part that is being started, with the names of its nodes."""
         begun = replace(self._become(PartState.STARTING), reason='', log_tail=())

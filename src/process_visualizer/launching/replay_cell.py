@@ -68,7 +68,7 @@ class ReplayCell:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri,
                                           _NICENESS, self._variables)
         ended = [report.part for report in self._launched.reports()
-                 if report.state in (PartState.FAILED, PartState.STOPPED)]
+                 if report.has_died or report.state is PartState.STOPPED]
         playing = [] if self._choice is None else [BAG_PART]
         started, before = [], self._choice
         if before is None or choice != replace(before, window=choice.window):
@@ -76,6 +76,11 @@ class ReplayCell:
         for part in dict.fromkeys((*ended, *playing)):
             if part not in started:
                 self._launched.restart(part)
+
+    def restart(self, part: str) -> None:
+        """Stop and start one part."""
+        if self._launched is not None:
+            self._launched.restart(part)
 
     def stop(self) -> None:
         """Stop everything, and remove all written files."""

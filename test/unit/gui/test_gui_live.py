@@ -71,7 +71,7 @@ class Replay(QObject):
     def __init__(self) -> None:
         super().__init__()
         self.playback = PlaybackStand().model
-        self.phase, self.time_s = ReplayPhase.LIVE, 0.0
+        self.phase, self.time_s, self.trouble = ReplayPhase.LIVE, 0.0, ''
 
     @property
     def is_live(self) -> bool:

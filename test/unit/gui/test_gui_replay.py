@@ -20,7 +20,7 @@ from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.live.live_panel import ReplayBar
 from process_visualizer.gui.live.replay_model import MemoryCopy, ReplayModel, ReplayPhase
 from process_visualizer.gui.session import Session
-from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.part_report import NodeReport, PartReport, PartState
 
 BEGIN_S = 970.0
 """Of the memory, on the recorder's clock; now it is 1000."""
@@ -66,8 +66,8 @@ class Stand(PlaybackStand):
                                   (Refused, OSError), self.session)
         self.replay.failed.connect(self.failures.append)
 
-    def report(self, part: str, state: PartState) -> None:
-        self.replay.take_report(PartReport(part, state, reason='it has died'))
+    def report(self, part: str, state: PartState, *nodes: NodeReport) -> None:
+        self.replay.take_report(PartReport(part, state, nodes, reason='it has died'))
 
     def tell(self, position_s: float = 0.0, **changes: Any) -> None:
         """Let the player of the second cell tell its state."""
@@ -280,6 +280,25 @@ def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
     assert stand.replay.is_live
     names = stand.tools.names()
     assert 'interrupt' in names and names[-1] == 'stop'
+
+
+def test_the_nodes_of_a_device_are_restarted_once(stand: Stand, qtbot: QtBot) -> None:
+    """What they drew would stay where it is while the moment changes."""
+    bar = ReplayBar(stand.replay, lambda: stand.now_s)
+    qtbot.addWidget(bar)
+    stand.begin()
+    stand.tools.names()
+    alive = NodeReport('/arm/joint_proc').registered()
+    for node in (alive, alive.exited(-9), alive.exited(-9)):
+        stand.report('arm', PartState.RUNNING, node)
+        stand.tasks.end_all()
+    assert stand.tools.names() == ['restart']
+    assert bar.state.text().endswith('ago. arm has ended: old data')
+    stand.replay.leave()
+    stand.begin()
+    assert 'start' in stand.tools.names(), 'a replay of which a part is dead is prepared anew'
+    stand.report('arm', PartState.RUNNING, alive)
+    assert stand.replay.trouble == '' and bar.state.text().endswith(' ago')
 
 
 def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:

@@ -93,7 +93,8 @@ class ReplayBar(QWidget):
         self.play.setIcon(icon('pause' if replay.playback.state.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
         if is_shown:
-            self.state.setText(f'REPLAY  {age_text(self._now_s() - replay.time_s)} ago')
+            trouble = f'. {replay.trouble} has ended: old data' if replay.trouble else ''
+            self.state.setText(f'REPLAY  {age_text(self._now_s() - replay.time_s)} ago{trouble}')
         else:
             taken_s = int(self._now_s() - (self._since_s or self._now_s()))
             self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else '')
@@ -197,7 +198,7 @@ class LivePanel(QWidget):
     def _show(self) -> None:
         curves, window = self._curves, self._curves.window
         self.durations.setCurrentIndex(self.durations.findData(curves.duration_s))
-        self.hold.setEnabled(window is not None)
+        self.hold.setEnabled(window is not None and self._replay.is_live)
         self.hold.setChecked(curves.is_held)
         self.state.setText(self._state())
         self._show_age()

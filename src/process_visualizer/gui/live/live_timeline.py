@@ -97,9 +97,9 @@ class LiveTimeline(LanesTimeline):
 
     def show_age(self, age_s: float) -> None:
         """Set how long ago the right end was [s]; above 0 while the curves stand still."""
-        if round(age_s) != round(self._age_s):
+        if age_s != self._age_s:
+            self._age_s = age_s
             self.update()
-        self._age_s = age_s
 
     @property
     def axis(self) -> TimeAxis:

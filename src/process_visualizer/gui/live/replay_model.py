@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import Enum
-from typing import Any, Callable, Dict, NamedTuple, Optional, Protocol, Tuple, Type
+from typing import Any, Callable, Dict, NamedTuple, Optional, Protocol, Set, Tuple, Type
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -74,6 +74,9 @@ class ReplayTools(Protocol):
     def interrupt(self) -> Any:
         """Make ``show`` stop waiting."""
 
+    def restart(self, part: str) -> Any:
+        """Restart a part of the second cell."""
+
     def stop(self) -> Any:
         """Stop the second cell."""
 
@@ -103,6 +106,7 @@ class ReplayModel(QObject):
         self._path = ''
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
+        self._restarted: Set[str] = set()  # parts that have died during this replay
         self._others = QTimer(self, interval=_OTHERS_MS, singleShot=True)
         self._others.timeout.connect(self._open)
         self._moves = NewestCall[bool](tasks, LINE, self._move, lambda: None, self._fail)
@@ -117,6 +121,11 @@ class ReplayModel(QObject):
     def is_live(self) -> bool:
         """Return whether the scene shows the running cell."""
         return self._phase is ReplayPhase.LIVE
+
+    @property
+    def trouble(self) -> str:
+        """Return which device's nodes have ended again, so that the scene keeps old data; or ''."""
+        return ', '.join(sorted(it for it in self._restarted if self._reports[it].has_died))
 
     @property
     def time_s(self) -> float:
@@ -152,6 +161,7 @@ class ReplayModel(QObject):
         if mode is not Mode.REALTIME and self._is_started:
             self.leave()
             self._is_started, self._reports = False, {}
+            self._restarted.clear()
             self.playback.take_state(None)
             self._tools.interrupt()
             self._run(self._tools.stop)
@@ -180,6 +190,11 @@ class ReplayModel(QObject):
         elif report.part == BAG_PART and report.state is PartState.RUNNING and (
                 before is None or before.state is not PartState.RUNNING):
             self._run(self._tools.follow)
+        elif report.has_died and report.part not in self._restarted and not self.is_live:
+            self._restarted.add(report.part)  # what it drew would stay, and be false elsewhere
+            self._run(lambda: self._tools.restart(report.part))
+        if report.part in self._restarted:
+            self.changed.emit()
         self._look_whether_ready()
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
@@ -197,12 +212,15 @@ class ReplayModel(QObject):
         """Return whether the last copy contains a moment and the second cell still shows it."""
         states = [self._reports[part].state for part in (BAG_PART, RVIZ_PART)
                   if part in self._reports]
+        has_died = any(it.has_died for it in self._reports.values())
         return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
+                and not has_died
                 and replace(choice, window=None) == replace(self._choice, window=None)
                 and self._begin_s <= time_s <= self._begin_s + self.playback.state.duration_s)
 
     def _begin_again(self) -> None:
         self._phase, self._is_opening = ReplayPhase.PREPARING, False
+        self._restarted.clear()
         self.playback.seek(self._wanted_s - self._begin_s)
         self._look_whether_ready()
         self.changed.emit()
@@ -212,6 +230,7 @@ class ReplayModel(QObject):
         self._has_state = self._is_opening = False
         self._is_started = True
         self._path = ''
+        self._restarted.clear()
         self.playback.forget_player()
         self._tasks.run(LINE, lambda: self._started(choice), self._take_path, self._fail)
         self.changed.emit()

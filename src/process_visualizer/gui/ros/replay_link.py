@@ -135,6 +135,10 @@ class ReplayLink(QObject):
         """
         self._call(False, '', None)
 
+    def restart(self, part: str) -> None:
+        """Restart a part of the second cell."""
+        self._cell.restart(part)
+
     def interrupt(self) -> None:
         """Make ``show`` stop waiting for RViz; return at once."""
         self._stopping.set()
