@@ -34,6 +34,7 @@
 #include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 #include "process_visualizer/common/logger_services.hpp"
+#include "process_visualizer/common/missing_transforms.hpp"
 
 namespace process_visualizer::cloud {
 
@@ -183,7 +184,8 @@ class CloudFusion : public nodelet::Nodelet {
   std::optional<FusedClouds> clouds_;
   std::optional<VoxelGrid> grid_;
   std::optional<Complaints> complaints_;
-  double subscribed_s_ = 0;              ///< on the data clock
+  std::map<std::size_t, MissingTransforms> missing_;  ///< of each sensor
+  double subscribed_s_ = 0;                           ///< on the data clock
   std::optional<double> waits_since_s_;  ///< wall time since which a new cloud waits for others
   tf2_ros::Buffer tf_buffer_;
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
@@ -261,9 +263,11 @@ bool CloudFusion::accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud)
     checkedOffsets(*cloud);
     clouds_->take(sensor, {cloud, transformInto(parameters_.frame, cloud->header, tf_buffer_)},
                   now());
+    missing_[sensor].noteGood();
     return true;
   } catch (const tf2::TransformException& error) {
-    complaints_->add(topic, "no transform for the clouds on " + topic + ": " + error.what());
+    if (missing_[sensor].areLasting())
+      complaints_->add(topic, "no transform for the clouds on " + topic + ": " + error.what());
   } catch (const std::invalid_argument& error) {
     complaints_->add(topic, "an unusable cloud on " + topic + ": " + error.what());
   }

@@ -31,6 +31,7 @@
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 #include "process_visualizer/common/logger_services.hpp"
+#include "process_visualizer/common/missing_transforms.hpp"
 
 namespace process_visualizer::cloud {
 
@@ -177,6 +178,7 @@ class RoiFilter : public nodelet::Nodelet {
   tf2_ros::Buffer tf_buffer_;
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   std::optional<RegionOfInterest> region_;
+  MissingTransforms missing_;
   ros::WallTimer parameter_timer_;  ///< the outline follows the parameters without clouds, too
 };
 
@@ -213,9 +215,11 @@ void RoiFilter::crop(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
   try {
     publisher_.publish(boost::make_shared<sensor_msgs::PointCloud2>(cropToBox(
         *cloud, transformInto(parameters->frame, cloud->header, tf_buffer_), parameters->box)));
+    missing_.noteGood();
   } catch (const tf2::TransformException& error) {
-    NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
-                          subscriber_.getTopic().c_str(), error.what());
+    if (missing_.areLasting())
+      NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
+                            subscriber_.getTopic().c_str(), error.what());
   } catch (const std::invalid_argument& error) {
     NODELET_ERROR_THROTTLE(kReportPeriod, "Unusable cloud on %s: %s",
                            subscriber_.getTopic().c_str(), error.what());
@@ -249,6 +253,7 @@ class RegisteredCropNodelet : public nodelet::Nodelet {
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   std::unique_ptr<RegisteredCrop> filter_;
   std::unique_ptr<RegionOfInterest> region_;
+  MissingTransforms missing_;
   ros::WallTimer parameter_timer_;  ///< the outline follows the parameters without images, too
 };
 
@@ -316,9 +321,11 @@ void RegisteredCropNodelet::crop(const Image::ConstPtr& depth, const Image::Cons
     publisher_.publish(boost::make_shared<sensor_msgs::PointCloud2>(filter_->crop(
         *depth, *color, *info, transformInto(parameters->frame, depth->header, tf_buffer_),
         parameters->box)));
+    missing_.noteGood();
   } catch (const tf2::TransformException& error) {
-    NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the images on %s: %s",
-                          depth_images_.getTopic().c_str(), error.what());
+    if (missing_.areLasting())
+      NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the images on %s: %s",
+                            depth_images_.getTopic().c_str(), error.what());
   } catch (const std::exception& error) {
     NODELET_ERROR_THROTTLE(kReportPeriod, "Unusable images on %s and %s, or info on %s: %s",
                            depth_images_.getTopic().c_str(), color_images_.getTopic().c_str(),

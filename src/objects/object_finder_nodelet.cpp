@@ -27,6 +27,7 @@
 #include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 #include "process_visualizer/common/logger_services.hpp"
+#include "process_visualizer/common/missing_transforms.hpp"
 #include "process_visualizer/mesh/mesh_address.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
@@ -51,7 +52,6 @@ constexpr double kRetryPeriod = 1;      // s: of reading models that are not the
 constexpr int kStaticPublishers = 100;  // each of which has a latched message
 constexpr int kPoses = 100;             // that may wait in /tf
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
-constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
 constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
@@ -245,7 +245,6 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void onInit() override;
   bool isReady();
   void load();
-  void complain(const tf2::TransformException& error);
   /// From a cloud's frame into another one, at the time of the cloud.
   using Lookup = std::function<Eigen::Isometry3d(const std::string& target)>;
 
@@ -273,7 +272,8 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   std::unique_ptr<PoseListener> pose_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
-  ros::WallTime next_try_, missing_since_, next_check_;
+  ros::WallTime next_try_, next_check_;
+  MissingTransforms missing_;
   int contradictions_ = 0;  ///< checks in a row in which the sensor saw through robots
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
@@ -363,22 +363,15 @@ void ObjectFinderNodelet::process(bool is_late) {
     }
     find(*cloud, *scene);
     last_ = cloud;
-    missing_since_ = {};
+    missing_.noteGood();
   } catch (const tf2::TransformException& error) {
-    complain(error);
+    if (missing_.areLasting())
+      NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
+                            cloud_subscriber_.getTopic().c_str(), error.what());
   } catch (const std::invalid_argument& error) {
     NODELET_ERROR_THROTTLE(kReportPeriod, "Unusable cloud on %s: %s",
                            cloud_subscriber_.getTopic().c_str(), error.what());
   }
-}
-
-/// The parts of a cell start in any order, so a frame may be missing for a moment.
-void ObjectFinderNodelet::complain(const tf2::TransformException& error) {
-  const ros::WallTime now = ros::WallTime::now();
-  if (missing_since_.isZero()) missing_since_ = now;
-  if (now - missing_since_ < ros::WallDuration(kStart)) return;
-  NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
-                        cloud_subscriber_.getTopic().c_str(), error.what());
 }
 
 void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scene& scene) {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/time.h>
+
+namespace process_visualizer {
+
+/// The time for which transforms have been missing.
+///
+/// The parts of a cell start in any order, so a frame may be missing for a moment.
+class MissingTransforms {
+ public:
+  /// Notes that all transforms were there.
+  void noteGood() { since_ = {}; }
+
+  /// Notes that one was missing. Returns whether that has lasted so long that it is worth a
+  /// warning.
+  bool areLasting() {
+    const ros::WallTime now = ros::WallTime::now();
+    if (since_.isZero()) since_ = now;
+    return (now - since_).toSec() >= kStart;
+  }
+
+ private:
+  static constexpr double kStart = 5;  // s
+
+  ros::WallTime since_;
+};
+
+}  // namespace process_visualizer
