@@ -40,20 +40,21 @@ _TOLD_EVERY_S = 10.0
 
 
 class FeedChannel(NamedTuple):
-    """One publisher of a topic, by its number."""
+    """One publisher of a topic, by its number; messages that are latched have to arrive."""
 
     number: int
     topic: str
     type: str
     md5sum: str
     caller: str
+    is_latched: bool
 
 
 class FeedListener(Protocol):
     """Takes messages of topics; called in threads of rospy, must not block."""
 
-    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
-        """Take a message; if ``is_kept``, it is latched and has to arrive."""
+    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes) -> None:
+        """Take a message."""
 
 
 class _Latched(NamedTuple):
@@ -85,7 +86,7 @@ class TopicFeed:
             kept = [it for it in self._latched.values() if it.channel.topic in new]
             left = self._update()
         for it in kept:
-            taker.take(it.channel, it.arrived_ns, it.data, True)
+            taker.take(it.channel, it.arrived_ns, it.data)
         for subscriber in left:
             subscriber.unregister()
 
@@ -107,21 +108,20 @@ class TopicFeed:
         header: Dict[str, str] = message._connection_header
         with self._lock:
             channel = self._channel(topic, header)
-            is_kept = header.get('latching') == '1'
             data = bytes(message._buff)
             if len(data) > MAX_BYTES:
                 rospy.logwarn_throttle_identical(
                     _TOLD_EVERY_S, f'{topic}: messages of more than {MAX_BYTES >> 20} MB are too '
                     'large for "cell view", and left out there')
-            if is_kept and topic in self._wanted:
+            if channel.is_latched and topic in self._wanted:
                 self._latched[channel.number] = _Latched(channel, arrived_ns, data)
             takers = list(self._wanted.get(topic, []))
         for taker in takers:
-            taker.take(channel, arrived_ns, data, is_kept)
+            taker.take(channel, arrived_ns, data)
 
     def _channel(self, topic: str, header: Dict[str, str]) -> FeedChannel:
         kind, md5sum = header.get('type', ''), header.get('md5sum', '')
-        key = topic, kind, md5sum, header.get('callerid', '')
+        key = topic, kind, md5sum, header.get('callerid', ''), header.get('latching') == '1'
         if key not in self._channels:
             self._channels[key] = FeedChannel(len(self._channels) + 1, *key)
         return self._channels[key]
@@ -185,18 +185,18 @@ class ViewerLink:
             self._offered |= new.keys()
             self._put_frame(json_frame(Kind.TOPICS, topics=topics_message(new)))
 
-    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes, is_kept: bool) -> None:
+    def take(self, channel: FeedChannel, arrived_ns: int, data: bytes) -> None:
         """See FeedListener."""
         with self._changed:
             if channel.number not in self._announced:
                 self._announced[channel.number] = channel
                 self._outbox.put_frame(json_frame(
                     Kind.CHANNEL, channel=channel.number, topic=channel.topic, type=channel.type,
-                    md5sum=channel.md5sum, caller=channel.caller))
+                    md5sum=channel.md5sum, caller=channel.caller, latched=channel.is_latched))
             self._too_large.discard(channel.number)
             if len(data) > MAX_BYTES:
                 self._too_large.add(channel.number)
-            elif is_kept:
+            elif channel.is_latched:
                 self._outbox.put_kept(channel.number, arrived_ns, data)
             else:
                 self._outbox.put(channel.number, arrived_ns, data, time.monotonic())

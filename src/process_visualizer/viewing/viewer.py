@@ -113,7 +113,10 @@ class OwnScene:
             with self._lock:
                 self._note(f'{source.topic}: a message is not shown: {problem}')
             return
-        own.publisher.publish(number, [message.data], time.monotonic_ns())
+        now_ns = time.monotonic_ns()
+        own.publisher.publish(number, [message.data], now_ns)
+        if not source.is_latched:  # it would be old when the next subscriber comes
+            own.publisher.withdraw(number, now_ns)
 
     def _note(self, problem: str) -> None:
         """Note a problem that was not told yet, while they are not too many."""

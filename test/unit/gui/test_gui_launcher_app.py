@@ -299,6 +299,20 @@ def test_details_of_a_message_are_shown_to_who_asks(window: LauncherApp) -> None
     assert window.statusBar().currentMessage() == 'A part is unreadable'
 
 
+def test_the_button_of_a_message_stays_when_others_follow(window: LauncherApp) -> None:
+    def place() -> QPoint:
+        button = window.findChild(QMessageBox, 'message').button(QMessageBox.Ok)
+        return button.mapToGlobal(QPoint(0, 0))
+
+    window._launcher.failed.emit('the disk is full')
+    window.findChild(QMessageBox, 'message').move(200, 300)
+    QApplication.processEvents()
+    before = place()
+    window._launcher.failed.emit('the folder is gone, which is said in a line that is longer')
+    QApplication.processEvents()
+    assert place() == before
+
+
 def test_a_message_that_comes_again_is_shown_once(window: LauncherApp) -> None:
     for text in ('the disk is full', 'the folder is gone', 'the disk is full'):
         window._launcher.failed.emit(text)

@@ -200,6 +200,18 @@ def test_a_picture_that_stands_still_is_told_though_rviz_answers(drawing: Drawin
     assert drawing.found[-1] == CellLook(frozenset({'/driver'}))
 
 
+def test_a_picture_that_is_seconds_old_is_told(drawing: Drawing) -> None:
+    """It differs from the curves then, and nothing else says so."""
+    drawing.look(10, draws=True)
+    assert drawing.watch.picture_age_s == 0.0
+    for _picture in range(3):
+        drawing.look(5)
+        drawing.look(1, draws=True)
+    assert drawing.watch.picture_age_s == 3.0 and drawing.found == []
+    drawing.look(30, draws=True)
+    assert drawing.watch.picture_age_s == 0.0
+
+
 def test_rviz_is_not_missed_before_it_has_drawn_or_while_it_is_stopped(drawing: Drawing) -> None:
     drawing.look(20)
     drawing.look(1, draws=True)

@@ -103,7 +103,7 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
     relay, viewer = both_ends
     link = ViewerLink(relay, 'viewer', TopicFeed(), lambda _link: None)
     link.start(OFFER, {}, {})
-    cloud = FeedChannel(1, '/cloud', 'a/B', '', '/camera')
+    cloud = FeedChannel(1, '/cloud', 'a/B', '', '/camera', False)
     viewer.settimeout(PATIENCE_S)
     viewer.sendall(GREETING)
     reader = LinkFrameReader()
@@ -116,10 +116,10 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
                     return frame.json()
 
     assert left_out() == {}
-    for is_kept in (False, True):
-        link.take(cloud, 0, bytes(11), is_kept)
+    for channel in (cloud, cloud._replace(number=2, is_latched=True)):
+        link.take(channel, 0, bytes(11))
         assert left_out() == left_out() == {'/cloud': 1}
-        link.take(cloud, 0, bytes(10), is_kept)
+        link.take(channel, 0, bytes(10))
         assert left_out() == {}
     link.close()
 

@@ -8,11 +8,13 @@ from types import SimpleNamespace
 from typing import Any, List, Tuple
 
 import pytest
+from std_msgs.msg import String
 from surroundings import PATIENCE_S, wait_until
 
 from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport
 from process_visualizer.remote.frames import Message
+from process_visualizer.remote.offer import OfferedTopic
 from process_visualizer.viewing import viewer
 from process_visualizer.viewing.relay_connection import RelaySource
 from process_visualizer.viewing.viewer import OwnScene, Viewer
@@ -43,10 +45,32 @@ def test_problems_of_messages_are_told_up_to_a_limit() -> None:
     scene = OwnScene(lambda: None)
     told = []
     for number in range(1000):
-        scene.show(RelaySource(f'/t{number}', 'a/B', '', '/c'), Message(1, 0, b''))
+        scene.show(RelaySource(f'/t{number}', 'a/B', '', '/c', False), Message(1, 0, b''))
         told += scene.take_problems()
     assert len(told) == len(set(told)) == 101
     assert told[-1] == 'there are more problems like these, which are not told'
+
+
+@pytest.mark.parametrize('is_latched', [False, True])
+def test_a_message_stays_for_later_subscribers_only_if_the_cell_latches_it(
+        monkeypatch: pytest.MonkeyPatch, is_latched: bool) -> None:
+    """Otherwise they would get joints from when the last subscriber left."""
+    done: List[str] = []
+
+    class Publisher(Nothing):
+        def publish(self, source: int, pieces: List[bytes], due_ns: int) -> None:
+            done.append('publish')
+
+        def withdraw(self, source: int, due_ns: int) -> None:
+            done.append('withdraw')
+
+    monkeypatch.setattr(viewer, 'TopicPublisher', Publisher)
+    scene = OwnScene(lambda: None)
+    scene.advertise({'/a': OfferedTopic(String._type, String._md5sum, String._full_text)})
+    scene.show(RelaySource('/a', String._type, String._md5sum, '/c', is_latched),
+               Message(1, 0, b'\x01\x00\x00\x00a'))
+    assert scene.take_problems() == []
+    assert done == (['publish'] if is_latched else ['publish', 'withdraw'])
 
 
 def test_an_rviz_that_hangs_is_told_and_that_it_is_over(tmp_path: Path) -> None:

@@ -58,6 +58,7 @@ from process_visualizer.launching.ros_master import RosMasterError
 
 _MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
 _OTHER_CELL = 'The nodes are still those of {}: press Apply to launch those of {}.'
+_SLOW = 'RViz draws slowly on this computer: its picture is up to {:.0f} s behind.'
 _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
               RecordingPhase.RECORDING: 'Recording',
               RecordingPhase.STOPPING: 'Finishing the recording'}
@@ -334,6 +335,8 @@ class Launcher(QObject):
             activity, trouble = '', Line(Level.WARNING, _OTHER_CELL.format(
                 os.path.basename(running.cell.file), os.path.basename(self.session.file)))
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
+        if self.launch.is_running and self.watch.picture_age_s:
+            text += '\n' + _SLOW.format(self.watch.picture_age_s)
         reason = self.blocked_reason() if self.launch.is_idle else ''
         if reason and not self.master.is_lost:
             return f'Cannot launch: {within_sentence(reason)}'
@@ -427,6 +430,7 @@ class Launcher(QObject):
         comparison.run_finished.connect(lambda: alarms.note(
             'run finished (reference {0.reference}): {0.verdict}'.format(comparison.finished[-1])))
         self.watch.found.connect(self.states.take_look)
+        self.watch.slowed.connect(self.status_changed)
         for change in (self.master.lost, self.master.returned):
             change.connect(
                 lambda: alarms.set_master(self.master.is_lost, self.master.is_other))

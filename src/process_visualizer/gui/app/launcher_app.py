@@ -56,7 +56,12 @@ from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.recording.recording_panel import RecordingPanel
 from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folder
-from process_visualizer.gui.toolkit.dialogs import ask, message_box, show_aside
+from process_visualizer.gui.toolkit.dialogs import (
+    ask,
+    message_box,
+    set_growing_text,
+    show_aside,
+)
 from process_visualizer.gui.toolkit.labels import listing, parted, plain_label, plain_tip, sentence
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, color
@@ -85,7 +90,7 @@ class WindowQuestions(QObject):
             self._message.finished.connect(self._forget_message)
             show_aside(self._message)
         elif message not in self._message.text():
-            self._message.setText(f'{self._message.text()}\n\n{message}')
+            set_growing_text(self._message, f'{self._message.text()}\n\n{message}')
         self.show_briefly(message)
 
     def show_briefly(self, message: str) -> None:

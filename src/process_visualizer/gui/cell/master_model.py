@@ -26,6 +26,8 @@ _DRAWING_LOOK_MS = 500
 _MAX_MISSED_LOOKS = 12
 """Missed looks until RViz counts as hanging. It reports drawing twice a second, but on a busy
 computer a picture may take seconds, as at the start of a second cell."""
+_SLOW_LOOKS, _CALM_LOOKS = 4, 20
+"""Missed looks from which on RViz draws slowly, and looks without so many until it no longer does."""
 _SILENT = 'The ROS master is not responding'
 _OTHER = 'The ROS master was restarted'
 
@@ -135,6 +137,8 @@ class WatchModel(QObject):
 
     found = pyqtSignal(object)
     """A CellLook that differs from the last one."""
+    slowed = pyqtSignal()
+    """RViz draws more slowly, or quickly enough again; see ``picture_age_s``."""
     _asked = pyqtSignal(object)
 
     def __init__(self, launch: LaunchModel) -> None:
@@ -144,9 +148,14 @@ class WatchModel(QObject):
         self._look = self._reported = CellLook()
         self._asked.connect(self._take_look)
         self._draws = False  # RViz has reported that it draws since it was started
-        self._missed = 0
+        self._missed = self._calm = self._slow = 0
         self._timer = QTimer(self, interval=_DRAWING_LOOK_MS)
         self._timer.timeout.connect(self.look_at_drawing)
+
+    @property
+    def picture_age_s(self) -> float:
+        """How old RViz's picture becomes until the next one [s]; 0 if it draws quickly enough."""
+        return self._slow * _DRAWING_LOOK_MS / 1000.0
 
     def take_drawing(self) -> None:
         """Note that RViz has reported that it draws."""
@@ -157,8 +166,19 @@ class WatchModel(QObject):
         if f'/{RVIZ}' in self._running():
             self._missed += 1
         else:
-            self._draws = False
+            self._draws, self._missed = False, 0
+        self._look_at_pace()
         self._report()
+
+    def _look_at_pace(self) -> None:
+        before = self._slow
+        self._calm = 0 if self._missed >= _SLOW_LOOKS else self._calm + 1
+        if not self._draws or self._calm > _CALM_LOOKS:
+            self._slow = 0
+        elif self._missed >= _SLOW_LOOKS:
+            self._slow = max(self._slow, self._missed)
+        if self._slow != before:
+            self.slowed.emit()
 
     def _take_look(self, look: CellLook) -> None:
         self._look = look

@@ -43,6 +43,16 @@ def show_aside(dialog: QDialog) -> None:
     dialog.show()
 
 
+def set_growing_text(box: QMessageBox, text: str) -> None:
+    """Set a longer text; the box grows upward and to the left, so that its buttons stay."""
+    corner = box.frameGeometry().bottomRight()
+    box.setText(text)
+    box.adjustSize()
+    grown = box.frameGeometry()
+    grown.moveBottomRight(corner)
+    box.move(max(grown.left(), 0), max(grown.top(), 0))
+
+
 def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the operator presses the button with the text ``yes``.
