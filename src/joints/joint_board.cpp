@@ -146,7 +146,7 @@ std::string JointBoard::silence(Clock::time_point now) const {
     if (joint.count < kRegular) continue;
     const Clock::duration period = (joint.last - joint.first) / (joint.count - 1);
     const Clock::duration silent = now - joint.last;
-    // If all have stopped, it is the topic, which the display reports.
+    // If all joints have stopped, the topic is silent, which robot_proc reports.
     if (silent < std::max<Clock::duration>(kStopped, kMissedPeriods * period) ||
         last_ - joint.last < kStopped)
       continue;

@@ -62,7 +62,7 @@ std::size_t nearestTo(const Vector3f& place, const std::vector<ExpectedObject>& 
   return nearest;
 }
 
-/// Whether the middle of one box lies in the other: such two are no two things.
+/// Whether the middle of one box lies in the other: such boxes are one thing.
 bool areOne(const UprightBox& one, const UprightBox& other) {
   return distanceTo(one, other.center) == 0 || distanceTo(other, one.center) == 0;
 }
@@ -499,7 +499,7 @@ Vector3f blurOf(const Cluster& places, const Vector3f& sensor, const DepthNoise&
   return ray * (noise.at(ray.norm()) / std::max(ray.norm(), 1e-3F));
 }
 
-/// Something too far away for numbers of this kind is nothing that a sensor sees.
+/// Whether a point is within what a sensor can see, and float can represent.
 bool isInReach(const Vector3f& point) { return (point.array().abs() < 1e4F).all(); }
 
 }  // namespace

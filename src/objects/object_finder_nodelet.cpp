@@ -439,7 +439,7 @@ void ObjectFinderNodelet::requirePosesAround(const std_msgs::Header& header) con
   }
 }
 
-/// A clear cell must not look alike if somebody's hand could lie in it.
+/// If a hand could go unnoticed, the cell must not look clear.
 void ObjectFinderNodelet::complainOfNoise(const std::optional<Sight>& sight) const {
   if (!sight || sight->smallest < kSoughtSize) return;
   NODELET_WARN_THROTTLE(
@@ -493,7 +493,7 @@ void ObjectFinderNodelet::follow(const PlayerState& state) {
   if (recording_.follow(state, ros::WallTime::now())) {
     tracks_.reset();
     gaps_.clear();
-    // The cloud behind the jump may have been here first.
+    // The cloud after the jump may have arrived before this state.
     if (!waiting_ && last_ && recording_.isJustAfter(last_->header.stamp)) take(last_);
   }
   process(false);

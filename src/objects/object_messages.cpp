@@ -139,7 +139,7 @@ Marker lineOf(const DetectedObject& object, const std::string& frame) {
   return marker;
 }
 
-/// What is not shown any more goes at once, not only when its lifetime is over.
+/// Deletes markers that are no longer shown at once, without waiting for their lifetime.
 Marker deletionOfAll(const std::string& frame) {
   Marker marker;
   marker.header.frame_id = frame;

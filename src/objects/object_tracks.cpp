@@ -253,15 +253,15 @@ std::vector<std::optional<std::size_t>> bestPairs(const Eigen::MatrixXf& costs) 
 namespace {
 
 constexpr int kTimesUntilSure = 3;
-constexpr float kFarthest = 0.25F;    // m: an object is not farther from where it is expected,
-constexpr float kFastest = 3;         // m/s: but what is new may move so fast,
-constexpr float kSharpest = 8;        // m/s²: and what is known change its speed so much
-constexpr float kLongestStep = 0.3F;  // s: in which it may
-constexpr float kAlike = 0.5F;        // of its size: what is so far away differs no more
-constexpr float kMoving = 0.3F;       // m/s
-constexpr float kLarge = 0.05F;       // m: two edges of what is no noise
-constexpr std::size_t kClear = 80;    // points of it
-constexpr double kApproach = 0.5;     // s: in which it is seen whether a distance shrinks
+constexpr float kFarthest = 0.25F;          // m: maximum distance of an object from its prediction
+constexpr float kFastest = 3;               // m/s: maximum speed of a new object
+constexpr float kSharpest = 8;              // m/s²: maximum change of a known object's speed
+constexpr float kLongestStep = 0.3F;        // s: maximum time for which these two count
+constexpr float kAlike = 0.5F;              // of its size: maximum distance of the same object
+constexpr float kMoving = 0.3F;             // m/s
+constexpr float kLarge = 0.05F;             // m: two edges of what is no noise
+constexpr std::size_t kClear = 80;          // points of it
+constexpr double kApproach = 0.5;           // s: in which it is seen whether a distance shrinks
 constexpr double kShortestApproach = 0.09;  // s
 constexpr float kSlowestApproach = 0.05F;   // m/s
 constexpr float kSizeWeight = 0.5F;         // of a difference in size, beside one in place
@@ -333,7 +333,7 @@ UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
   return box;
 }
 
-/// How far from where it is expected it may be, m.
+/// Maximum distance from the predicted place, m.
 float ObjectTracks::Track::farthestAt(double stamp) const {
   const float passed = std::min(static_cast<float>(stamp - seen), kLongestStep);
   const bool is_known = times >= kTimesUntilSure;  // how it moves
@@ -392,7 +392,7 @@ void ObjectTracks::Track::add(const FoundObject& part) {
     object.robot = part.robot;
 }
 
-/// Of an object that is partly hidden the places that were seen before move with it.
+/// Keeps earlier places of a partly hidden object, moved along with it.
 void ObjectTracks::Track::keepPlaces(const UprightBox& before, const FoundObject& found) {
   if (!found.isCut() || found.points >= most || places.empty()) {
     places = thinned(found.places);
@@ -419,7 +419,7 @@ void ObjectTracks::Track::noteDistance(double stamp) {
   while (stamp - distances.front().first > kApproach) distances.pop_front();
 }
 
-/// When the distance is gone if it goes on shrinking as of late (least squares).
+/// Time to contact if the distance keeps shrinking at its recent rate (least squares).
 std::optional<float> ObjectTracks::Track::contact() const {
   if (distances.size() < 2 || distances.back().first - distances.front().first < kShortestApproach)
     return std::nullopt;
@@ -508,8 +508,8 @@ Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>
   return costs;
 }
 
-/// What is left over is new, unless it may be a part of a known object that something divides. All
-/// that is seen of one may be such a part.
+/// Unassigned finds start new tracks, unless they may be part of a known object that something
+/// divides. All that is seen of an object may be such a part.
 void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
   std::vector<bool> is_new(found.size(), true);
   const auto pairs = bestPairs(costs(stamp, found));
@@ -551,8 +551,8 @@ ObjectTracks::Track* ObjectTracks::wholeOf(double stamp, const FoundObject& foun
   return whole == tracks_.end() ? nullptr : &*whole;
 }
 
-/// There is nothing to compare the first cloud with, such as that at a position in a recording at
-/// which the player stands: all that it shows is believed.
+/// Everything in the first cloud (or the only one, at the position of a paused player) is accepted,
+/// as there is nothing to compare it with.
 void ObjectTracks::begin(double stamp, const FoundObject& found) {
   tracks_.push_back(
       {std::nullopt, {found.box, found.points, found.robot}, {}, 0, {}, stamp, stamp});

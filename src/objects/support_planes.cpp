@@ -329,8 +329,8 @@ Plane SupportPlanes::largest(const std::vector<Sample>& samples) {
   return best;
 }
 
-/// The largest plane is where a noisy sensor shows it, too, only that fewer of its points are
-/// within the tolerance, and it leans as the three do that made it. So it is fitted to what is near
+/// With a noisy sensor the largest plane is roughly right, but fewer of its points are within the
+/// tolerance, and it is tilted like the three points that made it. So it is fitted to what is near
 /// it, and how far that is beside it along the line of sight tells how noisy the sensor is; then
 /// again with what is as near as that. Only tiles count in which nothing rises: beside walls, and
 /// among people, the floor may be less than half of what is near it, and the median is wrong.

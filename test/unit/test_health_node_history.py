@@ -41,7 +41,8 @@ def test_a_node_that_never_gets_up_is_told_until_it_does() -> None:
     stand = Stand()
     assert stand.at(0.0) == stand.at(STARTS_WITHIN_S - 0.1) == []
     (found,) = stand.at(STARTS_WITHIN_S)
-    assert found.said == 'arm: driver is still starting after 30 s: it may hang, or be no ROS node'
+    assert found.said == ('arm: driver is still starting after 30 s: it may be hanging, or not be '
+                          'a ROS node')
     assert found.actions == (RESTART, Action.SHOW_LOG)
     assert stand.at(50.0, stand.driver.registered()) == []
 

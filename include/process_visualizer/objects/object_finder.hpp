@@ -30,7 +30,7 @@ struct FinderSettings {
   float padding = 0.03F;    ///< points nearer than this to a known body are on it, m
   float gap = 0.03F;        ///< things that are nearer to each other are one, m
   std::size_t fewest = 40;  ///< points of an object
-  float surface = 0.5F;     ///< larger level surfaces carry objects, and are none, m²
+  float surface = 0.5F;     ///< larger level surfaces are supports, not objects, m²
   std::optional<DepthNoise> noise = std::nullopt;  ///< of the sensor; else it is estimated
 };
 
@@ -38,7 +38,7 @@ struct FinderSettings {
 struct Scene {
   Eigen::Isometry3f global_from_cloud;  ///< into a frame whose z axis points up
   std::vector<Eigen::Isometry3f> cloud_from_body;
-  std::optional<cloud::InsideBox> region;  ///< only in it is looked; from the cloud's frame
+  std::optional<cloud::InsideBox> region;  ///< the only part searched; from the cloud's frame
   std::vector<cloud::InsideBox> expected;  ///< what is in these is known
 };
 

@@ -99,7 +99,7 @@ def noise(text: str) -> float:
     try:
         return positive(text)
     except ValueError:
-        raise ValueError(f'{quoted(text)} is no noise of a sensor; write '
+        raise ValueError(f'{quoted(text)} is not the noise of a sensor; write '
                          f'{", ".join(SENSOR_NOISES)} or a number greater than 0, such as 0.002'
                          ) from None
 

@@ -125,7 +125,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     has_values = words[:1] and words[0] in _COMMANDS and words[0] not in _WITHOUT_VALUES
     named = list(filter(_NAMED_VALUE.match, words)) if has_values else []
-    options = _parsed([word for word in words if word not in named])  # it takes them in one place
+    options = _parsed([word for word in words if word not in named])  # only allowed in one place
     try:
         if hasattr(options, 'bag_command'):
             code = execute_bag_command(options)

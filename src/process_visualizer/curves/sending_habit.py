@@ -40,7 +40,7 @@ _KEPT_SILENCES = 100
 
 
 class CommonSilences:
-    """Silences of all topics of a running cell, as far as they say nothing about any topic's habit.
+    """Silences common to all topics of a running cell, which say nothing about any single one.
 
     The recorder or the computer stood still then. In a cell that is silent for much of the time, it
     is the habit of all topics to be silent.
@@ -97,5 +97,5 @@ class SendingHabit:
         self._last = time_s, segment
 
     def holds_for_s(self, quick_s: float) -> float:
-        """Return how long [s] the last value holds; see the function of this name."""
+        """Return how long [s] the last value holds; see the module's function."""
         return holds_for_s(tuple(self._intervals_s), quick_s)

@@ -247,7 +247,7 @@ class ModelEvidence:
         return (_decided(models, lengths, 'its links are as far apart as on tf')
                 or self._by_motion(topic, models, fits) or self._by_names(topic, models)
                 or ModelChoice(0, f'nothing seen tells it from {_files(models[1:])}, which '
-                               'have the same joints: is it the one?'))
+                               'have the same joints: is this the right model?'))
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:
@@ -273,7 +273,7 @@ class ModelEvidence:
                 return ModelChoice(
                     named[0],
                     f'"{word}" is in the names that were seen; {others} have '
-                    'the same joints: is it the one?',
+                    'the same joints: is this the right model?',
                 )
         return None
 
@@ -443,7 +443,7 @@ class ModelSearch:
             fitting = [it for it in self._variants(file, topic) if _fits(it, topic, frames)]
             if fitting:
                 best = max(fitting, key=lambda it: _rank(it, topic))
-                yield replace(best, reason=f'found by {reason}: is it the one?')
+                yield replace(best, reason=f'found by {reason}: is this the right model?')
 
     def _variants(self, file: ModelFile, topic: SeenTopic) -> Iterator[FoundModel]:
         """Yield a file's models with different arguments and the prefix that its driver may use."""

@@ -221,8 +221,8 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
     ending = os.path.splitext(path)[1].lower()
     encoder = shutil.which('ffmpeg')
     if encoder is None:
-        raise ValueError('ffmpeg makes the film, and is missing; install it (Debian: "apt install '
-                         'ffmpeg")')
+        raise ValueError('ffmpeg is needed to make the film, and is not installed (Debian: "apt '
+                         'install ffmpeg")')
     frames = film_frames(chosen, rate_hz, speed)
     shots: _Shots = [(it,) for it in frames]
     if style.is_beside:

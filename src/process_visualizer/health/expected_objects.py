@@ -9,9 +9,9 @@ from process_visualizer.cell.model import RegionOfInterest, SoughtObjects
 from process_visualizer.health.near_objects import SeenObject
 
 LOOK_S = 3.0
-"""So long a sensor is watched: the box holds everything that was seen of an object meanwhile."""
+"""Time for which a sensor is watched; the box covers all of an object seen in that time [s]."""
 MARGIN_M = 0.03
-"""So much larger than the object is its box, on each side.
+"""Margin of the box around the object, on each side.
 
 Nine edges of ten are right within 1 cm + 1 % of the distance, 3 cm at 2 m; and what is put back
 does not lie exactly where it was.

@@ -23,7 +23,8 @@ STARTS_WITHIN_S = 30.0
 """Time for a node to start: usually a few seconds, several times that on a busy computer."""
 STEADY_AFTER_S = 20.0
 """Time after which a restarted node counts as steady."""
-_NEVER_UP = f'is still starting after {STARTS_WITHIN_S:.0f} s: it may hang, or be no ROS node'
+_NEVER_UP = (f'is still starting after {STARTS_WITHIN_S:.0f} s: it may be hanging, or not be a ROS '
+             'node')
 _UP = NodeState.STARTING, NodeState.RUNNING
 
 

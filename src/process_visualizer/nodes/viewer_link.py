@@ -248,7 +248,7 @@ class ViewerLink:
         elif frame.kind == Kind.FETCH:
             self._fetch(frame.json())
         if self._outbox.answers > _MAX_ANSWERS:
-            raise FramesBroken('it asks, and does not read')
+            raise FramesBroken('it sends requests and does not read the answers')
 
     def _want(self, wanted: Any) -> None:
         """Subscribe to what the viewer wants; nothing else of it is read until then."""

@@ -214,7 +214,7 @@ class Admission:
             return Refusal(403, 'This address is not right: it has to end with the token that '
                                 '"cell serve" has printed.')
         if (is_socket or origin is not None) and not _is_same(origin, host):
-            return Refusal(403, 'Another page asks for this one; open it by its own address.')
+            return Refusal(403, 'Another page requested this one; open it directly.')
         return None
 
 

@@ -17,7 +17,7 @@ UNSURE_S = 0.1
 _SILENCE_NS, _UNSURE_NS = int(1e9 * SILENCE_S), int(1e9 * UNSURE_S)
 _SILENCE_PERIODS = 5.0
 _MAX_PERIOD_NS = 200_000_000
-"""Of a topic that is judged. Slower ones are often sent on change, after any silence."""
+"""Longest period of a judged topic; slower ones are often sent on change, after any silence."""
 _BUNCHED = 0.5
 """Messages after a silence that take less than this share of the usual time were held up."""
 _WINDOW, _FEWEST = 8, 2  # messages before one by which it is judged
@@ -63,7 +63,7 @@ class LateArrivals:
         usual = self._usual_ns()
         if passed[0] >= max(_SILENCE_NS, _SILENCE_PERIODS * usual):
             begin_ns = int(times_ns[0])
-            lasted_ns = begin_ns - passed[0] - self._begun_ns  # less for what comes in bursts
+            lasted_ns = begin_ns - passed[0] - self._begun_ns  # shorter if it comes in bursts
             if 0.0 < usual <= _MAX_PERIOD_NS and lasted_ns >= _SILENCE_NS:
                 self._silence_end_ns, self._since = begin_ns, np.empty(0, np.int64)
                 self._unsure_ns = begin_ns + _UNSURE_NS

@@ -24,7 +24,7 @@ from process_visualizer.rviz.window_geometry import scene_aspect
 from process_visualizer.whole_file import small_file, write_small_file
 
 _MAX_VIEW_BYTES = 1 << 20
-"""Of YAML, which is read slowly; RViz writes some 20 kB."""
+"""Maximum size, as YAML is read slowly; RViz writes about 20 kB."""
 
 
 def read_view(path: str) -> Dict[str, Any]:

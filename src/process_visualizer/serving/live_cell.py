@@ -135,7 +135,7 @@ class LiveCell:
             self.alarms.take_recorder(recorder)
 
     def take_player(self, player: SeenPlayer, clock_s: float) -> None:
-        """Take the player's state; one at no time is left out."""
+        """Take the player's state; a state with an invalid position is ignored."""
         if not abs(player.position_s) < _MAX_S:
             return
         with self._lock:

@@ -343,8 +343,9 @@ class _Talk:
             raise FramesBroken('a channel without a topic or number')
         if len(self._sources) >= _MAX_SOURCES or any(len(str(it)) > _MAX_NAME for it in texts):
             raise FramesBroken('channels without end')
-        self._sources[number] = RelaySource(
-            *map(str, texts), is_latched=values.get('latched') is not False)
+        topic, kind, md5sum, caller = map(str, texts)
+        self._sources[number] = RelaySource(topic, kind, md5sum, caller,
+                                            values.get('latched') is not False)
 
     def _deliver(self, messages: List[Message]) -> None:
         for message in messages:

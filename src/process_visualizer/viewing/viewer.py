@@ -56,7 +56,7 @@ from process_visualizer.viewing.relay_connection import RelayConnection, RelaySo
 _QUEUE = 20
 _MAX_TOPICS, _MAX_SOURCES = 2000, 10_000
 _MAX_PROBLEMS = 100
-"""Maximum number of problems that are told: a cell that sends nonsense has others all the time."""
+"""Maximum number of problems that are told: a faulty cell causes new ones all the time."""
 _TAIL = 6  # last lines of RViz that are told if it has failed
 _MAX_WAITING = 16
 """Maximum number of events from the cell that wait to be handled."""
@@ -176,7 +176,7 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 
 _STEP_S = 0.25
 _THIN_S = 20.0
-"""Time without loss after which a link carries everything [s]; else it would be said in turns."""
+"""Time without loss after which a link carries everything [s]; else the two would alternate."""
 _MAX_THINNED, _MAX_REASONS = 100, 20
 _STALE_AFTER_S = 1.0
 """Time without a connection after which the scene shows it."""

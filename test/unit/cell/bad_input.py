@@ -213,8 +213,8 @@ VALUES: List[Bad] = [
               'latency="0.6"/>', '3: <topic>: a latency of 0.6 s is too long; give at most 0.5 s',
               schema_sees=False),
     _in_robot('noise', '<topic name="a" type="pointcloud"/><objects noise="kinectt"/>',
-              '3: <objects>: attribute "noise": "kinectt" is no noise of a sensor; write kinect, '
-              'realsense, tof or a number greater than 0', kind='depth_sensor'),
+              '3: <objects>: attribute "noise": "kinectt" is not the noise of a sensor; write '
+              'kinect, realsense, tof or a number greater than 0', kind='depth_sensor'),
     _in_robot('size', '<topic name="a" type="pointcloud"/><roi size="1 0 1"/>',
               '3: <roi>: attribute "size": "1 0 1": each edge length', kind='depth_sensor'),
     _in_robot('environment variable', _NODE + '><env name="A B" value=""/></node>',

@@ -156,7 +156,7 @@ def test_by_links_on_tf(tmp_path: Path, name: str) -> None:
 def test_by_a_name(tmp_path: Path) -> None:
     comment, found = model_line(tmp_path, lambda *_: [], namespace='left/arm5')
     assert (found, comment) == ('arm5', '"arm5" is in the names that were seen; arm3.urdf and '
-                                        'arm7.urdf have the same joints: is it the one?')
+                                        'arm7.urdf have the same joints: is this the right model?')
 
 
 def test_what_nothing_tells_apart_is_told(tmp_path: Path) -> None:
@@ -164,4 +164,4 @@ def test_what_nothing_tells_apart_is_told(tmp_path: Path) -> None:
     comment, found = model_line(tmp_path, lambda number, stamp: [
         ('/robot/pose', pose_message('base_link', Placement((0.1, 0.0, 0.2)), stamp))])
     assert comment == ('nothing seen tells it from arm5.urdf and arm7.urdf, which have the same '
-                       'joints: is it the one?')
+                       'joints: is this the right model?')

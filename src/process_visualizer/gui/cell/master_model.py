@@ -27,7 +27,7 @@ _MAX_MISSED_LOOKS = 12
 """Missed looks until RViz counts as hanging. It reports drawing twice a second, but on a busy
 computer a picture may take seconds, as at the start of a second cell."""
 _SLOW_LOOKS, _CALM_LOOKS = 4, 20
-"""Missed looks from which on RViz draws slowly, and looks without so many until it no longer does."""
+"""Missed looks from which on RViz counts as slow, and looks until it no longer does."""
 _SILENT = 'The ROS master is not responding'
 _OTHER = 'The ROS master was restarted'
 

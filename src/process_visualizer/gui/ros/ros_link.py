@@ -365,7 +365,7 @@ class ObjectLink(QObject):
         try:
             self._follow(devices)
         except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
-            raise RosLinkError('objects near robots are no alarms: the ROS master does not answer '
+            raise RosLinkError('no alarms for objects near robots: the ROS master does not answer '
                                f'({error})') from error
 
     def _follow(self, devices: Iterable[str]) -> None:

@@ -20,7 +20,7 @@ _CLEAR = 0.6 * _MAX_DISTANCES
 _SAME_S = 0.25
 """Rows closer together than this need not be distinguished to know where a run is [s]."""
 _FURTHEST_S = 3.0
-"""Maximum distance of an event that counts [s]; farther away, an event is merely far away."""
+"""Maximum distance of an event that counts [s]; beyond it, the distance no longer matters."""
 
 
 class PhaseTracker:

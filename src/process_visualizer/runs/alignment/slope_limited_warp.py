@@ -47,8 +47,8 @@ def warp(reference: np.ndarray, run: np.ndarray, band: WarpBand,
         reference: (n, d); NaN where unknown.
         run: (m, d); NaN as in the reference.
         band: of n rows.
-        skipped: cost of a row of the reference that corresponds to no row of the run. Where
-            nothing is known, a row costs as much: otherwise a gap would take in everything.
+        skipped: cost of a row of the reference that corresponds to no row of the run. Rows
+            without data cost the same; otherwise the path would prefer gaps.
     """
     search = _Search(band, len(run), skipped)
     for begin in range(0, len(reference), _block_rows(band)):

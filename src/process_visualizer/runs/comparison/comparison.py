@@ -116,7 +116,7 @@ _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
 _MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
-"""Rows beside an unknown moment at which means of it are unknown, too."""
+"""Rows next to an unknown moment in which means are unknown as well."""
 _OFTEN_S = 0.25
 """Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
@@ -366,7 +366,7 @@ class GoodRuns:
         if it.signal.period_s:
             return _seldom_since(it, run, alignment, band, self.times_s)
         channel = run.by_key.get(it.channel)
-        if channel is not None:  # a value is known no better than when the next one comes
+        if channel is not None:  # a value is known to within one period
             it = it._replace(uncertainty_s=max(it.uncertainty_s, period_s(channel.times_s)))
         if any(_is_jump_of(it, other) for other in found):
             return it
@@ -526,7 +526,7 @@ class GoodRuns:
         compared_s = float(ends_s[1] - ends_s[0])
         if compared_s < _MIN_SHARE * run.duration_s:
             return [f'{compared_s:.1f} s of its {run.duration_s:.1f} s are compared: the reference '
-                    'is no longer']
+                    'is shorter']
         return []
 
     def _missing(self, run: Run) -> List[str]:

@@ -507,7 +507,8 @@ class LiveRuns:
     def end(self, is_watched: bool = True) -> Optional[FinishedRun]:
         """End the current run, and return it; None without one.
 
-        If it is no longer ``is_watched``, it is not over by itself: it is not called broken off.
+        If watching stopped (not ``is_watched``), the run did not end by itself, and is not reported
+        as broken off.
         """
         run, departed, is_judged = self._run, self._departed, self._is_judged
         lost, self._lost = self._lost, None

@@ -191,7 +191,8 @@ def verdict(comparison: Comparison) -> str:
 def _later(seconds: float) -> str:
     if abs(seconds) < 0.1:
         return 'at the same time'
-    return f'{seconds:.1f} s later' if seconds > 0 else f'{-seconds:.1f} s before, faintly,'
+    return f'{seconds:.1f} s later' if seconds > 0 else \
+        f'already {-seconds:.1f} s earlier, but weakly,'
 
 
 def band_text(band: Band) -> str:

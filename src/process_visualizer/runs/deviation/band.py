@@ -177,9 +177,9 @@ _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
 """Minimum margin, as a share of the tolerance of one good run, for any number of good runs."""
 _NOISE_SPREADS, _CHANCES = 6.0, 3.5
 _SOONER_ROWS = int(ROUGH_S * RATE_HZ)
-"""Rows by which the roughness of an edge, which lasts half a second, may be over sooner.
+"""Rows by which the roughness of an edge, which lasts half a second, may end earlier.
 
-Less roughness there is no fault: a run that lost time has less of it on the reference's clock.
+Lower roughness there is not a fault: a run that lost time has less on the reference's clock.
 """
 _TIMES_FARTHEST = 3.0
 """Maximum margin, as a multiple of the distance of the farthest good run from the others."""

@@ -52,10 +52,10 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
     there. If most of the deviation came in one jump, the onset is the jump. Otherwise two courses
     are fitted by least squares, and the better fit gives the onset: constant and then a step, or
     constant and then even growth. The fit starts as long before the last small deviation as the
-    deviation has grown since. If the deviation was as even before that, even growth shows better in
-    a fit that starts as long before the onset as it has grown since. A relative error steps where
-    the level of its signal does, without anything beginning there: so the same courses are fitted
-    to the deviation as a share of the level.
+    deviation has grown since. If the deviation was just as steady before that, a fit that also
+    covers an equally long time before the onset shows steady growth better. A relative error steps
+    where the level of its signal does, without anything beginning there: so the same courses are
+    fitted to the deviation as a share of the level.
 
     Args:
         times_s: (t,), even.
@@ -584,7 +584,7 @@ _JOINT_BEFORE_S = 1.0
 def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     """Return when a departure began; in a mean over a longer time, a clearer one may show it.
 
-    Noise covers the last half second, and its start is known no better relative to other signals.
+    Noise covers the last half second, and its start is no more exact than that.
     A tool leaves its path with the joints that move it, whose bands may be narrower. One that is
     only late on a steep path left it with the time that was lost, which shows later.
     A signal that is sent seldom may have begun to deviate only just before its next value.

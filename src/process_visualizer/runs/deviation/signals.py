@@ -92,7 +92,7 @@ _STANDS = 0.1
 _NEAR_GAP_S = 0.4
 """Time around a gap in the motion in which the moment of the reference is uncertain [s].
 
-At most the length of the gap if nothing came late: the path across a short gap is known well."""
+Limited to the length of the gap if no message was late, as a short gap can be bridged."""
 _FEWEST_KNOWN = int(0.5 * RATE_HZ)
 """Minimum rows of known motion before the first gap, and after the last."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'pace', ' noise'

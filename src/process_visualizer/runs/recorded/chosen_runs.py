@@ -121,7 +121,7 @@ class ChosenRuns:
         Raises:
             BagError: a file cannot be read as a bag, or holds no configuration.
             ReadingCanceled: is_canceled() has become true.
-            ConfigurationError: the configuration in a bag is none on this machine.
+            ConfigurationError: the configuration in a bag is not valid on this machine.
             NoCycle: a recording holds no whole run.
             ValueError: there is no cycle of that number.
             OSError: the files of a configuration cannot be written.

@@ -135,7 +135,7 @@ _KINDS: Dict[Quantity, ChannelKind] = {
 def read_run(recording: Recording, cell: Cell,
              on_progress: Optional[Callable[[float], None]] = None,
              is_canceled: Callable[[], bool] = lambda: False) -> Run:
-    """Return a whole recording as a run; what it does not have, the run has not either.
+    """Return a whole recording as a run; data missing there is missing in the run.
 
     Raises:
         ReadingCanceled: is_canceled() has become true.
