@@ -101,6 +101,7 @@ def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
     try:
         return viewer.run()
     except StopRequested:
+        say('ending')
         return 0
     finally:
         viewer.close()

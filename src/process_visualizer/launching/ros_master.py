@@ -127,7 +127,8 @@ class RosMaster:
             self._record.write()
             start = start_for_this_computer if is_for_this_computer(self._uri, os.environ) \
                 else start_roslaunch
-            self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port)],
+            self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port),
+                                              '--pid', os.devnull],  # else a file stays
                                              self._record.run_id, start)
         except OSError as error:
             self._record.remove()

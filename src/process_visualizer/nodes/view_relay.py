@@ -26,7 +26,13 @@ from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
-from process_visualizer.remote.link_words import how_to_watch, listening_address, ports_of
+from process_visualizer.remote.link_words import (
+    hidden_by_name,
+    how_to_watch,
+    is_loopback,
+    listening_address,
+    ports_of,
+)
 from process_visualizer.remote.offer import (
     DEFAULT_PORTS,
     MAX_MESH_BYTES,
@@ -141,8 +147,11 @@ class ViewRelay:
         try:
             offer, files = self._offer(self._view())
             topics = self._topics()
-        except (ValueError, OSError, rosgraph.MasterException) as error:
-            _refuse(connection, f'the cell cannot be shown: {error}')
+        except (OSError, rosgraph.MasterException) as error:
+            _refuse(connection, f'its ROS master does not answer ({error}): look at the cell')
+            return
+        except ValueError as error:
+            _refuse(connection, f'its view cannot be shown: {error}')
             return
         link = ViewerLink(connection, name, self._feed, self._forget)
         with self._lock:
@@ -295,7 +304,10 @@ def main() -> None:
         spin_to_end()
     rospy.set_param('~address', relay.address)
     rospy.loginfo('"cell view" can connect to %s', relay.address)
-    if options.remote:
+    named = hidden_by_name(os.environ)
+    if named and not options.remote:
+        rospy.logwarn('%s', named)
+    if not is_loopback(address):
         print(how_to_watch(relay.address), file=sys.stderr, flush=True)  # "cell run" shows it
     relay.run()
     spin_to_end(relay.close)

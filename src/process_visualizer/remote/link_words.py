@@ -103,6 +103,16 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
     return None
 
 
+def hidden_by_name(environment: Mapping[str, str]) -> Optional[str]:
+    """Return a message if ROS_HOSTNAME is a name for the loopback address here, else None."""
+    name = environment.get('ROS_HOSTNAME', '').strip()
+    if environment.get('ROS_IP', '').strip() or name in ('', 'localhost') or not is_loopback(name):
+        return None
+    return (f'nobody can watch this cell: ROS_HOSTNAME is {name}, which /etc/hosts gives to the '
+            'loopback interface. Set ROS_IP to an address that "hostname -I" prints instead, or '
+            'add --remote')
+
+
 def unnamed_here(environment: Mapping[str, str]) -> Optional[str]:
     """Return a message if nodes on other computers know this one by its host name only."""
     if any(environment.get(name, '').strip() for name in ('ROS_IP', 'ROS_HOSTNAME')):
@@ -153,16 +163,21 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
         return (f'{address} does not answer: the computer is off or in another network ("ping '
                 f'{address.host}"), or a firewall drops the connection; on the cell\'s computer, '
                 f'"sudo ufw allow {address.port}/tcp" opens the port of {what}')
-    if isinstance(error, (ConnectionResetError, BrokenPipeError)) and is_loopback(address.host):
-        return (f'{address} accepts the connection and closes it. If that is a tunnel, nothing '
-                'listens at its other end: is the cell running there? If it has ROS_IP or '
-                'ROS_HOSTNAME set, the tunnel has to lead to that address instead of localhost: '
-                f'"ssh -N -L {address.port}:ADDRESS:{DEFAULT_PORTS[0]} …"')
+    if isinstance(error, (ConnectionResetError, BrokenPipeError)):
+        return f'{address} accepts the connection and closes it' + (
+            '. If that is a tunnel, nothing listens at its other end: is the cell running there? '
+            'If it has ROS_IP or ROS_HOSTNAME set, the tunnel has to lead to that address instead '
+            f'of localhost: "ssh -N -L {address.port}:ADDRESS:{DEFAULT_PORTS[0]} …"'
+            if is_loopback(address.host) else f': another program listens there. {_WHICH_PORT}')
     if isinstance(error, ConnectionRefusedError):
         return f'port {address.port} of {address.host} is closed: {what} does not listen there'
-    return f'{address} cannot be reached: {error.strerror or error}'
+    return f'{address} cannot be {"reached" if error.errno else "watched"}: ' \
+           f'{error.strerror or error}'
 
 
+_WHICH_PORT = ('Give the port of the cell for viewers, which "cell run --remote" prints, or none '
+               'if it is the usual one')
+NOT_A_MASTER = f'what answers is neither a cell nor a ROS master. {_WHICH_PORT}'
 NOT_THE_CELL = 'what answers there is not the cell of this program, or one of another version'
 SAYS_NOTHING = ('it accepts the connection, but says nothing: another program listens there, or '
                 'the cell is stopped')

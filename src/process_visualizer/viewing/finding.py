@@ -18,6 +18,7 @@ from process_visualizer.remote.frames import (
 )
 from process_visualizer.remote.link_words import (
     MASTER_PORT,
+    NOT_A_MASTER,
     NOT_THE_CELL,
     SAYS_NOTHING,
     Address,
@@ -122,8 +123,7 @@ def _asked(uri: str) -> _Said:
             answers: List[Any] = [master.getParam(CALLER_ID, ADDRESS_PARAMETER),
                                   master.getSystemState(CALLER_ID)]
     except (HTTPException, Error, ValueError) as error:
-        raise ConnectionError(0, 'what answers is not a ROS master '
-                                 f'({shown_in_line(error)[:200]})') from None
+        raise ConnectionError(0, f'{NOT_A_MASTER} ({shown_in_line(error)[:80]})') from None
     # The parameter stays when the relay ends, and so may the node's address, but no topic of it.
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]

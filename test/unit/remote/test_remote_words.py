@@ -8,10 +8,12 @@ from typing import Dict, Optional, Tuple
 
 import pytest
 
+from process_visualizer.remote import link_words
 from process_visualizer.remote.link_words import (
     Address,
     address_of,
     clocks_apart,
+    hidden_by_name,
     how_to_watch,
     listening_address,
     no_connection,
@@ -96,7 +98,25 @@ def test_each_obstacle_has_its_own_sentence() -> None:
 def test_a_tunnel_into_nothing_is_told(error: OSError) -> None:
     assert 'If that is a tunnel, nothing listens at its other end' in unreachable(
         Address('localhost', 11411), error, 'x')
-    assert 'tunnel' not in unreachable(Address('192.0.2.1', 11411), error, 'x')
+    assert 'another program listens there. Give the port of the cell' in unreachable(
+        Address('192.0.2.1', 11411), error, 'x')
+
+
+def test_who_answers_is_not_said_to_be_out_of_reach() -> None:
+    there = Address('cell', 11411)
+    assert unreachable(there, ConnectionError(0, 'it refuses: full'), 'x') == (
+        'cell:11411 cannot be watched: it refuses: full')
+    assert 'cannot be reached' in unreachable(there, OSError(errno.EACCES, 'denied'), 'x')
+
+
+def test_a_host_name_that_leads_to_the_loopback_interface_hides_the_cell(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """Debian's own /etc/hosts has such a line."""
+    monkeypatch.setattr(link_words, 'is_loopback', lambda host: host == 'cell-pc')
+    assert 'ROS_HOSTNAME is cell-pc' in str(hidden_by_name({'ROS_HOSTNAME': 'cell-pc'}))
+    for good in ({}, {'ROS_HOSTNAME': 'robot'}, {'ROS_HOSTNAME': 'localhost'},
+                 {'ROS_HOSTNAME': 'cell-pc', 'ROS_IP': '10.0.0.5'}):
+        assert hidden_by_name(good) is None
 
 
 def test_how_others_watch() -> None:
