@@ -84,7 +84,8 @@ def test_a_cell_that_begins_to_show_itself_is_found() -> None:
     (sending(GREETING), 'only small packets arrive'),
     (sending(b''), 'accepts the connection, but says nothing'),
     (sending(GREETING + json_frame(Kind.REFUSED, reason='16 viewers watch')), '16 viewers watch'),
-    (sending(b'SSH-2.0-\x1b[2JOpenSSH\r\n'), r'neither a cell nor a ROS master.*the usual one \(SSH-2.0-\\x1b'),
+    (sending(b'SSH-2.0-\x1b[2JOpenSSH\r\n'),
+     r'neither a cell nor a ROS master.*the usual one \(SSH-2.0-\\x1b'),
     (endless, 'nor a ROS master|the answer is too long|does not answer'),
     (trickling, 'does not answer')])
 def test_what_answers_instead_is_told(serve: Serve, sentence: str) -> None:
