@@ -190,7 +190,7 @@ class Benchmark {
     figures.label_s += since(begin);
     begin = std::clock();
     const std::vector<FoundObject> found =
-        finder_.find(points, labels, scene, tracks_.expectedAt(time));
+        finder_.find(points, labels, scene, tracks_.predictedAt(time));
     figures.find_s += since(begin);
     begin = std::clock();
     const std::vector<TrackedObject> tracked =

@@ -968,7 +968,7 @@ class Judge {
                                  [](const V& it) { return it.allFinite(); });
     const bool blind = !any || !ObjectFinder::looksIntoRegion(points, labels, scene);
     if (!blind) {
-      found = finder_.find(points, labels, scene, tracks_.expectedAt(t));
+      found = finder_.find(points, labels, scene, tracks_.predictedAt(t));
       tracked = tracks_.update(
           t, found,
           [&](const UprightBox& it) {

@@ -260,7 +260,7 @@ class Watch {
     const Scene scene = sceneAt(time);
     const std::clock_t begin = std::clock();
     const std::vector<Label> labels = finder_.label(points, scene);
-    const auto found = finder_.find(points, labels, scene, tracks_.expectedAt(time));
+    const auto found = finder_.find(points, labels, scene, tracks_.predictedAt(time));
     const auto tracked = tracks_.update(
         time, found,
         [&](const UprightBox& box) {

@@ -36,7 +36,7 @@ constexpr float kNoiseStep = 0.03F;       // m: along the line of sight
 constexpr std::size_t kSearchClouds = 5;  // one of so many is searched for walls, one for noise
 constexpr float kNoiseShare = 0.3F;       // of a cloud, in the estimate of the noise
 constexpr float kAround = 0.1F;           // m: so far around an object its surface is measured
-constexpr float kNear = 0.04F;            // m: how wrong the expected place may be
+constexpr float kNear = 0.04F;            // m: how wrong the predicted place may be
 constexpr float kFewestShare = 0.15F;     // of a group's points, of each object in it
 constexpr std::size_t kSightSample = 2000;  // points of a cloud tell where it looks,
 constexpr std::size_t kRobotSample = 4000;  // and whether robots are there
@@ -46,12 +46,12 @@ constexpr float kHiddenDepth = 0.02F;       // m: depth at which a robot hides w
 constexpr std::size_t kSample = 200;        // points of a group tell whose it is
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
-/// Which expected object is nearest to a place, of those that are nearer than `farthest` (m).
-std::size_t nearestTo(const Vector3f& place, const std::vector<ExpectedObject>& expected,
+/// Which predicted object is nearest to a place, of those that are nearer than `farthest` (m).
+std::size_t nearestTo(const Vector3f& place, const std::vector<PredictedObject>& predicted,
                       const std::vector<std::size_t>& candidates, float farthest) {
   std::size_t nearest = kNobody;
   for (const std::size_t object : candidates) {
-    const UprightBox& box = expected[object].box;
+    const UprightBox& box = predicted[object].box;
     const float reach = farthest + box.size.norm() / 2;
     if ((place - box.center).squaredNorm() >= reach * reach) continue;
     const float away = distanceTo(box, place);
@@ -67,7 +67,7 @@ bool areOne(const UprightBox& one, const UprightBox& other) {
   return distanceTo(one, other.center) == 0 || distanceTo(other, one.center) == 0;
 }
 
-/// How many points of a sample belong to each expected object.
+/// How many points of a sample belong to each predicted object.
 struct Counts {
   std::size_t sample = 0;
   std::vector<std::size_t> of_object;
@@ -76,30 +76,30 @@ struct Counts {
 /// \param pointAt  the place of a point of the group
 template <typename PointAt>
 Counts countsOf(std::size_t points, const PointAt& pointAt,
-                const std::vector<ExpectedObject>& expected) {
-  std::vector<std::size_t> all(expected.size());
+                const std::vector<PredictedObject>& predicted) {
+  std::vector<std::size_t> all(predicted.size());
   std::iota(all.begin(), all.end(), 0);
-  Counts counts{0, std::vector<std::size_t>(expected.size())};
+  Counts counts{0, std::vector<std::size_t>(predicted.size())};
   for (std::size_t point = 0; point < points; point += points / kSample + 1) {
-    const std::size_t object = nearestTo(pointAt(point), expected, all, kNear);
+    const std::size_t object = nearestTo(pointAt(point), predicted, all, kNear);
     if (object != kNobody) ++counts.of_object[object];
     ++counts.sample;
   }
   return counts;
 }
 
-/// The expected objects of which a group has points of their own.
+/// The predicted objects of which a group has points of their own.
 std::vector<std::size_t> objectsIn(const Indices& group, const Cluster& places,
-                                   const std::vector<ExpectedObject>& expected,
+                                   const std::vector<PredictedObject>& predicted,
                                    std::size_t fewest) {
   const Counts counts = countsOf(
-      group.size(), [&](std::size_t point) { return places[group[point]]; }, expected);
+      group.size(), [&](std::size_t point) { return places[group[point]]; }, predicted);
   const float least =
       std::max(kFewestShare, static_cast<float>(fewest) / static_cast<float>(group.size()));
   std::vector<std::size_t> objects;
-  for (std::size_t object = 0; object < expected.size(); ++object) {
+  for (std::size_t object = 0; object < predicted.size(); ++object) {
     const bool is_other = std::none_of(objects.begin(), objects.end(), [&](std::size_t it) {
-      return areOne(expected[it].box, expected[object].box);
+      return areOne(predicted[it].box, predicted[object].box);
     });
     const auto count = static_cast<float>(counts.of_object[object]);
     if (is_other && count >= least * static_cast<float>(counts.sample)) objects.push_back(object);
@@ -107,32 +107,33 @@ std::vector<std::size_t> objectsIn(const Indices& group, const Cluster& places,
   return objects;
 }
 
-/// Which expected object, if any, more than half of a group's points belong to, as they lie in its
+/// Which predicted object, if any, more than half of a group's points belong to, as they lie in its
 /// box or near to it.
 std::optional<std::size_t> ownerOf(const Cluster& points,
-                                   const std::vector<ExpectedObject>& expected) {
+                                   const std::vector<PredictedObject>& predicted) {
   const Counts counts = countsOf(
-      points.size(), [&](std::size_t point) { return points[point]; }, expected);
+      points.size(), [&](std::size_t point) { return points[point]; }, predicted);
   const auto most = std::max_element(counts.of_object.begin(), counts.of_object.end());
   if (most == counts.of_object.end() || 2 * *most <= counts.sample) return std::nullopt;
   return static_cast<std::size_t>(most - counts.of_object.begin());
 }
 
-/// Divides groups in which several expected objects touch: each point belongs to the nearest one.
+/// Divides groups in which several predicted objects touch: each point belongs to the nearest one.
 /// \param places  of all points
 /// \param fewest  points of an object
 std::vector<Indices> divided(const std::vector<Indices>& groups, const Cluster& places,
-                             const std::vector<ExpectedObject>& expected, std::size_t fewest) {
+                             const std::vector<PredictedObject>& predicted, std::size_t fewest) {
   std::vector<Indices> parts;
   for (const Indices& group : groups) {
-    const std::vector<std::size_t> objects = objectsIn(group, places, expected, fewest);
+    const std::vector<std::size_t> objects = objectsIn(group, places, predicted, fewest);
     if (objects.size() < 2) {
       parts.push_back(group);
       continue;
     }
-    std::vector<Indices> by_object(expected.size());
+    std::vector<Indices> by_object(predicted.size());
     for (const std::uint32_t point : group)
-      by_object[nearestTo(places[point], expected, objects, std::numeric_limits<float>::infinity())]
+      by_object[nearestTo(places[point], predicted, objects,
+                          std::numeric_limits<float>::infinity())]
           .push_back(point);
     for (const std::size_t object : objects) parts.push_back(std::move(by_object[object]));
   }
@@ -140,13 +141,13 @@ std::vector<Indices> divided(const std::vector<Indices>& groups, const Cluster& 
 }
 
 /// Which groups are parts of one thing that something hides in between: those that belong to one
-/// expected object, and those that may go on as one surface, and belong to none that is known to
+/// predicted object, and those that may go on as one surface, and belong to none that is known to
 /// be smaller. \return for each group the first one of its thing
 std::vector<std::uint32_t> wholes(const std::vector<std::optional<std::size_t>>& owners,
-                                  const std::vector<ExpectedObject>& expected,
+                                  const std::vector<PredictedObject>& predicted,
                                   const std::vector<Bridge>& bridges) {
   const auto mayGrow = [&](const std::optional<std::size_t>& owner) {
-    return !owner || !expected[*owner].is_whole || expected[*owner].is_moving;
+    return !owner || !predicted[*owner].is_whole || predicted[*owner].is_moving;
   };
   DisjointSets sets(owners.size());
   for (const Bridge& bridge : bridges) {
@@ -291,7 +292,7 @@ struct Group {
   AlignedBox3f box;
   Cluster coarse;                    ///< its points, thinned
   bool is_slender;                   ///< as a limb is, in its own direction: a leg may swing
-  std::optional<std::size_t> owner;  ///< the expected object of which it is a part
+  std::optional<std::size_t> owner;  ///< the predicted object of which it is a part
 };
 
 std::vector<Group> groupsOf(const std::vector<Thing>& things,
@@ -308,14 +309,14 @@ std::vector<Group> groupsOf(const std::vector<Thing>& things,
 
 /// Whether something may be a person, or a large part of one. What is known to stand and is lower
 /// is none: it has no limbs that come in later.
-bool isSomebody(const AlignedBox3f& box, const ExpectedObject* owner) {
+bool isSomebody(const AlignedBox3f& box, const PredictedObject* owner) {
   if (!owner) return box.sizes().z() > kTall;
   return owner->box.size.z() > kTall || (!owner->stands && owner->box.size.maxCoeff() > kLimbed);
 }
 
-const ExpectedObject* ownerIn(const std::vector<ExpectedObject>& expected,
-                              const std::optional<std::size_t>& owner) {
-  return owner ? &expected[*owner] : nullptr;
+const PredictedObject* ownerIn(const std::vector<PredictedObject>& predicted,
+                               const std::optional<std::size_t>& owner) {
+  return owner ? &predicted[*owner] : nullptr;
 }
 
 /// Calls a function with all pairs of groups, the smaller number first, and how far apart they are
@@ -333,23 +334,24 @@ void forPairs(const std::vector<Group>& groups, const Look& look) {
 /// Whether one group is right above the other, and they are as high as a person together; what is
 /// lower together may be an arm above a box.
 /// \param aside, apart  see forPairs
-bool areSomebody(const Group& a, const Group& b, const std::vector<ExpectedObject>& expected,
+bool areSomebody(const Group& a, const Group& b, const std::vector<PredictedObject>& predicted,
                  float aside, float apart) {
   const AlignedBox3f both = a.box.merged(b.box);
   return aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap &&
-         (both.sizes().z() > kTall || isSomebody(both, ownerIn(expected, a.owner)) ||
-          isSomebody(both, ownerIn(expected, b.owner)));
+         (both.sizes().z() > kTall || isSomebody(both, ownerIn(predicted, a.owner)) ||
+          isSomebody(both, ownerIn(predicted, b.owner)));
 }
 
 /// Makes one object of two that are somebody and move together: a head and an arm, for example, may
 /// have been seen before what joins them.
-void unite(std::vector<Group>& groups, const std::vector<ExpectedObject>& expected) {
+void unite(std::vector<Group>& groups, const std::vector<PredictedObject>& predicted) {
   forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
     Group &a = groups[one], &b = groups[other];
-    const ExpectedObject *first = ownerIn(expected, a.owner), *second = ownerIn(expected, b.owner);
+    const PredictedObject *first = ownerIn(predicted, a.owner),
+                          *second = ownerIn(predicted, b.owner);
     if (!first || !second || !first->is_moving || !second->is_moving) return;
     if ((first->velocity - second->velocity).head<2>().norm() > kTogether) return;
-    if (!areSomebody(a, b, expected, aside, apart)) return;
+    if (!areSomebody(a, b, predicted, aside, apart)) return;
     const bool is_smaller = first->box.size.prod() < second->box.size.prod();
     (is_smaller ? a : b).owner = is_smaller ? b.owner : a.owner;
   });
@@ -358,11 +360,11 @@ void unite(std::vector<Group>& groups, const std::vector<ExpectedObject>& expect
 /// Groups that are somebody, such as legs and a chest between which too little is seen. And parts
 /// of one object that is followed, such as an arm that swings.
 std::vector<Bridge> bridgesByPlace(const std::vector<Group>& groups,
-                                   const std::vector<ExpectedObject>& expected) {
+                                   const std::vector<PredictedObject>& predicted) {
   std::vector<Bridge> bridges;
   forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
     const Group &a = groups[one], &b = groups[other];
-    const bool is_above = areSomebody(a, b, expected, aside, apart);
+    const bool is_above = areSomebody(a, b, predicted, aside, apart);
     const bool is_same = a.owner && a.owner == b.owner && std::max(aside, apart) < kPartGap;
     if (is_above || is_same) bridges.push_back({one, other, is_above});
   });
@@ -373,14 +375,14 @@ std::vector<Bridge> bridgesByPlace(const std::vector<Group>& groups,
 /// \param firsts  of each group the first one of its thing so far: legs and a chest that are two
 /// groups are somebody together
 std::vector<Bridge> bridgesOfLimbs(const std::vector<Group>& groups,
-                                   const std::vector<ExpectedObject>& expected,
+                                   const std::vector<PredictedObject>& predicted,
                                    const std::vector<std::uint32_t>& firsts) {
   std::vector<AlignedBox3f> boxes(groups.size());
   std::vector<bool> has_somebody(groups.size());
   for (std::size_t group = 0; group < groups.size(); ++group)
     boxes[firsts[group]].extend(groups[group].box);
   for (std::size_t group = 0; group < groups.size(); ++group)
-    if (isSomebody(boxes[firsts[group]], ownerIn(expected, groups[group].owner)))
+    if (isSomebody(boxes[firsts[group]], ownerIn(predicted, groups[group].owner)))
       has_somebody[firsts[group]] = true;
   const auto isBody = [&](std::uint32_t group) { return has_somebody[firsts[group]]; };
   const auto isLimb = [&](std::uint32_t group) {
@@ -399,7 +401,7 @@ std::vector<Bridge> bridgesOfLimbs(const std::vector<Group>& groups,
 std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints& free,
                             const Points& points, const std::vector<Label>& labels,
                             const Isometry3f& global_from_cloud,
-                            const std::vector<ExpectedObject>& expected) {
+                            const std::vector<PredictedObject>& predicted) {
   const Occlusions occlusions = occlusionsOf(points, labels, inCloud(groups, free.indices));
   std::vector<Thing> things(groups.size());
   std::vector<std::optional<std::size_t>> owners;
@@ -409,15 +411,15 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
     for (const RimPoint& it : occlusions.rims[group])
       things[group].rim.push_back({global_from_cloud * points.places[it.point],
                                    global_from_cloud.linear() * it.outwards, it.is_cut});
-    owners.push_back(ownerOf(things[group].places, expected));
+    owners.push_back(ownerOf(things[group].places, predicted));
   }
   std::vector<Group> parts = groupsOf(things, owners);
-  unite(parts, expected);
+  unite(parts, predicted);
   for (std::size_t part = 0; part < parts.size(); ++part) owners[part] = parts[part].owner;
-  std::vector<Bridge> bridges = bridgesByPlace(parts, expected);
+  std::vector<Bridge> bridges = bridgesByPlace(parts, predicted);
   append(bridges, occlusions.bridges);
-  append(bridges, bridgesOfLimbs(parts, expected, wholes(owners, expected, bridges)));
-  return joined(std::move(things), wholes(owners, expected, bridges));
+  append(bridges, bridgesOfLimbs(parts, predicted, wholes(owners, predicted, bridges)));
+  return joined(std::move(things), wholes(owners, predicted, bridges));
 }
 
 /// The edge of a table, seen from the side, or what noise leaves of a surface.
@@ -535,7 +537,7 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
 
 std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
                                             const Scene& scene,
-                                            const std::vector<ExpectedObject>& expected) {
+                                            const std::vector<PredictedObject>& predicted) {
   const Vector3f sensor = scene.global_from_cloud.translation();
   ++clouds_;
   const bool is_noise_due = !settings_.noise && clouds_ % kSearchClouds == 1;
@@ -557,9 +559,9 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
       divided(largest(withoutNoise(clustersOf(free.places, settings_.gap, settings_.fewest), free,
                                    points, scene, noise(), settings_.fewest),
                       kMostObjects),
-              free.places, expected, settings_.fewest);
+              free.places, predicted, settings_.fewest);
   std::vector<Thing> things =
-      thingsOf(groups, free, points, labels, scene.global_from_cloud, expected);
+      thingsOf(groups, free, points, labels, scene.global_from_cloud, predicted);
   for (const FreePoints& wall : of_wall) {
     Indices all(wall.places.size());
     std::iota(all.begin(), all.end(), 0);

@@ -391,7 +391,7 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scen
   std_msgs::Header header = cloud.header;
   header.frame_id = parameters_.frame;
   const double stamp = header.stamp.toSec();
-  const auto found = finder_->find(points, labels, scene, tracks_.expectedAt(stamp));
+  const auto found = finder_->find(points, labels, scene, tracks_.predictedAt(stamp));
   const auto tracked = tracks_.update(
       stamp, found,
       [&](const UprightBox& box) { return isHidden(box, points, labels, scene.global_from_cloud); },

@@ -116,7 +116,7 @@ struct Extent {
 
 /// Where the whole begins and ends.
 /// \param size  of the whole; a larger one that is seen is believed
-Extent whole(const Extent& seen, float size, float expected_center) {
+Extent whole(const Extent& seen, float size, float predicted_center) {
   const float length = seen.most - seen.least, half = size / 2;
   if (length > size + kGrown) return seen;
   const bool has_least = seen.ends_at_least >= kFewestEnds,
@@ -125,23 +125,23 @@ Extent whole(const Extent& seen, float size, float expected_center) {
   if (has_least != has_most)
     center = has_least ? seen.least + half : seen.most - half;
   else if (!has_least && length < size)
-    center = std::clamp(expected_center, seen.most - half, seen.least + half);
+    center = std::clamp(predicted_center, seen.most - half, seen.least + half);
   return {center - half, center + half};
 }
 
-/// The top is believed if it is about where it is expected, or higher: if it is lower, something
+/// The top is believed if it is about where it is predicted, or higher: if it is lower, something
 /// hides what is above.
-float topOf(const UprightBox& expected, const UprightBox& seen) {
-  const float known = expected.center.z() + expected.size.z() / 2;
+float topOf(const UprightBox& predicted, const UprightBox& seen) {
+  const float known = predicted.center.z() + predicted.size.z() / 2;
   const float top = seen.center.z() + seen.size.z() / 2;
   return top > known - kAtSide ? top : known;
 }
 
 }  // namespace
 
-UprightBox completed(const UprightBox& expected, const FoundObject& found) {
-  const Eigen::Rotation2Df turned(-expected.yaw);
-  const Eigen::AlignedBox2f seen = footprint(found.places, expected.yaw, found.blur.head<2>());
+UprightBox completed(const UprightBox& predicted, const FoundObject& found) {
+  const Eigen::Rotation2Df turned(-predicted.yaw);
+  const Eigen::AlignedBox2f seen = footprint(found.places, predicted.yaw, found.blur.head<2>());
   Extent along{seen.min().x(), seen.max().x()}, across{seen.min().y(), seen.max().y()};
   for (const Rim& it : found.rim) {
     const Vector2f place = turned * Vector2f(it.place.head<2>());
@@ -149,13 +149,13 @@ UprightBox completed(const UprightBox& expected, const FoundObject& found) {
     along.add(place.x(), outwards.x(), it.is_cut);
     across.add(place.y(), outwards.y(), it.is_cut);
   }
-  const Vector2f center = turned * Vector2f(expected.center.head<2>());
-  along = whole(along, expected.size.x(), center.x());
-  across = whole(across, expected.size.y(), center.y());
+  const Vector2f center = turned * Vector2f(predicted.center.head<2>());
+  along = whole(along, predicted.size.x(), center.x());
+  across = whole(across, predicted.size.y(), center.y());
   const Vector2f middle((along.least + along.most) / 2, (across.least + across.most) / 2);
-  UprightBox box = expected;
+  UprightBox box = predicted;
   box.center.head<2>() = turned.inverse() * middle;
-  box.center.z() = topOf(expected, found.box) - expected.size.z() / 2;
+  box.center.z() = topOf(predicted, found.box) - predicted.size.z() / 2;
   box.size.head<2>() << along.most - along.least, across.most - across.least;
   return box;
 }
@@ -293,8 +293,8 @@ float apart(const UprightBox& one, const UprightBox& other) {
 }
 
 /// Whether a box is not too far beside another one to be the same thing or a part of it.
-bool isNear(const UprightBox& expected, const UprightBox& found, float farthest) {
-  return distanceTo(expected, {found.center.x(), found.center.y(), expected.center.z()}) <=
+bool isNear(const UprightBox& predicted, const UprightBox& found, float farthest) {
+  return distanceTo(predicted, {found.center.x(), found.center.y(), predicted.center.z()}) <=
          farthest;
 }
 
@@ -326,7 +326,7 @@ UprightBox smoothed(const UprightBox& old, const UprightBox& newest) {
 
 }  // namespace
 
-UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
+UprightBox ObjectTracks::Track::predictedAt(double stamp) const {
   UprightBox box = object.box;
   box.center += motion.shiftAt(stamp);
   box.yaw += motion.turnAt(stamp);
@@ -341,9 +341,9 @@ float ObjectTracks::Track::farthestAt(double stamp) const {
 }
 
 /// Whether less than the whole of this object can be measured.
-bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject& found) const {
+bool ObjectTracks::Track::isPartOf(const UprightBox& predicted, const FoundObject& found) const {
   if (!is_whole || !found.isCut()) return false;
-  const Vector3f seen = turnedTowards(found.box, expected.yaw).size - expected.size;
+  const Vector3f seen = turnedTowards(found.box, predicted.yaw).size - predicted.size;
   return seen.cwiseAbs().maxCoeff() > kWhole;
 }
 
@@ -353,32 +353,32 @@ bool ObjectTracks::Track::stands() const {
 
 /// Whether a found object may be what is left in view of somebody who goes away: it is smaller, and
 /// goes on beyond the picture or behind something.
-bool ObjectTracks::Track::mayBeRestOf(const UprightBox& expected, const FoundObject& found) const {
-  return number && motion.velocity().norm() > kMoving && expected.size.maxCoeff() > kWithParts &&
-         found.isCut() && found.box.size.norm() < expected.size.norm();
+bool ObjectTracks::Track::mayBeRestOf(const UprightBox& predicted, const FoundObject& found) const {
+  return number && motion.velocity().norm() > kMoving && predicted.size.maxCoeff() > kWithParts &&
+         found.isCut() && found.box.size.norm() < predicted.size.norm();
 }
 
 /// Whether what was seen of it so far may be a part of something larger, such as the hand of
 /// somebody who comes in.
-bool ObjectTracks::Track::mayBePartOf(const UprightBox& expected, const UprightBox& found) const {
+bool ObjectTracks::Track::mayBePartOf(const UprightBox& predicted, const UprightBox& found) const {
   const bool is_still = times >= kTimesUntilSure && stands();
-  return !is_whole && !is_still && found.size.norm() > expected.size.norm();
+  return !is_whole && !is_still && found.size.norm() > predicted.size.norm();
 }
 
 /// The box that a found object would have as this one.
-UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
+UprightBox ObjectTracks::Track::measured(const UprightBox& predicted,
                                          const FoundObject& found) const {
-  if (isPartOf(expected, found)) return completed(expected, found);
-  return turnedTowards(found.box, expected.yaw);
+  if (isPartOf(predicted, found)) return completed(predicted, found);
+  return turnedTowards(found.box, predicted.yaw);
 }
 
 void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
-  const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
-  const bool is_smoothed = is_whole && !isPartOf(expected, found);
+  const UprightBox predicted = predictedAt(stamp), box = measured(predicted, found);
+  const bool is_smoothed = is_whole && !isPartOf(predicted, found);
   const UprightBox before = object.box;
   motion.add(stamp, upperSide(box), box.yaw);
   is_current = true;
-  object = {is_smoothed ? smoothed(expected, box) : box, found.points, found.robot};
+  object = {is_smoothed ? smoothed(predicted, box) : box, found.points, found.robot};
   keepPlaces(before, found);
   seen = hidden = stamp;
   is_whole = is_whole || !found.isCut();
@@ -447,16 +447,16 @@ bool ObjectTracks::isJump(double stamp) const {
   return last_ && (stamp < *last_ || stamp - *last_ > kJump);
 }
 
-std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
-  std::vector<ExpectedObject> expected;
-  if (isJump(stamp)) return expected;
+std::vector<PredictedObject> ObjectTracks::predictedAt(double stamp) const {
+  std::vector<PredictedObject> predicted;
+  if (isJump(stamp)) return predicted;
   for (const Track& track : tracks_) {
     const Vector3f velocity = track.motion.velocity();
     if (track.number)
-      expected.push_back({track.expectedAt(stamp), track.is_whole, velocity.norm() > kMoving,
-                          track.stands(), velocity});
+      predicted.push_back({track.predictedAt(stamp), track.is_whole, velocity.norm() > kMoving,
+                           track.stands(), velocity});
   }
-  return expected;
+  return predicted;
 }
 
 std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<FoundObject>& found,
@@ -483,22 +483,22 @@ std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<
 Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>& found) const {
   Eigen::MatrixXf costs(tracks_.size(), found.size());
   for (std::size_t track = 0; track < tracks_.size(); ++track) {
-    const UprightBox expected = tracks_[track].expectedAt(stamp);
+    const UprightBox predicted = tracks_[track].predictedAt(stamp);
     const float farthest = tracks_[track].farthestAt(stamp);
     for (std::size_t object = 0; object < found.size(); ++object) {
       costs(track, object) = kForbidden;
-      if (!isNear(expected, found[object].box, farthest)) continue;
-      const UprightBox box = tracks_[track].measured(expected, found[object]);
-      const float grown = (box.size - expected.size).norm();
-      float away = apart(expected, box);
-      bool is_alike = away < kFarthest || grown < kAlike * expected.size.norm();
-      if (tracks_[track].mayBePartOf(expected, box)) {
-        away = std::min(away, distanceTo(box, expected.center));
+      if (!isNear(predicted, found[object].box, farthest)) continue;
+      const UprightBox box = tracks_[track].measured(predicted, found[object]);
+      const float grown = (box.size - predicted.size).norm();
+      float away = apart(predicted, box);
+      bool is_alike = away < kFarthest || grown < kAlike * predicted.size.norm();
+      if (tracks_[track].mayBePartOf(predicted, box)) {
+        away = std::min(away, distanceTo(box, predicted.center));
         is_alike = true;
       }
-      if (tracks_[track].mayBeRestOf(expected, found[object])) {
-        const float beside = distanceTo(expected, found[object].box.center);
-        const float missing = (expected.size - found[object].box.size).norm();
+      if (tracks_[track].mayBeRestOf(predicted, found[object])) {
+        const float beside = distanceTo(predicted, found[object].box.center);
+        const float missing = (predicted.size - found[object].box.size).norm();
         if (beside < farthest) costs(track, object) = beside + kMissingWeight * missing;
       }
       if (away < farthest && is_alike)
@@ -545,7 +545,7 @@ void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) 
 ObjectTracks::Track* ObjectTracks::wholeOf(double stamp, const FoundObject& found) {
   if (!found.isCut()) return nullptr;
   const auto whole = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& track) {
-    const UprightBox box = track.seen == stamp ? track.object.box : track.expectedAt(stamp);
+    const UprightBox box = track.seen == stamp ? track.object.box : track.predictedAt(stamp);
     return track.number && distanceTo(box, found.box.center) < kPartReach;
   });
   return whole == tracks_.end() ? nullptr : &*whole;
@@ -565,7 +565,7 @@ void ObjectTracks::begin(double stamp, const FoundObject& found) {
 /// stand there, hidden.
 bool ObjectTracks::isTakenUp(const Track& track, double stamp) const {
   if (track.seen == stamp || track.times >= kTimesUntilSure) return false;
-  const Vector3f place = track.expectedAt(stamp).center;
+  const Vector3f place = track.predictedAt(stamp).center;
   return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& other) {
     return other.seen == stamp && distanceTo(other.object.box, place) < kPartReach;
   });
@@ -580,7 +580,7 @@ void ObjectTracks::forget(double stamp, const IsHidden& is_hidden) {
   const auto isGone = [&](Track& track) {
     if (track.seen == stamp) return false;
     if (!track.is_sure) return true;
-    if (is_hidden(track.expectedAt(stamp))) track.hidden = stamp;
+    if (is_hidden(track.predictedAt(stamp))) track.hidden = stamp;
     return stamp - track.hidden > kLongestOcclusion;
   };
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), isGone), tracks_.end());

@@ -79,7 +79,7 @@ class Follower {
     const Points points = cell_.picture().points(random);
     const Scene scene = cell_.scene();
     const auto labels = finder_.label(points, scene);
-    const auto found = finder_.find(points, labels, scene, tracks_.expectedAt(time_));
+    const auto found = finder_.find(points, labels, scene, tracks_.predictedAt(time_));
     const auto tracked = tracks_.update(time_, found, [&](const UprightBox& box) {
       return isHidden(box, points, labels, scene.global_from_cloud);
     });

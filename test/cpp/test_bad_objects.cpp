@@ -55,7 +55,7 @@ std::size_t countObjects(PointCloud2 cloud) {
   freePart(cloud, labels);
   ObjectTracks tracks;
   tracks.update(0, finder.find(points, labels, scene));
-  const auto objects = finder.find(points, labels, scene, tracks.expectedAt(0.03));
+  const auto objects = finder.find(points, labels, scene, tracks.predictedAt(0.03));
   const auto isHiddenHere = [&](const UprightBox& box) {
     return isHidden(box, points, labels, scene.global_from_cloud);
   };

@@ -299,7 +299,7 @@ TEST(ObjectTracks, WhatMovesOnACircleIsExpectedThere) {
       tracks.update(time, {object(placeAt(time) + Vector3f(noise(random), noise(random), 0))});
     }
     const double later = begin + 29 * kPeriod + 0.5;
-    const auto expected = tracks.expectedAt(later);
+    const auto expected = tracks.predictedAt(later);
     ASSERT_EQ(expected.size(), 1U);
     EXPECT_LT((expected[0].box.center - placeAt(later)).norm(), 0.03);
   }

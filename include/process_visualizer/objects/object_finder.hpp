@@ -17,7 +17,7 @@
 namespace process_visualizer::objects {
 
 /// Where an object that is followed is thought to be.
-struct ExpectedObject {
+struct PredictedObject {
   UprightBox box;
   bool is_whole;           ///< whether it has been seen without anything that hid a part of it
   bool is_moving = false;  ///< fast: what moves may change its shape, as a person does
@@ -116,7 +116,7 @@ class ObjectFinder {
   /// this cloud alone
   std::vector<FoundObject> find(const Points& points, const std::vector<Label>& labels,
                                 const Scene& scene,
-                                const std::vector<ExpectedObject>& expected = {});
+                                const std::vector<PredictedObject>& predicted = {});
 
   /// How far the robots are from places in the global frame; nothing if there is none.
   std::optional<RobotDistance> distanceTo(const Cluster& places, const Scene& scene) const;

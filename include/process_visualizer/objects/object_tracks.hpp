@@ -96,7 +96,7 @@ class ObjectTracks {
 
   /// The objects that have a number, where they are thought to be.
   /// \param stamp  of the next cloud, s
-  std::vector<ExpectedObject> expectedAt(double stamp) const;
+  std::vector<PredictedObject> predictedAt(double stamp) const;
 
   /// \param stamp  of the cloud, s
   /// \param distance_of  for objects of which less is seen than before; a robot goes on moving
@@ -126,7 +126,7 @@ class ObjectTracks {
     int times = 0;           ///< how often it was seen
     std::deque<std::pair<double, float>> distances = {};  ///< of late: s, m
 
-    UprightBox expectedAt(double stamp) const;
+    UprightBox predictedAt(double stamp) const;
     float farthestAt(double stamp) const;
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
     bool stands() const;

@@ -21,10 +21,11 @@ from process_visualizer.health.alarm_conditions import (
     silence_conditions,
     topic_conditions,
 )
-from process_visualizer.health.device_state import Level, Line, TopicWatch, live_line
+from process_visualizer.health.device_state import Level, Line, live_line
 from process_visualizer.health.near_objects import SILENT_S, START_S, ObjectWatch, SeenObject
 from process_visualizer.health.node_pulse import ENDED, SILENT
 from process_visualizer.health.node_warnings import NodeWarning, NodeWarnings
+from process_visualizer.health.topic_silence import TopicWatch
 
 MAX_SHOWN = 50
 """Maximum number of alarms, events and marks on a page; of events and marks, the newest."""

@@ -390,8 +390,8 @@ class Viewer:
         recent = [it for it in self._left_out_s.items() if now_s - it[1] < _THIN_S]
         self._left_out_s = dict(recent[-_MAX_THINNED:])  # a relay may invent names
         names = ', '.join(sorted(_printable(it) for it in self._left_out_s))
-        self._tell('thin', f'the link, or one of the computers, is too slow for all of {names}: '
-                   'what is old, or too large, is left out'
+        self._tell('thin', f'not everything of {names} arrives: the link, or one of the computers, '
+                   'is too slow for it, or its messages have more than 64 MB'
                    if names else ('the link carries everything' if 'thin' in self._said else ''))
 
     def _step(self) -> None:

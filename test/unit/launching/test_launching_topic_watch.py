@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from process_visualizer.health.device_state import TopicWatch
+from process_visualizer.health.topic_silence import TopicWatch
 
 TOPIC = '/arm/joints'
 

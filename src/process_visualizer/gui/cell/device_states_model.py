@@ -22,7 +22,6 @@ from process_visualizer.health.device_state import (
     DeviceState,
     Level,
     Line,
-    TopicWatch,
     device_state,
     live_line,
     part_line,
@@ -36,6 +35,7 @@ from process_visualizer.health.node_warnings import (
     NodeWarnings,
     by_node,
 )
+from process_visualizer.health.topic_silence import TopicWatch
 from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 

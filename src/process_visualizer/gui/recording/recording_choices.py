@@ -17,8 +17,8 @@ from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
-from process_visualizer.health.device_state import TopicWatch
 from process_visualizer.health.figures import long_time_text, size_text
+from process_visualizer.health.topic_silence import TopicWatch
 
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
 """Folders that the recorder accepts from any client, in addition to the home folder."""
