@@ -170,8 +170,8 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
             f'of localhost: "ssh -N -L {address.port}:ADDRESS:{DEFAULT_PORTS[0]} …"'
             if is_loopback(address.host) else f': another program listens there. {_WHICH_PORT}')
     if isinstance(error, ConnectionRefusedError):
-        return (f'port {address.port} of {address.host} is closed: {what} does not listen there. Is '
-                f'the cell running, with --remote? {_WHICH_PORT}')
+        return (f'port {address.port} of {address.host} is closed: {what} does not listen there. '
+                f'Is the cell running, with --remote? {_WHICH_PORT}')
     return f'{address} cannot be {"reached" if error.errno else "watched"}: ' \
            f'{error.strerror or error}'
 
