@@ -133,7 +133,7 @@ def test_a_loss_and_a_slow_link_are_not_told_in_turns(tmp_path: Path,
         it._take_left_out({'/cloud': 3})
         now_s[0] += 2.0
         it._take_left_out({})
-    assert len(said) == 3 and 'too slow for all of /cloud' in said[2]
+    assert len(said) == 3 and 'not everything of /cloud arrives' in said[2]
     now_s[0] += 30.0
     it._take_left_out({})
     assert said[3:] == ['the link carries everything']
