@@ -14,7 +14,8 @@ from velocity_truth import ROBOT, Truth
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.msg import PlayerState
-from process_visualizer.robot.recorded_velocity import measuring_times, speeds
+from process_visualizer.robot.measuring_time import measuring_times
+from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.srv import Seek, SetRate, Step
 
 POSE, VELOCITY, MARKERS = (f'/{ROBOT}/{name}' for name in ('tcf', 'tool_velocity', 'marker_array'))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from process_visualizer.robot.late_arrivals import LateArrivals
-from process_visualizer.robot.recorded_velocity import certain_rows, measuring_times, speeds
+from process_visualizer.robot.measuring_time import certain_rows, measuring_times
+from process_visualizer.robot.recorded_velocity import speeds
 
 STEADY_S = [0.1 * it for it in range(100)]
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stamps are used where they can be."""
-from process_visualizer.robot.velocity import MeasuringTime
+from process_visualizer.robot.measuring_time import MeasuringTime
 
 
 def test_stamps_are_used():

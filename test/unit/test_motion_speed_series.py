@@ -18,12 +18,8 @@ from std_msgs.msg import Header
 from process_visualizer.bagio.number_places import FieldLocator
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.curves.samples import part_numbers
-from process_visualizer.robot.recorded_velocity import (
-    WINDOW_S,
-    measuring_times,
-    sending_period_s,
-    speeds,
-)
+from process_visualizer.robot.measuring_time import measuring_times, sending_period_s
+from process_visualizer.robot.recorded_velocity import WINDOW_S, speeds
 from process_visualizer.robot.velocity import GAP_S, VelocityEstimator
 
 # multiples of 0.7 ms never meet the ends of windows and gaps, where rounding would decide

@@ -17,7 +17,8 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.player.bag_player import HEAD_START_NS
-from process_visualizer.robot.recorded_velocity import RecordedVelocity, measuring_times, speeds
+from process_visualizer.robot.measuring_time import measuring_times
+from process_visualizer.robot.recorded_velocity import RecordedVelocity, speeds
 from process_visualizer.srv import ReadTopicRequest
 
 LENGTH_MS, GAP_MS = 12_000, (8_000, 10_500)

@@ -2,7 +2,6 @@
 """Small curves of the process variables over a whole recording, for the timeline."""
 from __future__ import annotations
 
-import math
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -14,7 +13,8 @@ from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
 from process_visualizer.curves.sending_habit import holds_for_s
 from process_visualizer.parameters.reading import STALE_AFTER_S
-from process_visualizer.robot.limit_alarms import Limits, limit_alarms
+from process_visualizer.parameters.variable_colors import limits_of
+from process_visualizer.robot.limit_alarms import limit_alarms
 
 MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
 """Maximum messages read of a topic: per column of its curve on average, and in total."""
@@ -194,15 +194,6 @@ def recorded_alarms(devices: Sequence[Device],
             if curve is not None:
                 found += _alarms(device.name, label, variable, curve)
     return tuple(sorted(found, key=lambda it: it.begin_s))
-
-
-def limits_of(variable: Variable) -> Limits:
-    """Return the limits of a variable; without any, every value is good."""
-    given = variable.limits
-    if given is None:
-        return Limits()
-    return Limits(-math.inf if given.low is None else given.low,
-                  math.inf if given.high is None else given.high)
 
 
 def _alarms(device: str, label: str, variable: Variable, curve: Curve) -> List[RecordedAlarm]:

@@ -41,17 +41,13 @@ from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS, usable
 from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.joints import JointMatching
 from process_visualizer.robot.kinematics import Kinematics, Placement
+from process_visualizer.robot.measuring_time import certain_rows, dated_rows, measuring_times
 from process_visualizer.robot.placements import (
     FrameSources,
     MovingPart,
     SentTransform,
     ToolPath,
     interpolated,
-)
-from process_visualizer.robot.recorded_velocity import (
-    certain_rows,
-    dated_rows,
-    measuring_times,
 )
 from process_visualizer.robot.rotations import quaternion_from_ypr
 from process_visualizer.robot.tool_frame import pose_frames, tool_frame

@@ -13,7 +13,7 @@ import numpy as np
 from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.bag_index import BagIndex
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.robot.recorded_velocity import sending_period_s
+from process_visualizer.robot.measuring_time import sending_period_s
 
 
 class TopicMessages(NamedTuple):

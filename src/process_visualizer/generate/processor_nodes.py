@@ -2,8 +2,7 @@
 """The nodes that the program itself starts for a device, with their parameters."""
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
@@ -29,10 +28,9 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import Manager
 from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
-from process_visualizer.parameters.reading import opaque
 from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
+from process_visualizer.parameters.variable_colors import colors_of
 from process_visualizer.parameters.variable_parameters import (
-    VariableColors,
     VariableParameters,
     VariablesParameters,
 )
@@ -223,16 +221,9 @@ def _crop_inputs(device: Device) -> Dict[str, str]:
 
 
 def _variable(variable: Variable) -> VariableParameters:
-    limits, scale = variable.limits, variable.color_scale
-    colors = VariableColors(opaque(variable.color))
-    if limits is not None:
-        colors = replace(colors, warning_color=opaque(limits.color),
-                         low=-math.inf if limits.low is None else limits.low,
-                         high=math.inf if limits.high is None else limits.high)
-    if scale is not None:
-        colors = replace(colors, scale=(scale.begin, scale.end, opaque(scale.end_color)))
     return VariableParameters(
-        variable.topic, FieldPath(variable.field), variable.frame, variable.axis, colors,
+        variable.topic, FieldPath(variable.field), variable.frame, variable.axis,
+        colors_of(variable),
         variable.unit, variable.scale, variable.offset, variable.label,
         variable.offset_param or '',
         MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m, variable.is_shown)

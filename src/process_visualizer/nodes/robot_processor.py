@@ -51,7 +51,7 @@ from process_visualizer.parameters.robot_parameters import (
 )
 from process_visualizer.robot.joints import JointMatching
 from process_visualizer.robot.kinematics import Kinematics
-from process_visualizer.robot.velocity import MeasuringTime
+from process_visualizer.robot.measuring_time import MeasuringTime
 from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'

@@ -16,8 +16,8 @@ from process_visualizer.curves.sending_habit import holds_for_s
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan
 from process_visualizer.parameters.arrow_style import configured_arrow
-from process_visualizer.parameters.reading import STALE_AFTER_S, opaque
-from process_visualizer.parameters.variable_parameters import VariableColors
+from process_visualizer.parameters.reading import STALE_AFTER_S
+from process_visualizer.parameters.variable_colors import colors_of
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.arrows import (
     BESIDE_M,
@@ -140,24 +140,12 @@ def _colors(device: Device, source: CurveSource, values: np.ndarray,
     variable = variable_of(device, source)
     if variable is None or variable.limits is None and variable.color_scale is None:
         return {}
-    colors = variable_colors(variable)
+    colors = colors_of(variable)
     found = [tuple(round(part, 3) for part in colors.of(value)[:3]) for value in values.tolist()]
     distinct: Dict[Tuple[float, ...], int] = {
         color: row for row, color in enumerate(dict.fromkeys(found))}
     return {'colors': [list(it) for it in distinct],
             'colored': packed.plain(np.array([distinct[it] for it in found], np.uint16))}
-
-
-def variable_colors(variable: Variable) -> VariableColors:
-    """Return the rule that colors a variable by its value."""
-    scale, limits = variable.color_scale, variable.limits
-    plain = VariableColors(opaque(variable.color), None if scale is None else (
-        scale.begin, scale.end, opaque(scale.end_color)))
-    if limits is None:
-        return plain
-    return VariableColors(plain.color, plain.scale,
-                          -np.inf if limits.low is None else limits.low,
-                          np.inf if limits.high is None else limits.high, opaque(limits.color))
 
 
 def color_of(device: Device, label: str, sources: Sequence[CurveSource]) -> Color:

@@ -9,83 +9,15 @@ from typing import Any, Dict, List, Optional, Tuple
 import rosgraph.names
 
 from process_visualizer.bagio.number_places import FieldPath
-from process_visualizer.cell.elements import TAGS
-from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.parameters.reading import (
     STALE_AFTER_S,
-    Color,
     Parameters,
     changed,
-    opaque,
-    written_color,
 )
+from process_visualizer.parameters.variable_colors import VariableColors, variable_default
 from process_visualizer.robot.arrows import MAX_LENGTH_M
-from process_visualizer.robot.limit_alarms import Limits
 
 UnitVector = Tuple[float, float, float]
-
-
-def _default(attribute: str) -> Any:
-    """Return the default value of an attribute of <variable>."""
-    given = TAGS['variable'].attributes[attribute]
-    return CONVERTERS[given.kind](given.default or '')
-
-
-COLOR, WARNING_COLOR = opaque(_default('color')), opaque(_default('warning_color'))
-
-
-@dataclass(frozen=True)
-class VariableColors:
-    """The color of a variable by its value; warning limits take precedence over the scale."""
-
-    color: Color
-    scale: Optional[Tuple[float, float, Color]] = None  # begin, end, color at the end
-    low: float = -math.inf
-    high: float = math.inf
-    warning_color: Color = WARNING_COLOR
-
-    @property
-    def limits(self) -> Limits:
-        """The lowest and the highest good value."""
-        return Limits(self.low, self.high)
-
-    def of(self, value: float) -> Color:
-        """Return the color of a value."""
-        if not self.low <= value <= self.high:
-            return self.warning_color
-        if self.scale is None:
-            return self.color
-        begin, end, end_color = self.scale
-        share = min(max((value - begin) / (end - begin), 0.0), 1.0)
-        red, green, blue, alpha = (first + share * (second - first)
-                                   for first, second in zip(self.color, end_color))
-        return red, green, blue, alpha
-
-    @staticmethod
-    def read(parameters: Parameters) -> 'VariableColors':
-        """Return the checked colors of a variable.
-
-        Raises:
-            ParameterError: a value is wrong.
-        """
-        limits, scale = parameters.group('limits'), parameters.group('color_scale')
-        return VariableColors(
-            parameters.color('color', COLOR), _color_scale(scale),
-            limits.number('low', -math.inf) if limits.has('low') else -math.inf,
-            limits.number('high', math.inf) if limits.has('high') else math.inf,
-            limits.color('color', WARNING_COLOR))
-
-    def to_parameters(self) -> Dict[str, Any]:
-        """Return the parameters that ``read`` reads."""
-        values: Dict[str, Any] = {'color': written_color(self.color)}
-        limits = changed({'low': self.low, 'high': self.high},
-                         {'low': -math.inf, 'high': math.inf})
-        if limits:
-            values['limits'] = {'color': written_color(self.warning_color), **limits}
-        if self.scale is not None:
-            begin, end, color = self.scale
-            values['color_scale'] = {'begin': begin, 'end': end, 'color': written_color(color)}
-        return values
 
 
 @dataclass(frozen=True)
@@ -116,8 +48,8 @@ class VariableParameters:
             topic=_topic(parameters), field=_field(parameters),
             frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
             colors=VariableColors.read(parameters), unit=parameters.text('unit', ''),
-            scale_m=parameters.number('scale', _default('scale')),
-            offset=parameters.number('offset', _default('offset')),
+            scale_m=parameters.number('scale', variable_default('scale')),
+            offset=parameters.number('offset', variable_default('offset')),
             label=parameters.text('label', ''), offset_param=_offset_param(parameters),
             max_m=parameters.number('max', MAX_LENGTH_M, above=0.0),
             is_shown=parameters.flag('shown', True))
@@ -190,7 +122,7 @@ def _topic(parameters: Parameters) -> str:
 
 
 def _field(parameters: Parameters) -> FieldPath:
-    text = parameters.text('field', _default('field'))
+    text = parameters.text('field', variable_default('field'))
     try:
         return FieldPath(text)
     except ValueError:
@@ -205,17 +137,8 @@ def _offset_param(parameters: Parameters) -> str:
     return name
 
 
-def _color_scale(parameters: Parameters) -> Optional[Tuple[float, float, Color]]:
-    if not parameters.has('begin') and not parameters.has('end'):
-        return None
-    begin, end = parameters.number('begin', 0.0), parameters.number('end', 1.0)
-    if begin == end:
-        raise parameters.error('end', 'another value than begin', end)
-    return begin, end, parameters.color('color', WARNING_COLOR)
-
-
 def _axis(parameters: Parameters) -> UnitVector:
-    x, y, z = axis = parameters.vector('axis', _default('axis'))
+    x, y, z = axis = parameters.vector('axis', variable_default('axis'))
     length = math.hypot(*axis)
     if not 0.0 < length < math.inf:
         raise parameters.error('axis', 'a direction of three numbers', list(axis))

@@ -316,28 +316,3 @@ def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float
         before_s += step_s
         latest_s = min(latest_s, follower.time_s - before_s)
     return latest_s
-
-
-USABLE_WITHIN_S = 1.0  # of the arrival; other stamps are from another computer's clock
-
-
-class MeasuringTime:
-    """Chooses between the stamps and the arrival times of one topic."""
-
-    def __init__(self) -> None:
-        self._last_stamp_s = -math.inf
-        self._standing = False
-
-    @property
-    def standing(self) -> bool:
-        """Return whether the last stamp did not increase, as stamps must."""
-        return self._standing
-
-    def wall_s(self, stamp_s: float, arrival_s: float) -> float:
-        """Return the wall time [s] of a message; a stamp of 0 stands for no stamp."""
-        if not stamp_s or abs(arrival_s - stamp_s) > USABLE_WITHIN_S:
-            self._standing = False
-            return arrival_s
-        self._standing = stamp_s <= self._last_stamp_s
-        self._last_stamp_s = stamp_s
-        return arrival_s if self._standing else stamp_s

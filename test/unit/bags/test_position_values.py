@@ -16,7 +16,8 @@ from std_msgs.msg import Float32MultiArray, Float64, String
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.position_values import PositionValues, key_of
-from process_visualizer.robot.recorded_velocity import RecordedVelocity, measuring_times
+from process_visualizer.robot.measuring_time import measuring_times
+from process_visualizer.robot.recorded_velocity import RecordedVelocity
 
 BEGIN_S = 1_600_000_000
 SPEED, FORCE = key_of('ur', 'v', '/tcf'), key_of('ur', 'F', '/ft')

@@ -24,6 +24,7 @@ from process_visualizer.nodes.robot.tool_input import FramesNotConnected, PoseDe
 from process_visualizer.playback.playback_clock import PlaybackClock
 from process_visualizer.playback.timeline import MAX_RATE
 from process_visualizer.robot.joints import JointMatching
+from process_visualizer.robot.measuring_time import USABLE_WITHIN_S, MeasuringTime
 from process_visualizer.robot.recorded_velocity import (
     PosePart,
     RecordedPose,
@@ -34,7 +35,7 @@ from process_visualizer.robot.recorded_velocity import (
     next_part,
 )
 from process_visualizer.robot.rotations import Triple
-from process_visualizer.robot.velocity import USABLE_WITHIN_S, MeasuringTime, ToolVelocity
+from process_visualizer.robot.velocity import ToolVelocity
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     FLOAT_ARRAY,
