@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.model import Device, Mode, changes
+from process_visualizer.cell.model import Device, Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
@@ -265,10 +265,7 @@ class Launcher(QObject):
 
     def pending(self) -> str:
         """Return what would change if the present choice were applied to the running nodes."""
-        running = self.launch.running
-        if not self.launch.is_running or running is None or self.session.cell is None:
-            return ''
-        return _difference(running, self.choice())
+        return '' if self.session.cell is None else self.launch.pending(self.choice())
 
     def choose_mode(self, mode: Mode) -> None:
         """Change the mode, also of running nodes; parts that are the same in both keep running."""
@@ -460,17 +457,3 @@ def _with_saved(running: Device, saved: Device) -> Device:
         running = replace(running, roi=replace(running.roi, center=saved.roi.center,
                                                size=saved.roi.size))
     return running
-
-
-def _difference(before: Choice, after: Choice) -> str:
-    old = [device.name for device in before.devices]
-    new = [device.name for device in after.devices]
-    changed = changes(before.cell, after.cell).changed
-    words = [('start', [name for name in new if name not in old]),
-             ('stop', [name for name in old if name not in new]),
-             ('restart', [name for name in new if name in old and name in changed]
-              + ['the player'] * (before.left_out != after.left_out)),
-             ('play', [os.path.basename(it) for it in (after.bag,) if it and it != before.bag])]
-    if before.cell.file != after.cell.file and not any(names for _, names in words):
-        words = [('use', [os.path.basename(after.cell.file)])]
-    return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

@@ -2,6 +2,7 @@
 """Launching and quitting: the nodes of a choice, their states, and other nodes in their way."""
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from enum import Enum
@@ -12,7 +13,7 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.environment import require_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Mode, changes
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.launch_file import recorded_topics
@@ -108,6 +109,15 @@ class LaunchModel(QObject):
         self._begin(LaunchPhase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._change(choice, before), self._take_plan,
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
+
+    def pending(self, choice: Choice) -> str:
+        """Return what would change if a choice were applied to the running nodes; '' for nothing.
+
+        The button *Apply* says so.
+        """
+        if not self.is_running or self.running is None:
+            return ''
+        return _difference(self.running, choice)
 
     def adopt(self, choice: Choice) -> None:
         """Take a choice whose changes are already in effect; nothing is restarted.
@@ -247,6 +257,20 @@ class LaunchModel(QObject):
 def _plan(choice: Choice) -> Plan:
     require_environment(choice.cell, choice.mode, [device.name for device in choice.devices])
     return generate_parts(choice)
+
+
+def _difference(before: Choice, after: Choice) -> str:
+    old = [device.name for device in before.devices]
+    new = [device.name for device in after.devices]
+    changed = changes(before.cell, after.cell).changed
+    words = [('start', [name for name in new if name not in old]),
+             ('stop', [name for name in old if name not in new]),
+             ('restart', [name for name in new if name in old and name in changed]
+              + ['the player'] * (before.left_out != after.left_out)),
+             ('play', [os.path.basename(it) for it in (after.bag,) if it and it != before.bag])]
+    if before.cell.file != after.cell.file and not any(names for _, names in words):
+        words = [('use', [os.path.basename(after.cell.file)])]
+    return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)
 
 
 LINE = 'publishers'
