@@ -67,6 +67,7 @@ class Replay(QObject):
     """In place of ReplayModel."""
 
     changed = pyqtSignal()
+    copied = pyqtSignal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -357,12 +358,26 @@ def test_a_replay_goes_on_behind_the_curves_that_were_held(stand: Stand) -> None
     held = stand.model.window
     stand.come(stand.parts[-1])
     assert stand.model.window is held
+    stand.replay.copied.emit()
+    copied = stand.model._newest
+    stand.come(stand.parts[-1])  # the replay is ready much later
     end_s = held.epoch_s + held.begin_s + held.duration_s
     stand.replay.phase, stand.replay.time_s = ReplayPhase.SHOWN, end_s + 0.2
     stand.replay.changed.emit()
-    assert stand.model.is_held and stand.model.window is not held
+    assert stand.model.is_held and stand.model.window is copied is not held
     assert -stand.model.duration_s < stand.timeline._replay_s <= 0.0
     assert stand.timeline.lane_texts(0).at_position[0] != '…'
+
+
+def test_keys_after_a_click_on_the_curves_are_not_for_the_list_above(stand: Stand) -> None:
+    stand.come(*stand.parts)
+    QApplication.setActiveWindow(stand.panel)
+    assert stand.panel.focusWidget() is stand.timeline
+    QTest.keyClick(stand.panel.focusWidget(), Qt.Key_End)
+    assert stand.panel.durations.currentIndex() == 0
+    stand.panel.durations.setFocus()
+    QTest.mousePress(stand.timeline, Qt.LeftButton, pos=QPoint(300, 40))
+    assert stand.panel.focusWidget() is stand.timeline
 
 
 def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:

@@ -46,8 +46,6 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
     """
     return [
         *_transport_keys(playback),
-        Shortcut('Home', 'to the beginning', lambda: playback.seek(0.0)),
-        Shortcut('End', 'to the end', lambda: playback.seek(playback.state.duration_s)),
         Shortcut('A', 'set loop start', playback.set_loop_begin),
         Shortcut('B', 'set loop end', playback.set_loop_end),
         Shortcut('L', 'loop', playback.toggle_loop),
@@ -72,6 +70,8 @@ def _transport_keys(playback: PlaybackModel) -> List[Shortcut]:
                  lambda: playback.seek(playback.position_s + 1.0)),
         Shortcut('[', 'slower', playback.slower),
         Shortcut(']', 'faster', playback.faster),
+        Shortcut('Home', 'to the beginning', lambda: playback.seek(0.0)),
+        Shortcut('End', 'to the end', lambda: playback.seek(playback.state.duration_s)),
     ]
 
 

@@ -86,6 +86,7 @@ class LiveCurvesModel(QObject):
         self._begun = 0  # how often reading began anew
         self._window: Optional[LiveWindow] = None
         self._newest: Optional[LiveWindow] = None  # also while another one is held
+        self._kept: Optional[LiveWindow] = None  # for ``renew``
         self._is_silent = False
         self._pace, self._read_s = LookPace(), 0.0
         self._taken_s = self._drawn_s = 0.0  # at the last look: time, and this thread's time
@@ -173,17 +174,21 @@ class LiveCurvesModel(QObject):
 
     def hold(self, is_held: bool) -> None:
         """Hold the picture, or let it continue."""
-        self._is_held = is_held
+        self._is_held, self._kept = is_held, None
         self.changed.emit()
 
+    def keep(self) -> None:
+        """Keep the newest picture for ``renew``."""
+        self._kept = self._newest
+
     def renew(self) -> None:
-        """Hold the newest picture in place of the one that is held."""
-        if self._is_held and self._newest is not None and self._newest is not self._window:
-            self._window = self._newest
+        """Hold the picture that was kept in place of the one that is held."""
+        if self._is_held and self._kept is not None and self._kept is not self._window:
+            self._window = self._kept
             self.changed.emit()
 
     def _begin_anew(self) -> None:
-        self._newest = None
+        self._newest = self._kept = None
         devices, self._window, self._is_held = self._devices, None, False
         self._begun += 1
         self._tasks.run(LINE, lambda: self._set_curves(devices))

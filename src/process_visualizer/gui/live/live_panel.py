@@ -141,6 +141,7 @@ class LivePanel(QWidget):
         self.durations = QComboBox()
         self.durations.setObjectName('live_duration')
         self.durations.setAccessibleName('How much of the past is shown')
+        self.durations.setFocusPolicy(Qt.TabFocus)
         for duration_s in DURATIONS_S:
             text = f'{duration_s:.0f} s' if duration_s < 60.0 else f'{duration_s / 60.0:.0f} min'
             self.durations.addItem(text, duration_s)
@@ -157,11 +158,13 @@ class LivePanel(QWidget):
         self._lay_out()
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))
+        self.durations.activated.connect(lambda: self.timeline.setFocus())
         self.hold.clicked.connect(curves.hold)
         self.timeline.curves_wanted.connect(
             lambda: CurvesDialog(tuple(self._lanes.values()), choices, self).open())
         self.timeline.longer_wanted.connect(self._change_duration)
         self.timeline.replay_wanted.connect(self._want_replay)
+        replay.copied.connect(curves.keep)
         replay.changed.connect(self._follow_replay)
         replay.playback.moved.connect(self._show_moment)
         choices.changed.connect(self._show)
@@ -180,6 +183,8 @@ class LivePanel(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Read curves while the panel is visible."""
         self._curves.set_shown(True)
+        if self.window().focusWidget() is None:
+            self.timeline.setFocus()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Stop reading while the panel is hidden."""
@@ -254,7 +259,7 @@ class LivePanel(QWidget):
 
     def _show_moment(self) -> None:
         if not self._replay.is_live and self._replay.time_s > self._end_s():
-            self._curves.renew()  # the memory was copied later than the picture was held
+            self._curves.renew()  # the memory goes on beyond the picture that was held
         self.timeline.show_replay(None if self._replay.is_live
                                   else self._replay.time_s - self._end_s())
 

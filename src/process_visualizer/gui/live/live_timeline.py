@@ -39,6 +39,10 @@ _TICK_PX = 110.0  # the last label is left of its tick and needs room for one an
 _NEWEST_S = 0.5  # maximum age of the newest moment of a band
 
 
+_AT_END_S = 0.6
+"""Time after the right end [s] that counts as it: values come a few times a second."""
+
+
 class LiveValue(NamedTuple):
     """The value at the right end, NaN without one; age of the newest value at the right end."""
 
@@ -64,6 +68,7 @@ class LiveTimeline(LanesTimeline):
         self._values: Mapping[Key, LiveValue] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
         self._is_dragged = False
+        self.setFocusPolicy(Qt.StrongFocus)  # keys after a click are not for the list above
         self.setObjectName('live_timeline')
         self.setAccessibleName('Curves of the last seconds')
 
@@ -170,7 +175,8 @@ class LiveTimeline(LanesTimeline):
             if hover_s is not None:
                 at_mouse = curve.range_at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
-                share, silent_s = 1.0 + self._replay_s / self._duration_s, math.inf
+                at_s = 0.0 if 0.0 < self._replay_s < _AT_END_S else self._replay_s
+                share, silent_s = 1.0 + at_s / self._duration_s, math.inf
                 if not 0.0 <= share <= 1.0:  # not in the picture
                     return lane_texts(curve, span, None, at_mouse)
                 value, good = curve.at(share), curve.good_at(share)

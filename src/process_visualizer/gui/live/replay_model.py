@@ -92,6 +92,8 @@ class ReplayModel(QObject):
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
+    copied = pyqtSignal()
+    """The memory has been copied: the replay ends at this moment."""
 
     def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
                  refused: Tuple[Type[Exception], ...], session: Session,
@@ -248,6 +250,7 @@ class ReplayModel(QObject):
 
     def _take_path(self, path: str) -> None:
         self._path = path
+        self.copied.emit()
         self._look_whether_ready()
 
     def _look_whether_ready(self) -> None:
