@@ -67,6 +67,10 @@ class Choice:
         return replace(self, cell=replace(self.cell, devices=others(self.cell.devices)),
                        devices=others(self.devices))
 
+    def in_mode(self, device: Device) -> Device:
+        """Return a device with only those nodes and launch files that run in this mode."""
+        return replace(device, nodes=self.nodes(device), launch_files=self.launch_files(device))
+
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """Return the device's own nodes that run in this mode."""
         return tuple(node for node in device.nodes if node.mode in (None, self.mode))

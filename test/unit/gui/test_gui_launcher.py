@@ -125,6 +125,20 @@ def test_a_changed_device_is_pending_after_a_reload(loaded: Launcher, qtbot: Any
     assert loaded.pending() == 'restart oven'
 
 
+@pytest.mark.parametrize('mode', [Mode.REALTIME, Mode.PLAYBACK])
+def test_only_what_runs_in_the_mode_is_restarted(loaded: Launcher, qtbot: Any, config: Path,
+                                                 mode: Mode) -> None:
+    play(loaded.session, '/a.bag')
+    loaded.session.set_mode(mode)
+    run(loaded)
+    config.write_text(DEVICES.replace(
+        'name="press"/>', 'name="press"><node pkg="press" type="driver.py" name="driver" '
+        'ifstate="realtime"/></device>'))
+    with qtbot.waitSignal(loaded.cell.loaded):
+        loaded.cell.reload()
+    assert loaded.pending() == ('restart press' if mode is Mode.REALTIME else '')
+
+
 @pytest.mark.parametrize('is_taken', [True, False])
 def test_a_pose_that_was_moved_and_saved_is_in_effect_if_the_nodes_took_it(
         loaded: Launcher, qtbot: Any, config: Path, monkeypatch: pytest.MonkeyPatch,

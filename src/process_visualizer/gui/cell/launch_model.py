@@ -13,7 +13,7 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.environment import require_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
-from process_visualizer.cell.model import Mode, changes
+from process_visualizer.cell.model import Mode, content
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.launch_file import recorded_topics
@@ -260,12 +260,11 @@ def _plan(choice: Choice) -> Plan:
 
 
 def _difference(before: Choice, after: Choice) -> str:
-    old = [device.name for device in before.devices]
-    new = [device.name for device in after.devices]
-    changed = changes(before.cell, after.cell).changed
+    old = {device.name: content(before.in_mode(device)) for device in before.devices}
+    new = {device.name: content(after.in_mode(device)) for device in after.devices}
     words = [('start', [name for name in new if name not in old]),
              ('stop', [name for name in old if name not in new]),
-             ('restart', [name for name in new if name in old and name in changed]
+             ('restart', [name for name in new if name in old and new[name] != old[name]]
               + ['the player'] * (before.left_out != after.left_out)),
              ('play', [os.path.basename(it) for it in (after.bag,) if it and it != before.bag])]
     if before.cell.file != after.cell.file and not any(names for _, names in words):
