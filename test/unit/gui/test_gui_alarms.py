@@ -286,7 +286,7 @@ def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> No
     stand.launch.phase = LaunchPhase.QUITTING
     stand.launch.changed.emit()
     assert {it.text for it in stand.model.events[-2:]} == {
-        'arm: No data from /arm/q: the nodes were quit after 0.0 s',
+        'arm: No data from /arm/q: the nodes were quit after 60.0 s',
         'arm: edge is above 335, up to 424: the nodes were quit after 2.0 s'}
 
 
@@ -545,6 +545,18 @@ def test_launching_and_restarting(noted: Tuple[Stand, Recording]) -> None:
     assert [event.text for event in stand.model.events] == [
         'quitting all nodes', 'all nodes have ended', 'launching in real-time mode: arm',
         'launched', 'arm is stopped', 'arm is started']
+
+
+def test_what_is_applied_is_noted_and_not_what_stays(noted: Tuple[Stand, Recording]) -> None:
+    stand, _ = noted
+    press = Device(DeviceType.OTHER, 'press', Location('cell.xml', 2))
+    for change, said in (({'devices': (ARM, press)}, 'start press'),
+                         ({'mode': Mode.PLAYBACK, 'bag': '/a/seam.bag'},
+                          'change to playback; play seam.bag')):
+        stand.run(Mode.REALTIME)
+        stand.launch.apply(replace(stand.launch.running, **change))
+        assert stand.model.events[-1].text == f'applying: {said}'
+
 
 
 def test_events_are_saved_beside_the_bag(noted: Tuple[Stand, Recording], tmp_path: Path) -> None:

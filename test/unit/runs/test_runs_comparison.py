@@ -10,9 +10,10 @@ from made_runs import made_run, progress
 
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns, Missing, incomparable
+from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
+from process_visualizer.runs.comparison.unjudged import Missing
 from process_visualizer.runs.comparison.wording import amount, clock, unjudged_texts, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of

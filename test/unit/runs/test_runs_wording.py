@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from process_visualizer.runs.comparison.comparison import Missing, Unjudged
+from process_visualizer.runs.comparison.unjudged import Missing, Unjudged
 from process_visualizer.runs.comparison.wording import said, unjudged_texts
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind

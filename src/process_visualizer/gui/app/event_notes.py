@@ -10,6 +10,7 @@ from PyQt5.QtCore import QObject
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.cell.objects_model import ObjectsModel
@@ -68,11 +69,16 @@ class EventNotes(QObject):
         before, self._phase = self._phase, self._launch.phase
         running = self._launch.running
         if self._phase is not before:
-            what = '' if running is None or self._phase is not LaunchPhase.LAUNCHING else (
-                f' in {_MODES[running.mode]}: '
-                + ', '.join(device.name for device in running.devices))
-            self._alarms.note(_PHASES[self._phase] + what)
+            is_applied = before is LaunchPhase.RUNNING and self._phase is LaunchPhase.LAUNCHING
+            self._alarms.note(f'applying: {self._launch.applied}' if is_applied else
+                              _PHASES[self._phase] + self._what(running))
         self._follow_parts()
+
+    def _what(self, running: Optional[Choice]) -> str:
+        """Return what is launched, in which mode; '' unless something is."""
+        if running is None or self._phase is not LaunchPhase.LAUNCHING:
+            return ''
+        return f' in {_MODES[running.mode]}: ' + ', '.join(it.name for it in running.devices)
 
     def _follow_parts(self) -> None:
         """Note single parts that stop and start while everything else runs."""

@@ -35,6 +35,7 @@ from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
 _LINE = 'launch'
 _LOOK_MS = 1000
+_MODE_WORDS = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
 _END_TIMEOUT_S = 60.0
 
 
@@ -76,6 +77,8 @@ class LaunchModel(QObject):
         self.running: Optional[Choice] = None
         self.reports: Dict[str, PartReport] = {}
         self.warnings: Tuple[Problem, ...] = ()
+        self.applied = ''
+        """What ``apply`` changed last, in words."""
         self._reported.connect(self._take_report)
         self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self.look)
@@ -106,6 +109,7 @@ class LaunchModel(QObject):
     def apply(self, choice: Choice) -> None:
         """Switch to another choice; parts that are the same in both keep running."""
         before = self.running
+        self.applied = '' if before is None else _difference(before, choice)
         self._begin(LaunchPhase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._change(choice, before), self._take_plan,
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
@@ -262,10 +266,12 @@ def _plan(choice: Choice) -> Plan:
 def _difference(before: Choice, after: Choice) -> str:
     old = {device.name: content(before.in_mode(device)) for device in before.devices}
     new = {device.name: content(after.in_mode(device)) for device in after.devices}
+    is_same_mode = before.mode is after.mode
     words = [('start', [name for name in new if name not in old]),
              ('stop', [name for name in old if name not in new]),
-             ('restart', [name for name in new if name in old and new[name] != old[name]]
-              + ['the player'] * (before.left_out != after.left_out)),
+             ('restart', [name for name in new if is_same_mode and new[name] != old.get(
+                 name, new[name])] + ['the player'] * (before.left_out != after.left_out)),
+             ('change to', [] if is_same_mode else [_MODE_WORDS[after.mode]]),
              ('play', [os.path.basename(it) for it in (after.bag,) if it and it != before.bag])]
     if before.cell.file != after.cell.file and not any(names for _, names in words):
         words = [('use', [os.path.basename(after.cell.file)])]

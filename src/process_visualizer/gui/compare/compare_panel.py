@@ -98,7 +98,7 @@ class ComparePanel(QWidget):
                               'from there, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _RowsTree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
-        self.finished = _RowsTree('finished_runs', ('Live run', 'Length', 'Verdict'),
+        self.finished = _RowsTree('finished_runs', ('Live run ended', 'Length', 'Verdict'),
                                   _DEPARTURES_PX)
         self.finished.keep_end_in_sight()
         self._finished: Sequence[FinishedRun] = ()

@@ -2,18 +2,7 @@
 """Comparison of a run with good ones."""
 from __future__ import annotations
 
-from enum import Enum
-from typing import (
-    Dict,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-)
+from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -27,8 +16,16 @@ from process_visualizer.runs.alignment.alignment import (
 )
 from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
+from process_visualizer.runs.comparison.band_of_run import OF_PLACE, TIME_LOST, band_of_run, holding
+from process_visualizer.runs.comparison.onsets import dated, with_frequency
+from process_visualizer.runs.comparison.unjudged import (
+    MIN_UNJUDGED_S,
+    Missing,
+    Unjudged,
+    holes_s_of,
+    unjudged,
+)
 from process_visualizer.runs.deviation.band import (
-    EDGE_ROWS,
     MIN_RUNS,
     RELATIVE_TOLERANCE,
     USUAL_RATE,
@@ -36,23 +33,14 @@ from process_visualizer.runs.deviation.band import (
     BandLearner,
     SignalBand,
     TooFewRuns,
-    beyond,
     common,
     fewest_runs,
     most_of,
     signal_tolerance,
     widened,
 )
-from process_visualizer.runs.deviation.channel_faults import (
-    StuckSensors,
-    UsualCourse,
-    explains,
-    rough_since_s,
-    seldom_since_s,
-    vibration_hz,
-)
+from process_visualizer.runs.deviation.channel_faults import StuckSensors, explains
 from process_visualizer.runs.deviation.departures import (
-    BESIDE,
     MIN_LASTING_ROWS,
     Departure,
     Nearness,
@@ -62,10 +50,7 @@ from process_visualizer.runs.deviation.departures import (
     ranked,
 )
 from process_visualizer.runs.deviation.signals import (
-    FORCE_DIRECTION,
     RATE_HZ,
-    TIMING_LABEL,
-    TORQUE_DIRECTION,
     Columns,
     Signal,
     SignalKind,
@@ -73,15 +58,11 @@ from process_visualizer.runs.deviation.signals import (
     own_columns,
     signals,
     steepness,
-    tool_speed,
-    unknown_moments,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import DAMAGED, Context, Key, Run, fingerprint
 from process_visualizer.runs.series import (
-    ROUGH_S,
     States,
-    data_gaps,
     inside,
     is_sequence,
     moving_maximum,
@@ -93,7 +74,6 @@ from process_visualizer.runs.series import (
 _MIN_SHARE = 0.8
 """Minimum share of the reference, or of the run, with a counterpart in the other; else reported."""
 
-_OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
 _SHARE_ALIKE, _SAME_PLACE_M, _NEAR_ANOTHER_ROWS = 0.8, 0.005, int(0.3 * RATE_HZ)
 """Share of good runs, and their distance, for tools to be at the same place.
 
@@ -101,47 +81,10 @@ Rows that are within the third number of rows from another place do not count.
 """
 _ELSEWHERE_M = 0.01
 """Median distance of the tools from the reference's [m] above which a path is at another place."""
-_EDGED = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.NOISE)
-_EDGE_S, _SHORTEST_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
-_AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
-_TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
-_ROUGH_KNOWN_S, _ROUGH_PERIODS = 0.1, 4.0
-"""Uncertainty of when a channel became rough: at least this time [s], and so many periods."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """The severity of a wrong state, and the uncertainty of its time [s]."""
-_BY_STATES_S = 0.08
-_FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
-_FOLLOWING_LABELS = ('tool sideways', 'tool up')
-"""Signals that have data where another signal of the same channel or tool has."""
-_DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
-_MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
-_BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
-"""Rows next to an unknown moment in which means are unknown as well."""
-_OFTEN_S = 0.25
-"""Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """Minimum difference in duration [s], and as a share of the reference, that is reported."""
-
-
-class Missing(Enum):
-    """The reason why a signal is not judged, as a text."""
-
-    DATA = 'no data'
-    MOTION = ('messages of the motion are missing or came late there, so the moment of the process '
-              'is unknown')
-    SELDOM = 'fewer than two values a second'
-
-
-class Unjudged(NamedTuple):
-    """A signal that is not judged between two times of the recording [s].
-
-    One that comes too seldom is judged nowhere.
-    """
-
-    signal: Signal
-    begin_s: float
-    end_s: float
-    why: Missing = Missing.DATA
 
 
 class Comparison(NamedTuple):
@@ -340,46 +283,19 @@ class GoodRuns:
             own = None
         columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
-        if alignment.means is AlignmentMethod.STATES:
-            band = _wider_in_time(band, self.reference, self.times_s)
-        band = _less_sure_in_waits(band, alignment, self.reference, self.times_s)
-        band = _less_sure_beside(band, columns, self.reference, self.times_s)
+        band = band_of_run(band, alignment, columns, self.reference, self.times_s)
         steep = _steep_rows(self.reference, self.times_s)
         stuck = () if own is not None else tuple(self._stuck.departures(run, alignment.time_map))
         left = [it for it in departures(self.times_s, columns, band)
                 if not any(explains(other, it) for other in stuck)]
-        found = ranked([*(self._dated(it, left, run, alignment, band)._replace(
+        found = ranked([*(dated(it, left, run, alignment, band, self.times_s)._replace(
                               is_on_path=_is_on_path(it, steep)) for it in left),
                         *self._state_departures(run, alignment, own), *stuck],
                        alignment.time_map.to_run)
-        found = tuple(self._with_frequency(it, run, alignment) for it in found)
+        found = tuple(with_frequency(it, run, alignment, float(self.times_s[-1])) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),
-                          _unjudged(self.reference, run, alignment, columns, band))
-
-    def _dated(self, it: Departure, found: Sequence[Departure], run: Run, alignment: Alignment,
-               band: Band) -> Departure:
-        """Return a departure with an onset that is as exact as the channel's own values allow.
-
-        Noise that comes with a clearer departure of the value is the jump of the value.
-        """
-        if it.signal.period_s:
-            return _seldom_since(it, run, alignment, band, self.times_s)
-        channel = run.by_key.get(it.channel)
-        if channel is not None:  # a value is known to within one period
-            it = it._replace(uncertainty_s=max(it.uncertainty_s, period_s(channel.times_s)))
-        if any(_is_jump_of(it, other) for other in found):
-            return it
-        return _rough_since(_smooth_since(it, alignment), run, alignment, band)
-
-    def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
-        """Return a departure; if it is noise, with the frequency of a vibration, if any."""
-        channel = run.by_key.get(it.channel)
-        if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0 or channel is None:
-            return it
-        ends_s = np.array([it.left_s, self.times_s[-1] if it.back_s is None else it.back_s])
-        frequency_hz = vibration_hz(channel, *alignment.time_map.to_run(ends_s).tolist())
-        return it._replace(frequency_hz=frequency_hz)
+                          unjudged(self.reference, run, alignment, columns, band))
 
     def _state_departures(self, run: Run, alignment: Alignment,
                           own: Optional[int]) -> Iterator[Departure]:
@@ -391,7 +307,7 @@ class GoodRuns:
             if fault is None:
                 continue
             since_s = alignment.time_map.to_run(np.array([fault.since_s]))
-            if not inside(since_s, _holes_s(run), _MIN_UNJUDGED_S).any():
+            if not inside(since_s, holes_s_of(run), MIN_UNJUDGED_S).any():
                 sent_s = period_s(run.by_key[key].times_s) if np.isfinite(found.until_s) else 0.0
                 yield _state_departure(key, fault, end_s, sent_s)
 
@@ -449,7 +365,7 @@ class GoodRuns:
         if all(it.run.place == run.place for it in self._good):
             return band
         found = {signal: limits for signal, limits in band.signals.items()
-                 if signal.kind not in _OF_PLACE}
+                 if signal.kind not in OF_PLACE}
         of_all = {} if self._common_learner is None \
             else self._common_learner.band(None, own).signals
         found.update(of_all)
@@ -462,7 +378,7 @@ class GoodRuns:
                 if signal not in of_all:
                     found[signal] = limits
                     continue
-                held = _holding(of_all[signal], [self._good[row].columns[signal]
+                held = holding(of_all[signal], [self._good[row].columns[signal]
                                                    for row in alike])
                 found[signal] = SignalBand(*(
                     np.where(np.isfinite(held.half_width), one, other)
@@ -479,12 +395,12 @@ class GoodRuns:
         """
         if not self._times_by_place:
             return columns
-        others = [it.columns[_TIME_LOST] for row, it in enumerate(self._good)
+        others = [it.columns[TIME_LOST] for row, it in enumerate(self._good)
                   if it.run.place == place and row != own]
         if not others and own is None:
             return columns
         usual = common(np.stack(others)).astype(np.float32) if others else np.float32(np.nan)
-        return {**columns, _TIME_LOST: columns[_TIME_LOST] - usual}
+        return {**columns, TIME_LOST: columns[TIME_LOST] - usual}
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
         """Return bands of tool places, with a margin for times found by another place's motion."""
@@ -492,7 +408,7 @@ class GoodRuns:
         band = BandLearner(columns, self._tolerance).band()
         return {signal: widened(limits._replace(half_width=limits.half_width + signal_tolerance(
                     signal, columns[0][signal], self._tolerance)))
-                for signal, limits in band.signals.items() if signal.kind in _OF_PLACE}
+                for signal, limits in band.signals.items() if signal.kind in OF_PLACE}
 
     def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         notes = []
@@ -541,12 +457,6 @@ class GoodRuns:
         return notes
 
 
-def _is_jump_of(noise: Departure, value: Departure) -> bool:
-    return noise.signal.kind is SignalKind.NOISE and value.signal.kind is not SignalKind.NOISE \
-        and value.channel == noise.channel and value.severity > noise.severity \
-        and abs(value.left_s - noise.left_s) < ROUGH_S
-
-
 def _is_elsewhere(good: _Good) -> bool:
     places = [it for signal, it in good.columns.items() if signal.kind is SignalKind.PLACE]
     if good.aligned_by is not AlignmentMethod.MOTION or not places:
@@ -554,30 +464,6 @@ def _is_elsewhere(good: _Good) -> bool:
     away_m = np.sqrt(np.square(np.stack(places)).sum(axis=0))
     known = away_m[np.isfinite(away_m)]
     return len(known) > 0 and float(np.median(known)) > _ELSEWHERE_M
-
-
-def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
-    """Return a departure; if it is too smooth, its onset is when the last rough values entered."""
-    if it.signal.kind is not SignalKind.NOISE or it.signal.over_s or it.deviation > 0.0:
-        return it
-    run_s = alignment.time_map.to_run(np.array([it.left_s])) - ROUGH_S
-    since_s = max(float(alignment.time_map.to_reference(run_s)[0]), 0.0)
-    return it._replace(onset_s=min(it.onset_s, since_s))
-
-
-def _seldom_since(it: Departure, run: Run, alignment: Alignment, band: Band,
-                  times_s: np.ndarray) -> Departure:
-    """Return a departure of a signal that is sent seldom: it began between two of its values."""
-    if it.channel not in run.by_key:
-        return it
-    at_s = alignment.time_map.to_run(times_s)
-    left_s, worst_s = alignment.time_map.to_run(np.array([it.left_s, it.worst_s])).tolist()
-    found = seldom_since_s(run.by_key[it.channel], left_s, worst_s, at_s, band.signals[it.signal])
-    if found is None:
-        return it
-    ends_s = np.maximum(alignment.time_map.to_reference(np.array(found)), 0.0)
-    middle_s, half_s = float(ends_s.mean()), 0.5 * float(np.ptp(ends_s))
-    return it._replace(onset_s=middle_s, uncertainty_s=half_s)
 
 
 def _steep_rows(reference: Run, times_s: np.ndarray) -> Dict[str, np.ndarray]:
@@ -593,112 +479,6 @@ def _is_on_path(it: Departure, steep: Mapping[str, np.ndarray]) -> bool:
     return bool(steep[it.signal.device][int(round(it.worst_s * RATE_HZ))])
 
 
-def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
-    """Return a departure; if it is too rough, its onset is that of the fine part."""
-    if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0:
-        return it
-    key = it.channel
-    usual = {signal.kind is SignalKind.NOISE: limits.usual for signal, limits in
-             band.signals.items() if not signal.over_s and signal.device == key[0]
-             and signal.label in (key[1], it.signal.label)}
-    rough, value = usual.get(True), usual.get(False)
-    if rough is None or value is None or key not in run.by_key:
-        return it
-    at_s = alignment.time_map.to_run(np.arange(len(rough)) / RATE_HZ)
-    about_s, left_s = alignment.time_map.to_run(np.array([it.onset_s, it.left_s])).tolist()
-    since = rough_since_s(run.by_key[key], about_s, left_s, UsualCourse(at_s, value, rough))
-    if since is None:
-        return it
-    since_s, known_s = since
-    onset_s = float(alignment.time_map.to_reference(np.array([since_s]))[0])
-    known_s = max(known_s, _ROUGH_KNOWN_S, _ROUGH_PERIODS * period_s(run.by_key[key].times_s))
-    return it._replace(onset_s=max(onset_s, 0.0), uncertainty_s=known_s)
-
-
-def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
-    """Return the band of all places, widened to hold what good runs of one place did.
-
-    The moments of these runs were found by the states of one of them, with the same error in each.
-    """
-    low = np.fmin.reduce([limits.middle, *values]) - limits.half_width
-    high = np.fmax.reduce([limits.middle, *values]) + limits.half_width
-    return SignalBand(0.5 * (low + high), 0.5 * (high - low))
-
-
-def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
-    """Return the band for a run whose moments are known only from messages of states.
-
-    The faster a tool moves, the less is known about where it should be.
-    """
-    found = dict(band.signals)
-    speeds = {it.device: tool_speed(it, times_s) for it in reference.motions if len(it.times_s)}
-    for signal, limits in band.signals.items():
-        if signal.label == TIMING_LABEL:
-            found[signal] = limits._replace(half_width=limits.half_width + _BY_STATES_S)
-        elif signal.kind is SignalKind.PLACE and signal.device in speeds:
-            found[signal] = limits._replace(
-                half_width=limits.half_width + _BY_STATES_S * speeds[signal.device])
-        elif signal.kind in _OF_PLACE:
-            found[signal] = widened(limits)
-    return band._replace(signals=found)
-
-
-def _less_sure_in_waits(band: Band, alignment: Alignment, reference: Run,
-                        times_s: np.ndarray) -> Band:
-    """Return the band for a run that waited less: its edges there are slower on the other clock."""
-    found = dict(band.signals)
-    for begin_s, end_s in reference.waits_s:
-        run_s = alignment.time_map.to_run(np.array([begin_s, end_s]))
-        stretch = (end_s - begin_s) / max(float(np.ptp(run_s)), _SHORTEST_WAIT_S)
-        if stretch <= 1.0:
-            continue
-        rows = slice(*np.searchsorted(times_s, (begin_s - stretch * _EDGE_S, end_s + _EDGE_S)))
-        for signal, limits in found.items():
-            if signal.kind in _EDGED:
-                edge_s = _EDGE_S + (ROUGH_S if signal.kind is SignalKind.NOISE else 0.0)
-                wider = widened(limits, int(stretch * edge_s * RATE_HZ) + 1)
-                found[signal] = limits._replace(**{
-                    name: _with_rows(getattr(limits, name), rows, getattr(wider, name))
-                    for name in ('middle', 'half_width')})
-    return band._replace(signals=found)
-
-
-def _with_rows(values: np.ndarray, rows: slice, others: np.ndarray) -> np.ndarray:
-    result = values.copy()
-    result[rows] = others[rows]
-    return result
-
-
-def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.ndarray) -> Band:
-    """Return the band for a run whose tools are farther beside their paths than in good runs.
-
-    Moments are found by the place of a tool on its path. A tool beside its path may as well be
-    earlier or later, by the time it takes for that distance.
-    """
-    away, passed = np.zeros((2, len(times_s)))
-    for motion in reference.motions:
-        if not len(motion.times_s):
-            continue
-        outside_m = {signal.label: np.nan_to_num(beyond(
-            columns[signal], limits.middle - limits.half_width,
-            limits.middle + limits.half_width)) for signal, limits in band.signals.items()
-            if signal.device == motion.device and signal.kind is SignalKind.PLACE
-            and signal in columns}
-        level, climb = steepness(motion, times_s)
-        along, aside, up = (outside_m.get(label, np.zeros(len(times_s)))
-                            for label in ('tool along', *BESIDE))
-        away += np.square(aside) + np.square(level * up - climb * along)
-        passed += np.square(tool_speed(motion, times_s))
-    speed_m_s = np.sqrt(moving_maximum(passed, _AROUND_ROWS))
-    unsure_s = np.where(speed_m_s > 0.0, np.sqrt(away) / np.maximum(speed_m_s, _MIN_SPEED_M_S), 0.0)
-    unsure_s = moving_maximum(unsure_s, 2 * _AROUND_ROWS)
-    if _TIME_LOST not in band.signals or not unsure_s.any():
-        return band
-    limits = band.signals[_TIME_LOST]
-    wider = limits._replace(half_width=limits.half_width + unsure_s)
-    return band._replace(signals={**band.signals, _TIME_LOST: wider})
-
-
 def _can_judge_times_by_place(places: Sequence[Context]) -> bool:
     """Return whether enough good runs share their place with another to judge times by place."""
     return len(set(places)) > 1 and sum(
@@ -710,7 +490,7 @@ def _without_place(good: _Good, reference: Run) -> Columns:
     if good.run.place == reference.place:
         return good.columns
     return {signal: values for signal, values in good.columns.items()
-            if signal.kind not in _OF_PLACE}
+            if signal.kind not in OF_PLACE}
 
 
 def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
@@ -793,66 +573,6 @@ def _state_departure(key: Key, fault: StateFault, end_s: float, sent_s: float) -
     return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s,
                      _STATE_KNOWN_S + sent_s,
                      since_s, deviation, limit, fault.words, bool(fault.limit_s))
-
-
-def _unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
-              band: Band) -> Tuple[Unjudged, ...]:
-    """Return where good runs have data for a channel or tool, and the run has none."""
-    times_s = grid_s(reference)
-    run_s = alignment.time_map.to_run(times_s)
-    is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
-    is_unknown = moving_maximum(unknown_moments(reference, run, times_s, run_s).astype(float),
-                                _BESIDE_UNKNOWN_ROWS) > 0.0
-    found: List[Unjudged] = []
-    holes_s = _holes_s(run)
-    for signal, limits in band.signals.items():
-        if signal.kind is SignalKind.STATE:
-            found += _unknown_states(run, signal, holes_s)
-        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s or (
-                signal.label in _DIRECTIONS and signal in columns):
-            continue
-        known = np.isfinite(limits.middle)
-        if known.mean() < _MIN_KNOWN:
-            found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s,
-                                  Missing.SELDOM))
-            continue
-        missing = is_there & known
-        if signal in columns:
-            missing &= np.isnan(columns[signal])
-        for begin, end in spans(missing):
-            if end - begin >= _MIN_UNJUDGED_ROWS and run_s[end - 1] - run_s[begin] >= \
-                    _MIN_UNJUDGED_S:
-                found.append(Unjudged(
-                    signal, run.begin_s + float(run_s[begin]), run.begin_s + float(run_s[end - 1]),
-                    Missing.MOTION if is_unknown[begin:end].all() else Missing.DATA))
-    return tuple(sorted(found, key=lambda it: it.begin_s))
-
-
-def _holes_s(run: Run) -> np.ndarray:
-    """Return where a run has no message at all, (k, 2) [s], though one topic has many a second.
-
-    A state that is sent only when it changes may have changed there, too. Several slow topics
-    pause together now and then; that is no hole.
-    """
-    series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
-    usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),
-                  default=np.inf)
-    if usual_s >= _OFTEN_S:
-        return np.empty((0, 2))
-    gaps = data_gaps(np.unique(np.concatenate(series)), usual_s)
-    result: np.ndarray = gaps[gaps[:, 1] - gaps[:, 0] >= _MIN_UNJUDGED_S]
-    return result
-
-
-def _unknown_states(run: Run, signal: Signal, holes_s: np.ndarray) -> Iterator[Unjudged]:
-    """Yield where a state is unknown: in holes of all data, and after its messages ended."""
-    channel = run.by_key.get((signal.device, signal.label))
-    if channel is not None:
-        for begin_s, end_s in holes_s.tolist():
-            yield Unjudged(signal, run.begin_s + begin_s, run.begin_s + end_s)
-    if channel is not None and states(channel).until_s < run.duration_s:
-        yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
-                       run.begin_s + run.duration_s)
 
 
 def _pace(alignment: Alignment) -> List[str]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Dict, List, Optional, Tuple
 
-from process_visualizer.runs.comparison.comparison import Comparison, Missing
+from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.features import phase_at
+from process_visualizer.runs.comparison.unjudged import Missing
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import (

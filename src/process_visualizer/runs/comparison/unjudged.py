@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The signals and times of a run that are not judged, for lack of data."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import Iterator, List, NamedTuple, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.alignment.alignment import Alignment
+from process_visualizer.runs.deviation.band import Band
+from process_visualizer.runs.deviation.signals import (
+    FORCE_DIRECTION,
+    RATE_HZ,
+    TORQUE_DIRECTION,
+    Columns,
+    Signal,
+    SignalKind,
+    grid_s,
+    unknown_moments,
+)
+from process_visualizer.runs.run import Run
+from process_visualizer.runs.series import data_gaps, moving_maximum, period_s, spans, states
+
+_FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
+_FOLLOWING_LABELS = ('tool sideways', 'tool up')
+"""Signals that have data where another signal of the same channel or tool has."""
+_DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
+_MIN_UNJUDGED_ROWS, MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
+_BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
+"""Rows next to an unknown moment in which means are unknown as well."""
+_OFTEN_S = 0.25
+"""Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
+
+
+class Missing(Enum):
+    """The reason why a signal is not judged, as a text."""
+
+    DATA = 'no data'
+    MOTION = ('messages of the motion are missing or came late there, so the moment of the process '
+              'is unknown')
+    SELDOM = 'fewer than two values a second'
+
+
+class Unjudged(NamedTuple):
+    """A signal that is not judged between two times of the recording [s].
+
+    One that comes too seldom is judged nowhere.
+    """
+
+    signal: Signal
+    begin_s: float
+    end_s: float
+    why: Missing = Missing.DATA
+
+
+def unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
+              band: Band) -> Tuple[Unjudged, ...]:
+    """Return where good runs have data for a channel or tool, and the run has none."""
+    times_s = grid_s(reference)
+    run_s = alignment.time_map.to_run(times_s)
+    is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
+    is_unknown = moving_maximum(unknown_moments(reference, run, times_s, run_s).astype(float),
+                                _BESIDE_UNKNOWN_ROWS) > 0.0
+    found: List[Unjudged] = []
+    holes_s = holes_s_of(run)
+    for signal, limits in band.signals.items():
+        if signal.kind is SignalKind.STATE:
+            found += _unknown_states(run, signal, holes_s)
+        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s or (
+                signal.label in _DIRECTIONS and signal in columns):
+            continue
+        known = np.isfinite(limits.middle)
+        if known.mean() < _MIN_KNOWN:
+            found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s,
+                                  Missing.SELDOM))
+            continue
+        missing = is_there & known
+        if signal in columns:
+            missing &= np.isnan(columns[signal])
+        for begin, end in spans(missing):
+            if end - begin >= _MIN_UNJUDGED_ROWS and run_s[end - 1] - run_s[begin] >= \
+                    MIN_UNJUDGED_S:
+                found.append(Unjudged(
+                    signal, run.begin_s + float(run_s[begin]), run.begin_s + float(run_s[end - 1]),
+                    Missing.MOTION if is_unknown[begin:end].all() else Missing.DATA))
+    return tuple(sorted(found, key=lambda it: it.begin_s))
+
+
+def holes_s_of(run: Run) -> np.ndarray:
+    """Return where a run has no message at all, (k, 2) [s], though one topic has many a second.
+
+    A state that is sent only when it changes may have changed there, too. Several slow topics
+    pause together now and then; that is no hole.
+    """
+    series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
+    usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),
+                  default=np.inf)
+    if usual_s >= _OFTEN_S:
+        return np.empty((0, 2))
+    gaps = data_gaps(np.unique(np.concatenate(series)), usual_s)
+    result: np.ndarray = gaps[gaps[:, 1] - gaps[:, 0] >= MIN_UNJUDGED_S]
+    return result
+
+
+def _unknown_states(run: Run, signal: Signal, holes_s: np.ndarray) -> Iterator[Unjudged]:
+    """Yield where a state is unknown: in holes of all data, and after its messages ended."""
+    channel = run.by_key.get((signal.device, signal.label))
+    if channel is not None:
+        for begin_s, end_s in holes_s.tolist():
+            yield Unjudged(signal, run.begin_s + begin_s, run.begin_s + end_s)
+    if channel is not None and states(channel).until_s < run.duration_s:
+        yield Unjudged(signal, run.begin_s + float(channel.times_s[-1]),
+                       run.begin_s + run.duration_s)
