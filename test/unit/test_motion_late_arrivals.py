@@ -103,3 +103,26 @@ def test_a_driver_that_sends_less_often_at_times_is_not_late(
                                  in zip(begins_s, begins_s[1:], periods_s)])
     arrival_s = measured_s + np.random.default_rng(4).uniform(0.0, 0.003, len(measured_s))
     assert certain_rows(arrival_s, np.full(len(arrival_s), np.nan)).all()
+
+
+def test_a_starved_driver_that_skips_messages_and_sends_others_late_has_no_known_times() -> None:
+    """Nothing came in bunches: what was late was skipped (steps recorded beside another program)."""
+    steps_ms = (8, 8, 15, 2, 15, 16, 22, 90, 28, 40, 8, 8)
+    before, after = np.arange(0.0, 5.0, PERIOD_S), PERIOD_S * np.arange(1, 500)
+    starved_s = before[-1] + np.cumsum(steps_ms) / 1e3
+    arrival_s = np.concatenate((before, starved_s, starved_s[-1] + after))
+    rows = certain_rows(arrival_s, np.full(len(arrival_s), np.nan))
+    assert not rows[(arrival_s > 5.14) & (arrival_s < 5.25)].any()
+    assert rows[arrival_s < 5.0].all() and rows[arrival_s > 5.5].all()
+
+
+def test_two_and_a_half_periods_that_are_lost_make_times_unknown() -> None:
+    """A good run was 2.3 mm behind: three poses were skipped, and four came together."""
+    measured_s = PERIOD_S * np.arange(1250)
+    arrival_s = measured_s + 0.001
+    waits = (measured_s > 5.0) & (measured_s <= 5.066)
+    arrival_s[waits] = 5.067 + 1e-5 * np.arange(waits.sum())
+    arrives = ~((measured_s > 5.01) & (measured_s < 5.035))
+    assert np.count_nonzero(~arrives) == 3
+    rows = certain_rows(arrival_s[arrives], np.full(np.count_nonzero(arrives), np.nan))
+    assert not rows[waits[arrives]].all()

@@ -122,9 +122,11 @@ _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
 _AT_ONCE, _BUNCHES = 0.3, 0.5
 """Share of a period below which messages came together, and their fewest number for each delay."""
+_SPREAD = 0.2
+"""Spread of intervals, as a share of the usual one, from which on a driver is irregular."""
 _MAX_DELAY_S = 0.3
 """Delay after which it is not known whether the driver itself stood still [s]."""
-_LOST_PERIODS, _LOST_S = 4.0, 0.03
+_LOST_PERIODS, _LOST_S = 2.5, 0.02
 
 
 class Undated(NamedTuple):
@@ -164,13 +166,20 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
         lost_s = measured_s[last] - measured_s[begin - 1] - (last - begin + 1) * period_s
         steps_s = np.diff(arrival_s[begin - 1:end])
         longest_s = float(steps_s.max(initial=0.0))
-        if np.count_nonzero(steps_s < _AT_ONCE * period_s) < _BUNCHES * np.count_nonzero(
-                steps_s > delay_s):
+        long = np.flatnonzero(steps_s > delay_s)
+        if np.count_nonzero(steps_s < _AT_ONCE * period_s) < _BUNCHES * len(long) \
+                and _are_alike(steps_s[:long[-1] + 1]):
             continue  # the driver sends less often here: nothing came late
         rows[begin:end] = longest_s > _MAX_DELAY_S or lost_s > max(
             _LOST_PERIODS * period_s, _LOST_S)
     is_open = bool(stretches) and stretches[-1][1] == count
     return Undated(rows, stretches[-1][0] if is_open else count)
+
+
+def _are_alike(steps_s: np.ndarray) -> bool:
+    """Return whether most of some intervals (n,) are alike, whatever the others are."""
+    usual_s = float(np.median(steps_s))
+    return bool(np.median(np.abs(steps_s - usual_s)) <= _SPREAD * usual_s)
 
 
 def _joined(begins: List[int], ends: List[int]) -> List[Tuple[int, int]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, List, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pytest
@@ -83,6 +83,16 @@ class Replay(QObject):
         self.changed.emit()
 
 
+class Replayed(QObject):
+    """In place of ValuesModel: the same value for all curves; None while it is not known."""
+
+    changed = pyqtSignal()
+    number: Optional[float] = 12.5
+
+    def value(self, _key: Any) -> Optional[float]:
+        return self.number
+
+
 class Stand:
     """The panel of a cell with three variables."""
 
@@ -98,8 +108,10 @@ class Stand:
         self.compare = CompareModel(  # type: ignore[arg-type]
             self.tasks_of_runs, self.session)
         self.comparison = LiveComparisonModel(self.compare, self.model)
+        self.replayed = Replayed()
         self.panel = LivePanel(self.model, self.choices, self.replay,  # type: ignore[arg-type]
-                               self.comparison, wall_s=lambda: self.now_s)
+                               self.comparison, self.replayed,  # type: ignore[arg-type]
+                               wall_s=lambda: self.now_s)
         self.wanted: List[float] = []
         self.panel.replay_wanted.connect(self.wanted.append)
         qtbot.addWidget(self.panel)
@@ -343,7 +355,8 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
     assert not stand.panel.replay.isHidden()
     assert timeline._replay_s == pytest.approx(-10.0)
     assert timeline.lane_texts(0).at_position != ''
-    timeline.show_replay(-1e4)  # older than what is drawn
+    assert timeline.lane_texts(0).at_position.startswith('12.5'), 'as in the scene'
+    stand.replayed.number = None
     assert timeline.lane_texts(0).at_position.startswith('…')
     timeline.show_replay(-10.0)
     stand.panel.replay.back.click()

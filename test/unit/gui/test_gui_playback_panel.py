@@ -22,7 +22,7 @@ from process_visualizer.gui.lanes.timeline_lanes import lane_label
 from process_visualizer.gui.playback.bag_model import BagModel, placed_marks
 from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.playback.playback_state import PlacedMark
-from process_visualizer.gui.playback.values_model import ValuesModel
+from process_visualizer.gui.playback.values_model import Played, ValuesModel
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 
@@ -38,7 +38,11 @@ class Bench:
         self.stand = PlaybackStand()
         self.session = Session()
         self.bag = BagModel(tasks, self.session)
-        self.values = ValuesModel(tasks, self.stand.model, self.session)
+        session = self.session
+        self.values = ValuesModel(tasks, self.stand.model,
+                                  lambda: Played(session.paths, session.played_devices))
+        for changed in (session.recording_changed, session.cell_changed):
+            changed.connect(self.values.follow)
         self.bands = BandsModel(tasks, CompareModel(tasks, self.session))
         self.panel = PlaybackPanel(self.stand.model, self.bag, self.values, self.bands)
         qtbot.addWidget(self.panel)

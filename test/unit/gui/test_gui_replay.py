@@ -282,6 +282,23 @@ def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
     assert 'interrupt' in names and names[-1] == 'stop'
 
 
+def test_each_copy_is_told_apart(stand: Stand) -> None:
+    """They have the same name: values of the last one would be read beside this one's picture."""
+    assert stand.replay.played.paths == ()
+    numbers = []
+    for _copy in range(2):
+        stand.begin()
+        played = stand.replay.played
+        assert played.paths == (str(stand.tools.folder / 'replay.bag'),)
+        assert played.devices == stand.choice.devices
+        numbers.append(played.copy_number)
+        stand.replay.leave()
+        stand.now_s += 60.0
+        stand.tell(30.0)
+        stand.report(RVIZ_PART, PartState.STOPPED)
+    assert numbers[0] != numbers[1]
+
+
 def test_the_nodes_of_a_device_are_restarted_once(stand: Stand, qtbot: QtBot) -> None:
     """What they drew would stay where it is while the moment changes."""
     bar = ReplayBar(stand.replay, lambda: stand.now_s)

@@ -107,6 +107,35 @@ def test_what_came_and_went_between_two_judgments_counts_once(learned: LiveCompa
     assert passed(6.5) == passed(5.0, until_s=6.1) == passed(5.0, until_s=7.9) == []
 
 
+def test_what_passed_before_its_moment_was_known_counts_when_that_comes(
+        learned: LiveComparison) -> None:
+    """On a busy computer the moments of the reference came a second late."""
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0, until_s=6.35)
+    late = np.where(times_s > EPOCH_S + 5.9, np.nan, reference_s)
+    since_s = learned.judged_until_s(times_s, late)
+    assert since_s == pytest.approx(EPOCH_S + 5.9, abs=0.05)
+    assert not learned.passed(times_s, {KEY: values}, late, EPOCH_S)
+    assert len(learned.passed(times_s, {KEY: values}, reference_s, since_s)) == 1
+
+
+def test_moments_that_stay_unknown_are_not_judged(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(9.0)
+    reference_s[(reference_s > 4.0) & (reference_s < 5.0)] = np.nan
+    found = learned.unjudged_s(times_s, {KEY: values}, reference_s, EPOCH_S)
+    assert found == {'the moment in the reference': pytest.approx(1.0, abs=0.1)}
+    reference_s[times_s > EPOCH_S + 4.5] -= 4.5  # another run
+    assert not learned.unjudged_s(times_s, {KEY: values}, reference_s, EPOCH_S)
+
+
+def test_a_robot_that_was_restarted_is_judged_when_it_moves(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(9.0)
+    values[(reference_s > 4.0) & (reference_s < 6.0)] = np.nan
+    values[(reference_s > 6.0) & (reference_s < 6.4)] -= 3.0
+    assert not learned.passed(times_s, {KEY: values}, reference_s, EPOCH_S)
+    values[(reference_s > 6.0) & (reference_s < 7.0)] -= 3.0
+    assert learned.passed(times_s, {KEY: values}, reference_s, EPOCH_S)
+
+
 def test_a_gap_does_not_make_a_departure_last(learned: LiveComparison) -> None:
     """It began just before a gap, and seemed to last until its end."""
     times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)
@@ -153,8 +182,8 @@ def test_how_long_values_were_missing_is_counted_once(learned: LiveComparison) -
         shown = slice(max(end - 400, 0), end)
         counted_s += sum(learned.unjudged_s(times_s[shown], {KEY: values[shown]},
                                             reference_s[shown], since_s).values())
-        since_s = learned.judged_until_s(times_s[shown])
-    assert counted_s == pytest.approx(2.3, abs=0.1)  # with what is beside the gap
+        since_s = learned.judged_until_s(times_s[shown], reference_s[shown])
+    assert counted_s == pytest.approx(2.65, abs=0.1)  # with what is beside the gap
     assert not learned.unjudged_s(times_s, {}, reference_s, EPOCH_S), 'it has no live curve'
     whole_s = learned.unjudged_s(times_s, {}, reference_s, EPOCH_S, [KEY])
     assert whole_s[FORCE.name] == pytest.approx(8.5, abs=0.1)

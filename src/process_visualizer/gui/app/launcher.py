@@ -40,7 +40,7 @@ from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.bag_model import BagModel, missing_of, placed_marks
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.playback.values_model import ValuesModel
+from process_visualizer.gui.playback.values_model import Played, ValuesModel
 from process_visualizer.gui.recording.recording_choices import is_for_anybody
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_state import NOT_RESPONDING
@@ -160,7 +160,11 @@ class Launcher(QObject):
         self.bands = BandsModel(tasks, self.compare, self)
         self.ghost = GhostModel(tasks, self.compare, session, show_ghost, follow_ghost, self)
         self.live_comparison = LiveComparisonModel(self.compare, self.live, self)
-        self.values = ValuesModel(tasks, self.playback, session, parent=self)
+        self.values = ValuesModel(
+            tasks, self.playback, lambda: Played(session.paths, session.played_devices),
+            parent=self)
+        self.replayed_values = ValuesModel(tasks, self.replay.playback, lambda: self.replay.played,
+                                           'replayed values', parent=self)
         self.view = ViewModel(tasks, session, self.launch)
         self.tool = ToolModel(tasks, session, self)
         self.alarms = AlarmsModel(self.launch, self.states)
@@ -411,6 +415,9 @@ class Launcher(QObject):
     def _connect_playback(self) -> None:
         session, playback = self.session, self.playback
         session.run_changed.connect(lambda: playback.follow_player(session.runs(BAG_PART)))
+        for changed in (session.recording_changed, session.cell_changed, session.run_changed):
+            changed.connect(self.values.follow)
+        self.replay.changed.connect(self.replayed_values.follow)
         session.player_changed.connect(lambda: playback.take_state(session.player))
         session.recording_changed.connect(
             lambda: playback.set_marks(placed_marks(session.recording)))

@@ -248,7 +248,7 @@ class LauncherApp(QMainWindow):
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
-                              launcher.live_comparison)
+                              launcher.live_comparison, launcher.replayed_values)
         self.expected = ExpectedPanel(launcher.expected)
         self.calibration = ColumnScroll(_stacked(
             CalibrationPanel(launcher.calibration, launcher.calibrating.fit),

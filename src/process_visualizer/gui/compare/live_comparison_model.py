@@ -290,7 +290,8 @@ class LiveComparisonModel(QObject):
             math.isnan(it.value) for it in window.curves if _key(it) in comparison.keys)
         lost = lost if self._is_placed(_PLACED_S) else frozenset(comparison.keys)
         self._lost = lost - {(it.signal.device, it.signal.label) for it in self._departures}
-        since_s, self._judged_s = self._judged_s, comparison.judged_until_s(times_s)
+        since_s = self._judged_s
+        self._judged_s = max(since_s, comparison.judged_until_s(times_s, reference_s))
         if self._runs is not None and self._is_stale:
             self._runs.lose()
         elif self._runs is not None and self._has_common:

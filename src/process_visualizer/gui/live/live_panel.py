@@ -28,6 +28,7 @@ from process_visualizer.gui.live.live_curves_model import DURATIONS_S, LiveCurve
 from process_visualizer.gui.live.live_timeline import LiveTimeline, LiveValue
 from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase, age_text
 from process_visualizer.gui.playback.transport_view import RateBox
+from process_visualizer.gui.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import color, set_sheet
@@ -125,8 +126,10 @@ class LivePanel(QWidget):
     """The operator wants to see this moment [s on the recorder's clock] in the scene."""
 
     def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
-                 comparison: LiveComparisonModel, parent: Optional[QWidget] = None,
+                 comparison: LiveComparisonModel, replayed: ValuesModel,
+                 parent: Optional[QWidget] = None,
                  wall_s: Callable[[], float] = time.time) -> None:
+        """``replayed`` reads the values at the position of a replay."""
         super().__init__(parent)
         self._wall_s = wall_s
         self._curves, self._choices, self._replay = curves, choices, replay
@@ -150,7 +153,8 @@ class LivePanel(QWidget):
         self.hold.setText('Hold')
         self.hold.setCheckable(True)
         self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
-        self.timeline = LiveTimeline(choices)
+        self.timeline = LiveTimeline(choices, replayed.value)
+        replayed.changed.connect(self.timeline.update)
         self.replay = ReplayBar(replay, wall_s)
         self._clock = QTimer(self, interval=_CLOCK_MS)
         self._clock.timeout.connect(self._show_age)

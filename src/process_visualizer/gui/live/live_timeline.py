@@ -2,8 +2,7 @@
 """The timeline of the last seconds: live curves, with the present at the right."""
 from __future__ import annotations
 
-import math
-from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QEvent, QRect, QRectF, Qt, pyqtSignal
@@ -39,10 +38,6 @@ _TICK_PX = 110.0  # the last label is left of its tick and needs room for one an
 _NEWEST_S = 0.5  # maximum age of the newest moment of a band
 
 
-_AT_END_S = 0.6
-"""Time after the right end [s] that counts as it: values come a few times a second."""
-
-
 class LiveValue(NamedTuple):
     """The value at the right end, NaN without one; age of the newest value at the right end."""
 
@@ -59,8 +54,11 @@ class LiveTimeline(LanesTimeline):
     replay_wanted = pyqtSignal(float)
     """The operator wants to see this time [s, below 0: before the right end] in the scene."""
 
-    def __init__(self, choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
+    def __init__(self, choices: LaneChoices, replayed: Callable[[Key], Optional[float]],
+                 parent: Optional[QWidget] = None) -> None:
+        """``replayed`` returns a curve's value at the position of a replay; None if not known."""
         super().__init__(choices, parent)
+        self._replayed = replayed
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
         self.near: Tuple[NearSpan, ...] = ()  # [s, below 0] with objects near robots
@@ -175,11 +173,9 @@ class LiveTimeline(LanesTimeline):
             if hover_s is not None:
                 at_mouse = curve.range_at(1.0 + hover_s / self._duration_s)
             if self._replay_s is not None:
-                at_s = 0.0 if 0.0 < self._replay_s < _AT_END_S else self._replay_s
-                share, silent_s = 1.0 + at_s / self._duration_s, math.inf
-                if not 0.0 <= share <= 1.0:  # not in the picture
-                    return lane_texts(curve, span, None, at_mouse)
-                value, good = curve.at(share), curve.good_at(share)
+                share = min(1.0 + self._replay_s / self._duration_s, 1.0)
+                good = None if share < 0.0 else curve.good_at(share)
+                return lane_texts(curve, span, self._replayed(curve.key), at_mouse, good)
         return lane_texts(curve, span, value, at_mouse, good, silent_s + self._age_s)
 
     # The mouse

@@ -12,6 +12,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.playback.values_model import Played
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
@@ -105,7 +106,7 @@ class ReplayModel(QObject):
         self._phase = ReplayPhase.LIVE
         self._choice: Optional[Choice] = None
         self._reports: Dict[str, PartReport] = {}
-        self._path = ''
+        self._path, self._copies = '', 0
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
         self._restarted: Set[str] = set()  # parts that have died during this replay
@@ -123,6 +124,13 @@ class ReplayModel(QObject):
     def is_live(self) -> bool:
         """Return whether the scene shows the running cell."""
         return self._phase is ReplayPhase.LIVE
+
+    @property
+    def played(self) -> Played:
+        """Return what is replayed; nothing until the memory has been copied."""
+        if self._choice is None or not self._path:
+            return Played()
+        return Played((self._path,), self._choice.devices, self._copies)
 
     @property
     def trouble(self) -> str:
@@ -250,6 +258,7 @@ class ReplayModel(QObject):
 
     def _take_path(self, path: str) -> None:
         self._path = path
+        self._copies += 1
         self.copied.emit()
         self._look_whether_ready()
 

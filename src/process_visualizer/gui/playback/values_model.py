@@ -11,7 +11,6 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.position_values import Key, PositionValues
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
 
 LINE = 'values'
@@ -24,9 +23,19 @@ _SAME_S = 1e-6
 Read = Callable[[Sequence[str], Sequence[Device]], PositionValues]
 
 
+class Played(NamedTuple):
+    """The files that are played, and their devices.
+
+    ``copy_number`` tells copies apart that have the same name.
+    """
+
+    paths: Tuple[str, ...] = ()
+    devices: Tuple[Device, ...] = ()
+    copy_number: int = 0
+
+
 class _Wish(NamedTuple):
-    paths: Tuple[str, ...]
-    devices: Tuple[Device, ...]
+    played: Played
     position_s: float
 
 
@@ -41,28 +50,30 @@ class ValuesModel(QObject):
     changed = pyqtSignal()
     _read = pyqtSignal(object)
 
-    def __init__(self, tasks: Tasks, playback: PlaybackModel, session: Session,
-                 open_values: Read = PositionValues, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, playback: PlaybackModel, played: Callable[[], Played],
+                 line: str = LINE, open_values: Read = PositionValues,
+                 parent: Optional[QObject] = None) -> None:
+        """Take a function that returns what is played; call ``follow`` when that has changed.
+
+        ``line`` is the line of tasks in which values are read.
+        """
         super().__init__(parent)
-        self._tasks, self._playback, self._session = tasks, playback, session
+        self._tasks, self._playback, self._played = tasks, playback, played
         self._open = open_values
         self._found: Optional[_Found] = None
         self._asked: Optional[_Wish] = None
         self._reader: Optional[PositionValues] = None  # used only in the line of tasks
-        self._reads_of: Tuple[object, object] = ((), ())
+        self._reads_of = Played()
         self._read.connect(self._take)
-        self._reads = NewestCall(tasks, LINE, self._read_values, lambda: None, _raise)
+        self._reads = NewestCall(tasks, line, self._read_values, lambda: None, _raise)
         self._rest = QTimer(self, interval=PERIOD_MS, singleShot=True)
-        self._rest.timeout.connect(self._follow)
-        for changed in (playback.moved, session.recording_changed, session.cell_changed,
-                        session.run_changed):
-            changed.connect(self._follow)
+        self._rest.timeout.connect(self.follow)
+        playback.moved.connect(self.follow)
 
     def value(self, key: Key) -> Optional[float]:
         """Return a curve's value at the position; NaN without a value, None if not yet known."""
-        found, session = self._found, self._session
-        if found is None or (found.wish.paths, found.wish.devices) != (
-                session.paths, session.played_devices):
+        found = self._found
+        if found is None or found.wish.played != self._played():
             return None
         held_s = _HELD_S * abs(self._playback.rate) if self._playback.state.is_playing else 0.0
         if abs(found.wish.position_s - self._playback.position_s) > held_s + _SAME_S:
@@ -70,11 +81,10 @@ class ValuesModel(QObject):
         value = found.values.get(key)
         return math.nan if value is None else value
 
-    def _follow(self) -> None:
+    def follow(self) -> None:
         """Request the values at the position, after a rest if others were requested just now."""
-        wish = _Wish(self._session.paths, self._session.played_devices,
-                     self._playback.position_s)
-        if wish != self._asked and not self._rest.isActive() and wish.paths:
+        wish = _Wish(self._played(), self._playback.position_s)
+        if wish != self._asked and not self._rest.isActive() and wish.played.paths:
             self._asked = wish
             self._rest.start()
             self._reads.request(wish)
@@ -87,12 +97,12 @@ class ValuesModel(QObject):
             self._read.emit(_Found(wish, {}))  # the curves show why reading fails
 
     def _opened(self, wish: _Wish) -> PositionValues:
-        of = (wish.paths, wish.devices)
-        if self._reader is None or self._reads_of != of:
+        played = wish.played
+        if self._reader is None or self._reads_of != played:
             if self._reader is not None:
                 self._reader.close()
                 self._reader = None
-            self._reader, self._reads_of = self._open(*of), of
+            self._reader, self._reads_of = self._open(played.paths, played.devices), played
         return self._reader
 
     def _take(self, found: _Found) -> None:

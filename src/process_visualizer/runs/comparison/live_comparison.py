@@ -57,6 +57,10 @@ A robot at rest has a speed only every 0.1 s.
 _MAX_LACKING = 0.5
 """Share of the time in gaps from which on a variable is one that is sent when it changes."""
 _MAX_BANDS_TEXT = 200_000
+_RESTART_S, _SETTLES_S = 1.0, 0.5
+"""Silence of a channel after which its driver has probably been restarted, and time after it in
+which nothing is judged, as robots begin to move then [s]."""
+_MOMENT = 'the moment in the reference'
 
 
 class LiveDeparture(NamedTuple):
@@ -142,10 +146,10 @@ class LiveComparison:
 
         Channels without any values count if they are ``expected``; others have no live curve.
 
-        What came in the last half second is left out, as later values complete it; so is what was
+        What came after ``judged_until_s`` is left out, as later values complete it; so is what was
         before ``since_s``. The rest is as for ``departures``.
         """
-        is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s))
+        is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s, reference_s))
         found = {}
         for key, signal in self._signals.items():
             if key not in values and key not in expected:
@@ -156,12 +160,19 @@ class LiveComparison:
             rows = np.count_nonzero(has_band & lacks)
             if rows:
                 found[signal.name] = rows / RATE_HZ
-        return found
+        rows = np.count_nonzero(is_asked & _unknown_moments(reference_s))
+        return {**found, _MOMENT: rows / RATE_HZ} if rows else found
 
     @staticmethod
-    def judged_until_s(times_s: np.ndarray) -> float:
-        """Return the end of the time about which ``unjudged_s`` decides [s]."""
-        return float(times_s[-1]) - _COMPLETE_AFTER_S
+    def judged_until_s(times_s: np.ndarray, reference_s: np.ndarray) -> float:
+        """Return the end of the time about which ``unjudged_s`` and ``passed`` decide [s].
+
+        On a busy computer the moments of the reference come late, too: what is behind the last
+        known one is judged when the next ones are there.
+        """
+        known = np.flatnonzero(np.isfinite(reference_s))
+        last_s = float(times_s[known[-1]]) if len(known) else -np.inf
+        return min(float(times_s[-1]) - _COMPLETE_AFTER_S, last_s)
 
     def known_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> Optional[float]:
         """Return the time of the newest value of all channels; None without any.
@@ -174,18 +185,18 @@ class LiveComparison:
 
     def passed(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                reference_s: np.ndarray, since_s: float) -> Tuple[LiveDeparture, ...]:
-        """Return the departures that ended after ``since_s``, but for the last half second.
+        """Return the departures that ended after ``since_s``, up to ``judged_until_s``.
 
         A departure may come and go between two judgments. The rest is as for ``departures``.
         """
-        found = []
+        found, until_s = [], self.judged_until_s(times_s, reference_s)
         for key in self._signals:
             if key not in values:
                 continue
             rows, away = self._beyond(key, times_s, values[key], reference_s)
             for begin, end in spans(away != 0.0):
                 ended_s = times_s[rows[end - 1]]
-                if end < len(rows) and since_s < ended_s <= self.judged_until_s(times_s) and \
+                if end < len(rows) and since_s < ended_s <= until_s and \
                         _lasting_s(times_s[rows], begin, end) >= _REPORTED_AFTER_S:
                     worst = begin + int(np.abs(away[begin:end]).argmax())
                     found.append(LiveDeparture(self._signals[key], float(times_s[rows[begin]]),
@@ -258,6 +269,8 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
     begins = np.flatnonzero(np.diff(edges_s) > max(_MISSED * usual_s, _MIN_GAP_S))
     lacks = inside(times_s, np.stack([edges_s[begins], edges_s[begins + 1]], axis=1),
                    _AROUND_GAPS_S)
+    again_s = edges_s[begins + 1][edges_s[begins + 1] - edges_s[begins] > _RESTART_S]
+    lacks |= inside(times_s, np.stack([again_s, again_s + _SETTLES_S], axis=1), 0.0)
     if signal.kind is SignalKind.FORCE and usual_s < 2.0 * step_s:
         rows = max(round(MEAN_ROWS / RATE_HZ / step_s), 1)
         counts = moving_mean(known.astype(float), 2 * rows)
@@ -267,6 +280,15 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
         return np.zeros(len(values), bool)
     result: np.ndarray = lacks
     return result
+
+
+def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
+    """Return where (n,) no moment of the reference is known within one run."""
+    unknown = np.isnan(reference_s)
+    for begin, end in spans(unknown):
+        is_within = begin > 0 and end < len(unknown) and reference_s[begin - 1] <= reference_s[end]
+        unknown[begin:end] = is_within
+    return unknown
 
 
 class LiveBands(NamedTuple):

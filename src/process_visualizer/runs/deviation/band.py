@@ -488,7 +488,7 @@ class LearnedSignal:
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         margin = whole * max(1.0 / freedom if is_exact else 1.0 / math.sqrt(len(values)), least)
         if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
-            return max(margin, _TURNED_DEG_OF_ONE / freedom)
+            return max(margin, _TURNED_DEG_OF_ONE / math.sqrt(freedom))
         if len(values) > 1:
             return margin
         return max(margin, _NOISE_SPREADS * _fine_spread(values))
