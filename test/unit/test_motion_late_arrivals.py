@@ -106,7 +106,7 @@ def test_a_driver_that_sends_less_often_at_times_is_not_late(
 
 
 def test_a_starved_driver_that_skips_messages_and_sends_others_late_has_no_known_times() -> None:
-    """Nothing came in bunches: what was late was skipped (steps recorded beside another program)."""
+    """Nothing came in bunches: what was late was skipped. The steps were recorded."""
     steps_ms = (8, 8, 15, 2, 15, 16, 22, 90, 28, 40, 8, 8)
     before, after = np.arange(0.0, 5.0, PERIOD_S), PERIOD_S * np.arange(1, 500)
     starved_s = before[-1] + np.cumsum(steps_ms) / 1e3

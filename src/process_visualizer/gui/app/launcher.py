@@ -128,6 +128,8 @@ class Launcher(QObject):
     """The program without its window."""
 
     failed = pyqtSignal(str)
+    noted = pyqtSignal(str)
+    """A command was refused, which needs no answer."""
     status_changed = pyqtSignal()
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
@@ -357,10 +359,12 @@ class Launcher(QObject):
         self._connect_node()
         self._connect_playback()
         self._connect_alarms()
-        for model in (self.master, self.launch, self.recording, self.playback, self.bag,
+        for model in (self.master, self.launch, self.recording, self.bag,
                       self.calibrating, self.region, self.expected, self.tool, self.view, self.new,
-                      self.compare, self.ghost, self.replay, self.replay.playback):
+                      self.compare, self.ghost, self.replay):
             model.failed.connect(self.failed)
+        for playback in (self.playback, self.replay.playback):
+            playback.failed.connect(self.noted)  # such as a step at the end of the recording
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new, self.live_comparison):
             model.changed.connect(self.status_changed)

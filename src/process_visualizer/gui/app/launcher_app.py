@@ -362,6 +362,7 @@ class LauncherApp(QMainWindow):
         self.lost.remedy_wanted.connect(self._ask_about_lost_master)
         master.returned.connect(
             lambda: self._questions.show_briefly('The ROS master responds again'))
+        launcher.noted.connect(self.tell)
         launcher.guard.asked.connect(self._questions.ask_about_mixture)
         for refused in (launcher.failed, self._drops.refused):
             refused.connect(self._questions.show_message)
