@@ -12,6 +12,7 @@ from urllib.parse import urlparse
 from xmlrpc.client import Error as XmlRpcError
 
 import rosgraph
+import rospkg
 
 from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, process_id_at
 from process_visualizer.launching.roslaunch_process import (
@@ -127,8 +128,10 @@ class RosMaster:
             self._record.write()
             start = start_for_this_computer if is_for_this_computer(self._uri, os.environ) \
                 else start_roslaunch
-            self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port),
-                                              '--pid', os.devnull],  # else a file stays
+            port = urlparse(self._uri).port
+            # A file that is given is removed at the end, unlike the default one of the same name.
+            pid_file = os.path.join(rospkg.get_ros_home(), f'roscore-{port}.pid')
+            self._process = RoslaunchProcess(['--core', '-p', str(port), '--pid', pid_file],
                                              self._record.run_id, start)
         except OSError as error:
             self._record.remove()

@@ -18,6 +18,8 @@ _HELD_UP, _MIN_HELD_UP_S = 4.0, 0.025
 """Minimum pause, in periods and in s, after which data that come at once were held up."""
 _AT_ONCE = 0.4
 """Maximum distance of values that come at once, as a share of a period."""
+_CATCH_UP = 0.5
+"""Minimum share of the messages that were due in a pause that come at once after it."""
 _MAX_PERIOD_S = 0.1
 """Maximum period of a series for which data that were held up are recognized [s]."""
 _BUNCH = 200
@@ -65,6 +67,11 @@ def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarra
         if usual_s <= _MAX_PERIOD_S:
             slow = np.flatnonzero(steps[behind:behind + _BUNCH] >= _AT_ONCE * usual_s)
             behind += int(slow[0]) if len(slow) else min(_BUNCH, len(steps) - behind)
+            # The first one may come a little earlier than the others that were held up.
+            owed = min(int(steps[row] / usual_s), _BUNCH)
+            at_once = np.flatnonzero(steps[row + 1:row + 1 + owed] < _AT_ONCE * usual_s)
+            if len(at_once) >= _CATCH_UP * owed:
+                behind = max(behind, row + 2 + int(at_once[-1]))
         if steps[row] > long or (behind > row + 1 and steps[row] > held_up):
             found.append((float(times_s[row]), float(times_s[behind])))
     return np.array(found) if found else _NONE

@@ -25,7 +25,8 @@ from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
-from process_visualizer.runs.comparison.live_comparison import live_bands
+from process_visualizer.runs.comparison.live_comparison import LiveDeparture, live_bands
+from process_visualizer.runs.deviation.signals import Signal, SignalKind
 from process_visualizer.runs.run import Run
 from process_visualizer.serving.live_cell import verdict_entry
 
@@ -98,6 +99,16 @@ def test_a_run_that_was_out_of_range_is_not_said_to_be_in_range(compared: Compar
     assert within and all(it.startswith('Back in range (reference at ') for it in within)
     assert not any(it.startswith('Back') for it in compared.heard[:first])
     assert not any(it.startswith('Back') for it in after[end:])
+
+
+def test_a_departure_that_comes_again_begins_after_the_end_of_the_last_one(
+        compared: Compared) -> None:
+    """Its alarm was dated back over the one before, which was over."""
+    model, signal = compared.model, Signal('arm', 'tool force', 'N', SignalKind.FORCE)
+    for now_s, since_s in ((10.0, 5.0), (12.0, None), (14.0, 5.0)):
+        model._now_s = now_s
+        model._take_departures(() if since_s is None else (LiveDeparture(signal, since_s, 1.0),))
+    assert [it.since_s for it in model.departures] == [12.0]
 
 
 def test_programs_are_told_the_same(compared: Compared) -> None:

@@ -73,7 +73,7 @@ def test_few_good_runs_say_little_about_the_direction_of_a_force() -> None:
     turned = Signal('robot', FORCE_DIRECTION, '°', SignalKind.FORCE)
     widths = [float(tolerance_band([{turned: np.zeros(500)}] * count).signals[turned]
                     .half_width.max()) for count in (1, 2, 3, 5)]
-    assert widths == pytest.approx([20.0, 20.0, 10.0, 5.0], abs=0.1)
+    assert widths == pytest.approx([20.0, 20.0, 14.1, 10.0], abs=0.1)
 
 
 def test_two_good_runs_that_agree_by_chance_do_not_make_the_band_narrower() -> None:
@@ -308,3 +308,12 @@ def test_rounding_makes_no_gap() -> None:
     """Ten times a second between stamps that come fifty times; stamps are since 1970."""
     stamps_s = 1.79e9 + np.concatenate((np.arange(250) * 0.02, 5.0 + np.arange(50) * 0.1))
     assert len(data_gaps(stamps_s - stamps_s[0])) == 0
+
+
+def test_a_bunch_belongs_to_the_gap_also_if_its_first_message_came_before_the_others() -> None:
+    """Held over the pause, a single value of a force that swings was 1.7 N too low."""
+    steps_ms = [10.6] * 100 + [93.6, 6.3] + [0.0] * 7 + [1.5] + [10.6] * 100
+    times_s = np.cumsum(steps_ms) / 1e3
+    (begin_s, end_s), = data_gaps(times_s)
+    assert begin_s == times_s[99] and end_s == times_s[108]
+    assert len(data_gaps(np.cumsum([10.6] * 100 + [36.0, 6.3] + [10.6] * 100) / 1e3)) == 0

@@ -265,3 +265,12 @@ def test_what_is_older_than_is_kept_is_forgotten() -> None:
     assert history.at(np.array([95.05])) == pytest.approx([95.05])
     assert np.isnan(history.at(np.array([50.0]))).all()
     assert history.last_s == pytest.approx(99.9)
+
+
+@pytest.mark.parametrize('late_s', [0.35, 0.75, 1.5])
+def test_a_begin_that_comes_late_moves_no_tool(late_s: float) -> None:
+    """A late feed was in range live, as its run was taken to begin with it, and *0.4 s ahead*."""
+    alignment = alignment_of(eight)
+    live = follow(alignment, eight, events={'go': (GO_S + late_s,)}, begin_s=0.5)
+    assert live.errors_s.max() < 0.15
+    assert not abs(alignment.behind_s) > 0.1, 'or unknown, far from the begin'

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Optional, Tuple
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QGuiApplication
+from PyQt5.QtGui import QCursor, QGuiApplication
 from PyQt5.QtWidgets import (
     QActionGroup,
     QButtonGroup,
@@ -15,6 +15,7 @@ from PyQt5.QtWidgets import (
     QPushButton,
     QRadioButton,
     QToolButton,
+    QToolTip,
     QWidget,
 )
 
@@ -128,8 +129,13 @@ class LaunchView(QWidget):
 
     def show_status(self, text: str) -> None:
         """Show the activity of the system."""
+        if text == self.status.text():
+            return
+        is_tip_shown = self.status.underMouse() and QToolTip.isVisible()
         self.status.setText(text)
         self.status.setToolTip(plain_tip(text))
+        if is_tip_shown:  # Qt would leave the old one
+            QToolTip.showText(QCursor.pos(), self.status.toolTip(), self.status)
 
     def show_above_status(self, notice: QWidget) -> None:
         """Give a notice, which may be hidden, its place above the status."""

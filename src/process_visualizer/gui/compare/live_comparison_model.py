@@ -28,6 +28,7 @@ from process_visualizer.runs.comparison.live_comparison import (
 )
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.runs.deviation.signals import Signal
 from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
@@ -73,6 +74,7 @@ class LiveComparisonModel(QObject):
         self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
         self._judged_s = 0.0  # until here, values that are missing have been counted
+        self._back_s: Dict[Signal, float] = {}  # when a channel was back in range last
         self._runs: Optional[LiveRuns] = None
         self._window: Optional[LiveWindow] = None  # the last one that was judged
         self._finished: Tuple[FinishedRun, ...] = ()
@@ -267,9 +269,19 @@ class LiveComparisonModel(QObject):
     def _forget(self) -> None:
         self._newest, self._departures, self._has_common = None, (), True
         self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
-        self._judged_s = 0.0
+        self._judged_s, self._back_s = 0.0, {}
         self._history, self._window = PhaseHistory(MAX_S), None
         self._change()
+
+    def _take_departures(self, now: Tuple[LiveDeparture, ...]) -> None:
+        """Take the present departures; one that was back in range begins again after that."""
+        before = {it.signal for it in self._departures}
+        present = {it.signal for it in now}
+        self._back_s.update(dict.fromkeys(before - present, self._now_s))
+        self._departures = _earliest(self._departures, tuple(
+            it if it.signal in before else
+            it._replace(since_s=max(it.since_s, self._back_s.get(it.signal, it.since_s)))
+            for it in now))
 
     def _judge(self, window: LiveWindow) -> None:
         comparison = self._comparison
@@ -282,8 +294,7 @@ class LiveComparisonModel(QObject):
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
         reference_s = self._history.at(times_s)
         self._has_common = not values.keys().isdisjoint(comparison.keys)
-        self._departures = _earliest(self._departures, comparison.departures(
-            times_s, values, reference_s))
+        self._take_departures(comparison.departures(times_s, values, reference_s))
         lost = comparison.lost(times_s, values)
         self._known_s = comparison.known_s(times_s, values) or self._known_s
         self._is_stale = self._has_common and lost.issuperset(comparison.keys) and any(

@@ -155,7 +155,7 @@ class RecordBar(QFrame):
         bold.setBold(True)
         self._button.setFont(bold)
         self._dot.setPixmap(icon('record').pixmap(QSize(_BUTTON_ICON_PX, _BUTTON_ICON_PX)))
-        color(self._figures, 'quiet')
+        color(self._figures, 'text')  # readable on the red of a recording, too
 
     def _lay_out(self) -> None:
         time = QHBoxLayout()

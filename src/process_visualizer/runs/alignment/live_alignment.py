@@ -167,6 +167,10 @@ class FollowedSpan(NamedTuple):
     end: str
 
 
+_APART_M = 0.01
+"""Distance [m] by which the tools are nearer to another moment of the reference than to one."""
+
+
 class LiveAlignment:
     """Live alignment: the moment of the reference that corresponds to now, if there is one.
 
@@ -266,13 +270,24 @@ class LiveAlignment:
             self._tracker.distance_m(self._place, time_s) > _FAR_M for time_s in times_s)
 
     def _begin(self, time_s: float) -> None:
-        self._forget()
-        self._tracker.begin_at(self._begin_s())
+        begin_s = self._begin_s()
         is_dated = time_s - self._resumed_s > _RESUMES_S and not (
             _UNSEEN_S < time_s - self._seen_s < math.inf)
+        if self._is_elsewhere(begin_s):  # it is the event that came early or late
+            self._begun_s = time_s - (self._phase_s - begin_s) if is_dated else None
+            return
+        self._forget()
+        self._tracker.begin_at(begin_s)
         self._begun_s, self._is_known = time_s if is_dated else None, True
         self._phase_s = self._tracker.phase_s
         self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
+
+    def _is_elsewhere(self, begin_s: float) -> bool:
+        """Return whether the tools clearly are at another moment of the run than its begin."""
+        if not self._is_known or abs(self._phase_s - begin_s) > _FURTHEST_S:
+            return False
+        from_begin_m = self._tracker.distance_m(self._place, begin_s)
+        return from_begin_m - self._tracker.distance_m(self._place, self._phase_s) > _APART_M
 
     def _begin_s(self) -> float:
         times_s = () if self._span is None else self._events.get(self._span.begin, ())

@@ -89,6 +89,8 @@ _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
 """A clock this slow stands still; by motion, one clock is at least a third as fast as the other."""
+_CUT_S = 0.1
+"""Part of the reference [s] from which on a run that lacks it is cut off at its beginning."""
 _NEAR_GAP_S = 0.4
 """Time around a gap in the motion in which the moment of the reference is uncertain [s].
 
@@ -349,15 +351,32 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
         usual_s = round(min(period_s(reference.times_s), _MAX_PERIOD_S), 1)
         return {signal._replace(period_s=usual_s): slow_values(run_s, times_s, values)}
     gaps = data_gaps(times_s)
-    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis], gaps)[:, 0], MEAN_ROWS)
+    value = moving_mean(_without_islands(
+        known_at(run_s, times_s, values[:, np.newaxis], gaps)[:, 0]), MEAN_ROWS)
     if reference.kind.is_motion:
         return {signal: value}
     theirs = reference.values[np.isfinite(reference.values)]
     rough = roughness(times_s, values, float(np.ptp(theirs)) if len(theirs) else 0.0)
     noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE,
                    chance=round(math.sqrt(0.5 * period_s(reference.times_s) / ROUGH_S), 3))
-    rough_s = np.where(inside(run_s, gaps, ROUGH_S), np.nan, run_s)
+    unknown = inside(run_s, gaps, ROUGH_S)
+    if len(times_s) and not run_s[0] >= times_s[0] - _CUT_S:  # cut, or NaN: not known to be whole
+        with np.errstate(invalid='ignore'):  # the first half second has the roughness after it
+            unknown |= run_s < times_s[0] + ROUGH_S
+    rough_s = np.where(unknown, np.nan, run_s)
     return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis], gaps)[:, 0]}
+
+
+def _without_islands(values: np.ndarray) -> np.ndarray:
+    """Return values (t,) without those between two gaps that are fewer than two means need.
+
+    A force may swing within such a time, and the mean of a part of a swing is not that of all.
+    """
+    known = spans(np.isfinite(values))
+    for begin, end in known[1:-1]:
+        if end - begin < 2 * MEAN_ROWS:
+            values[begin:end] = np.nan
+    return values
 
 
 def _is_slow(channel: Channel) -> bool:
