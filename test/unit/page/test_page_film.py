@@ -95,7 +95,7 @@ def test_what_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], wor
 def test_a_missing_program_is_named_and_nothing_is_left(tmp_path: Path) -> None:
     bag, empty = write_bag(tmp_path), tmp_path / 'bin'
     empty.mkdir()
-    for command, name, program in (('film', 'a.mp4', 'ffmpeg makes the film'),
+    for command, name, program in (('film', 'a.mp4', 'ffmpeg is needed to make the film'),
                                    ('picture', 'a.png', 'Chromium draws the pictures')):
         words = [command, bag, '-o', str(tmp_path / name),
                  *(['--at', '2'] if command == 'picture' else [])]

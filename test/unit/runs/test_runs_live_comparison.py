@@ -136,6 +136,14 @@ def test_a_robot_that_was_restarted_is_judged_when_it_moves(learned: LiveCompari
     assert learned.passed(times_s, {KEY: values}, reference_s, EPOCH_S)
 
 
+def test_a_departure_that_swings_back_for_a_moment_is_one(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0, until_s=6.3)
+    good = window(8.0)[1]
+    swings = (reference_s > 6.12) & (reference_s < 6.2)
+    found = learned.passed(times_s, {KEY: np.where(swings, good, values)}, reference_s, EPOCH_S)
+    assert len(found) == 1
+
+
 def test_a_gap_does_not_make_a_departure_last(learned: LiveComparison) -> None:
     """It began just before a gap, and seemed to last until its end."""
     times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)

@@ -14,6 +14,7 @@ from typing import (
     Mapping,
     NamedTuple,
     Optional,
+    Sequence,
     Tuple,
 )
 
@@ -41,6 +42,8 @@ _NEWEST_S = 1.5
 _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
 _LONGEST_STEP_S = 0.06
+_SWINGS_S = 0.1
+"""Time for which a value may be back in range within one departure [s]."""
 _AROUND_GAPS_S = 0.15
 """Time around a gap in which means and speeds lack values [s]."""
 _COMPLETE_AFTER_S = 0.5
@@ -194,7 +197,7 @@ class LiveComparison:
             if key not in values:
                 continue
             rows, away = self._beyond(key, times_s, values[key], reference_s)
-            for begin, end in spans(away != 0.0):
+            for begin, end in _merged(spans(away != 0.0), times_s[rows]):
                 ended_s = times_s[rows[end - 1]]
                 if end < len(rows) and since_s < ended_s <= until_s and \
                         _lasting_s(times_s[rows], begin, end) >= _REPORTED_AFTER_S:
@@ -230,6 +233,16 @@ class LiveComparison:
             return None
         return SignalBand(*(np.interp(reference_s, self._times_s, it, np.nan, np.nan)
                             for it in limits[:2]))
+
+
+def _merged(found: Sequence[Tuple[int, int]], times_s: np.ndarray) -> List[Tuple[int, int]]:
+    """Return spans of rows, as one where a value swings back into range for a moment only."""
+    merged: List[Tuple[int, int]] = []
+    for begin, end in found:
+        if merged and times_s[begin] - times_s[merged[-1][1] - 1] <= _SWINGS_S:
+            begin = merged.pop()[0]
+        merged.append((begin, end))
+    return merged
 
 
 def _lasting_s(times_s: np.ndarray, begin: int, end: int) -> float:
