@@ -137,9 +137,9 @@ def test_a_robot_that_was_restarted_is_judged_when_it_moves(learned: LiveCompari
 
 
 def test_a_departure_that_swings_back_for_a_moment_is_one(learned: LiveComparison) -> None:
-    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0, until_s=6.3)
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0, until_s=6.44)
     good = window(8.0)[1]
-    swings = (reference_s > 6.12) & (reference_s < 6.2)
+    swings = (reference_s > 6.14) & (reference_s < 6.3)
     found = learned.passed(times_s, {KEY: np.where(swings, good, values)}, reference_s, EPOCH_S)
     assert len(found) == 1
 
