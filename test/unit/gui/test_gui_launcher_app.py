@@ -30,6 +30,7 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import CaughtError, ErrorDialog
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.toolkit import dialogs
 from process_visualizer.gui.toolkit.labels import with_details
 from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.health.device_state import Level
@@ -297,6 +298,27 @@ def test_details_of_a_message_are_shown_to_who_asks(window: LauncherApp) -> None
     box = window.findChild(QMessageBox, 'message')
     assert (box.text(), box.detailedText()) == ('A part is unreadable', 'at byte 5\nat byte 9')
     assert window.statusBar().currentMessage() == 'A part is unreadable'
+
+
+def test_a_message_covers_nothing_that_can_be_clicked(window: LauncherApp,
+                                                      monkeypatch: pytest.MonkeyPatch) -> None:
+    """It stood over the tabs, and took a click on one of them."""
+    class Screen:
+        @staticmethod
+        def availableGeometry() -> QRect:
+            return QRect(0, 0, 1920, 1080)
+
+    monkeypatch.setattr(dialogs.QGuiApplication, 'primaryScreen', Screen)
+    window.show()
+    window.setGeometry(0, 0, 460, 700)
+    window._launcher.failed.emit('the disk is full')
+    box = window.findChild(QMessageBox, 'message')
+    assert not box.frameGeometry().intersects(window.frameGeometry())
+    box.close()
+    window.move(1400, 0)
+    window._launcher.failed.emit('the folder is gone')
+    (box,) = [it for it in window.findChildren(QMessageBox, 'message') if it.isVisible()]
+    assert box.frameGeometry().right() < window.frameGeometry().left()
 
 
 def test_the_button_of_a_message_stays_when_others_follow(window: LauncherApp) -> None:

@@ -20,6 +20,8 @@ from process_visualizer.gui.toolkit.labels import html_label, sentence
 from process_visualizer.gui.toolkit.theme import tabular_font
 
 _TITLE = 'Process Visualizer'
+_BESIDE_PX = 24
+"""Distance of a message from the window that it is beside."""
 
 
 def message_box(parent: Optional[QWidget], text: str,
@@ -36,11 +38,30 @@ def message_box(parent: Optional[QWidget], text: str,
 def show_aside(dialog: QDialog) -> None:
     """Show a dialog that nobody asked for: the window keeps the keyboard, and works on.
 
-    Otherwise the next key that somebody types there would answer a dialog that nobody has read.
+    Otherwise the next key that somebody types there would answer a dialog that nobody has read. It
+    stands beside the window, above RViz, where it covers nothing that is there to be clicked.
     """
     dialog.setWindowModality(Qt.NonModal)
     dialog.setAttribute(Qt.WA_ShowWithoutActivating)
+    dialog.setWindowFlag(Qt.WindowStaysOnTopHint)
     dialog.show()
+    _move_beside(dialog)
+
+
+def _move_beside(dialog: QDialog) -> None:
+    """Move an open dialog beside its parent's window, if there is room on the screen."""
+    parent = dialog.parentWidget()
+    if parent is None:
+        return
+    window, size = parent.window().frameGeometry(), dialog.frameGeometry().size()
+    screen = QGuiApplication.primaryScreen().availableGeometry()
+    at_right = window.right() + _BESIDE_PX
+    at_left = window.left() - _BESIDE_PX - size.width()
+    top = window.top() + max((window.height() - size.height()) // 3, 0)
+    if at_right + size.width() <= screen.right():
+        dialog.move(at_right, top)
+    elif at_left >= screen.left():
+        dialog.move(at_left, top)
 
 
 def set_growing_text(box: QMessageBox, text: str) -> None:
@@ -71,6 +92,7 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
     box.finished.connect(lambda _code: None if box.clickedButton() is accept else otherwise())
     box.setWindowFlag(Qt.WindowStaysOnTopHint)
     box.open()
+    _move_beside(box)
     box.activateWindow()
     return box
 
