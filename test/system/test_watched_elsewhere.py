@@ -2,6 +2,7 @@
 """A cell watched from another network: it is found, seen, lost and seen again."""
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -101,6 +102,9 @@ def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: 
         networks.is_cut = False
         viewer.wait_for_line('connected again')
         assert viewer.signal_and_wait(signal.SIGINT) == 0
+        port = uri[0].rpartition(':')[2].strip('/')
+        assert not Path(ros_environment['ROS_HOME'], f'roscore-{port}.pid').exists()
+        assert Path(os.devnull).is_char_device(), 'roscore removes the file that it is given'
         assert 'exited' not in cell.text  # the cell has not noticed
     finally:
         end(viewer, cell)
