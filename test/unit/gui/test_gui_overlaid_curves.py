@@ -15,7 +15,12 @@ from timeline_bench import Bench
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.gui.lanes.lane_choice import LaneChoice
 from process_visualizer.gui.lanes.lane_picture import LanePictures
-from process_visualizer.gui.lanes.lane_scale import LaneLook, least_height, range_text
+from process_visualizer.gui.lanes.lane_scale import (
+    TEXT_HEIGHT,
+    LaneLook,
+    least_height,
+    range_text,
+)
 from process_visualizer.gui.lanes.timeline_lanes import Lane, distinct, grouped_lanes
 from process_visualizer.gui.toolkit.theme import contrast, readable_color, theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
@@ -89,10 +94,12 @@ def test_a_departure_is_red_and_has_the_color_of_its_curve_below(qtbot: QtBot) -
     band = TimelineBand(np.zeros(200), np.full(200, 2.0), np.arange(200) > 100)
     shown = lane(curve('a', 10.0, color=RED), curve('b', 10.0, 'm', band=band))
     _, image = drawn(shown)
-    above = [image.pixelColor(80, y).name() for y in range(28, 36)]
+    names_px = 2 * TEXT_HEIGHT  # they would cover it
+    above = [image.pixelColor(80, y).name() for y in range(names_px, names_px + 8)]
     assert above[0] == theme().bad
     assert readable_color(shown.overlaid[0].color).name() in above
-    assert theme().bad not in [image.pixelColor(20, y).name() for y in range(28, 36)]
+    assert theme().bad not in [image.pixelColor(20, y).name()
+                               for y in range(names_px, names_px + 8)]
 
 
 @pytest.mark.parametrize('value, unit, text', [

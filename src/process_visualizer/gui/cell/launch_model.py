@@ -77,8 +77,7 @@ class LaunchModel(QObject):
         self.running: Optional[Choice] = None
         self.reports: Dict[str, PartReport] = {}
         self.warnings: Tuple[Problem, ...] = ()
-        self.applied = ''
-        """What ``apply`` changed last, in words."""
+        self._applied: Tuple[Optional[Choice], Optional[Choice]] = None, None
         self._reported.connect(self._take_report)
         self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self.look)
@@ -109,10 +108,16 @@ class LaunchModel(QObject):
     def apply(self, choice: Choice) -> None:
         """Switch to another choice; parts that are the same in both keep running."""
         before = self.running
-        self.applied = '' if before is None else _difference(before, choice)
+        self._applied = before, choice
         self._begin(LaunchPhase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._change(choice, before), self._take_plan,
                         lambda error: self._not_changed(error, LaunchPhase.RUNNING, before))
+
+    @property
+    def applied(self) -> str:
+        """Return what ``apply`` changed last, in words; '' for nothing."""
+        before, after = self._applied
+        return '' if before is None or after is None else _difference(before, after)
 
     def pending(self, choice: Choice) -> str:
         """Return what would change if a choice were applied to the running nodes; '' for nothing.

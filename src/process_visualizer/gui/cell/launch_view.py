@@ -135,7 +135,7 @@ class LaunchView(QWidget):
         self.status.setText(text)
         self.status.setToolTip(plain_tip(text))
         if is_tip_shown:  # Qt would leave the old one
-            QToolTip.showText(QCursor.pos(), self.status.toolTip(), self.status)
+            QToolTip.showText(QCursor.pos(), plain_tip(text), self.status)
 
     def show_above_status(self, notice: QWidget) -> None:
         """Give a notice, which may be hidden, its place above the status."""

@@ -64,6 +64,8 @@ _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
 _MOMENT = 'the moment in the reference'
+_GOES_ON = 0.5
+"""Minimum pace of a run, as a share of the reference's, while its moment is unknown."""
 
 
 class LiveDeparture(NamedTuple):
@@ -296,11 +298,15 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
 
 
 def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
-    """Return where (n,) no moment of the reference is known within one run."""
+    """Return where (n,) no moment of the reference is known within one run.
+
+    A run goes on meanwhile; another one begins at any moment.
+    """
     unknown = np.isnan(reference_s)
     for begin, end in spans(unknown):
-        is_within = begin > 0 and end < len(unknown) and reference_s[begin - 1] <= reference_s[end]
-        unknown[begin:end] = is_within
+        is_within = begin > 0 and end < len(unknown)
+        passed_s = reference_s[end] - reference_s[begin - 1] if is_within else -np.inf
+        unknown[begin:end] = passed_s >= _GOES_ON * (end - begin + 1) / RATE_HZ
     return unknown
 
 
