@@ -224,8 +224,13 @@ class PoseListener {
     }
     last_ = now;
     for (const auto& pose : poses.transforms) {
-      if (!are_static) gaps_.add(pose);  // first, as whoever waits takes the pose at once
-      buffer_.setTransform(pose, "/tf", are_static);
+      try {
+        if (!are_static) gaps_.add(pose);  // first, as whoever waits takes the pose at once
+        buffer_.setTransform(pose, "/tf", are_static);
+      } catch (const std::runtime_error& error) {  // a stamp too near to the end of time
+        ROS_WARN_THROTTLE(kReportPeriod, "A pose of %s is left out: %s",
+                          pose.child_frame_id.c_str(), error.what());
+      }
     }
   }
 

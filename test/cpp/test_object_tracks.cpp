@@ -464,6 +464,16 @@ TEST(PoseGaps, AFrameThatMovedWithoutPosesHasAGap) {
   EXPECT_FALSE(gaps.around("tool", ros::Time(12)));
 }
 
+TEST(PoseGaps, AWildStampDoesNoHarm) {
+  PoseGaps gaps;
+  for (const double stamp : {10.0, 4294967290.0, 10.03, 10.06}) gaps.add(poseAt(stamp, stamp));
+  EXPECT_FALSE(gaps.around("tool", ros::Time(10.05)));
+  auto slashed = poseAt(14, 0.2);
+  slashed.child_frame_id = "/tool";
+  gaps.add(slashed);
+  EXPECT_TRUE(gaps.around("tool", ros::Time(12)));
+}
+
 TEST(PoseGaps, AFrameAtRestHasNone) {
   PoseGaps gaps;
   for (const double stamp : {10.0, 10.03, 10.06, 14.0}) gaps.add(poseAt(stamp, 0.1));

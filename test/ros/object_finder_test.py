@@ -190,6 +190,12 @@ class ObjectFinderTest(unittest.TestCase):
             self.assertEqual(len(self.first_since(begin, found).objects), 1)
         self.player.publish(PlayerState(segment=20))
 
+    def test_4_a_pose_of_the_end_of_time_ends_nothing(self) -> None:
+        for secs in (0, 1, 2 ** 32 - 1):
+            self.broadcaster.sendTransform(_arm_at(0.0, rospy.Time(secs)))
+        self.player.publish(PlayerState(segment=40))
+        self.wait_for(lambda _found: True, 'a good cloud afterwards', [])
+
     def test_4_a_cloud_without_poses_around_it_is_left_out(self) -> None:
         """Between two poses that are a second apart, the arm was not on the straight line."""
         def later(cloud: PointCloud2, by_s: float) -> None:

@@ -12,6 +12,8 @@
 #include <optional>
 #include <string>
 
+#include "process_visualizer/common/frame_name.hpp"
+
 namespace process_visualizer::objects {
 
 /// The times without poses of frames that moved meanwhile; safe for several threads.
@@ -24,15 +26,17 @@ class PoseGaps {
   /// Takes the next pose of a frame, as it comes on /tf.
   void add(const geometry_msgs::TransformStamped& pose) {
     const std::lock_guard lock(mutex_);
-    Frame& frame = frames_[pose.child_frame_id];
+    Frame& frame = frames_[withoutLeadingSlash(pose.child_frame_id)];
     const Eigen::Isometry3d place = placeOf(pose.transform);
-    const double step = (pose.header.stamp - frame.stamp).toSec();
-    if (!frame.stamp.isZero() && step > std::max(kShortest, kPeriods * frame.period)) {
-      if (isApart(frame.place, place)) frame.gaps.push_back({frame.stamp, pose.header.stamp});
+    // As numbers: a difference of times that are far apart is an exception.
+    const double step = pose.header.stamp.toSec() - frame.stamp.toSec();
+    if (step > 0.0 && step < kBuffer) {
+      const bool is_gap = step > std::max(kShortest, kPeriods * frame.period);
+      if (is_gap && isApart(frame.place, place))
+        frame.gaps.push_back({frame.stamp, pose.header.stamp});
       if (frame.gaps.size() > kKept) frame.gaps.pop_front();
-      frame.period += kSlow * (step - frame.period);
-    } else if (!frame.stamp.isZero() && step > 0.0) {
-      frame.period += (frame.period > 0.0 ? kShare : 1.0) * (step - frame.period);
+      const double share = is_gap ? kSlow : frame.period > 0.0 ? kShare : 1.0;
+      frame.period += share * (step - frame.period);
     }
     frame.stamp = pose.header.stamp;
     frame.place = place;
@@ -44,7 +48,7 @@ class PoseGaps {
     const auto found = frames_.find(frame);
     if (found == frames_.end()) return std::nullopt;
     for (const Gap& gap : found->second.gaps)
-      if (gap.begin < time && time < gap.end) return (gap.end - gap.begin).toSec();
+      if (gap.begin < time && time < gap.end) return gap.end.toSec() - gap.begin.toSec();
     return std::nullopt;
   }
 
@@ -56,6 +60,7 @@ class PoseGaps {
 
  private:
   static constexpr double kShortest = 0.5;  // s
+  static constexpr double kBuffer = 10;     // s: tf2 interpolates over no longer time
   static constexpr double kPeriods = 4;     // that are usual; more are a gap
   static constexpr double kShare = 0.1;     // of a new step in the usual period
   static constexpr double kSlow = 0.02;     // likewise, of a gap: it may become usual

@@ -52,6 +52,14 @@ def write_bag(path: Path, begin_s: int = BEGIN_S, seconds: int = 10) -> str:
     return str(path)
 
 
+def write_strange_bag(folder: Path) -> str:
+    """A recording of another cell."""
+    path = str(folder / 'other.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+    return path
+
+
 class Bench:
     """The model and what it tells."""
 
@@ -108,9 +116,7 @@ class TestOpening:
         choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         run(bench.session, Mode.PLAYBACK)
-        other = str(tmp_path / 'other.bag')
-        with rosbag.Bag(other, 'w') as bag:
-            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        other = write_strange_bag(tmp_path)
         bench.open(other)
         assert bench.session.paths == (path,) and bench.model.foreign_paths == (other,)
         assert bench.model.waiting_note == (
@@ -130,9 +136,7 @@ class TestOpening:
         bench.session.set_cell(Cell('/old.xml', 'world', devices), devices)
         bench.open(path)
         run(bench.session, Mode.PLAYBACK)
-        other = str(tmp_path / 'other.bag')
-        with rosbag.Bag(other, 'w') as bag:
-            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        other = write_strange_bag(tmp_path)
         bench.open(other)
         new = (machine('/strange'),)
         bench.session.set_cell(Cell('/new.xml', 'world', new), new)
@@ -153,9 +157,7 @@ class TestOpening:
         choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         run(bench.session, Mode.PLAYBACK)
-        other = str(tmp_path / 'other.bag')
-        with rosbag.Bag(other, 'w') as bag:
-            bag.write('/strange', String('a'), genpy.Time(BEGIN_S + 100))
+        other = write_strange_bag(tmp_path)
         bench.open(other)
         if closes:
             bench.model.keep_open()
